@@ -218,13 +218,13 @@ std::vector<double> findBend(const std::vector<std::vector<double>>& deflections
     return bend;
 }
 
-/** Location of the chain at a number of links from its start, in Ground. **/
-Vec3 calcPointOfChain(const ChainModel& model, const State& state, double link) {
+/** Where the chain is drawn at a number of links from its start, in Ground. **/
+Vec3 calcPointOfChain(const ChainModel& model, const OffscreenVisualizer& viz, const State& state,
+                      double link) {
     const double last = double(model.links.size()) - 1;
     const size_t k = size_t(std::clamp(link, 0.0, last));
-    const Vec3 p = model.links[k].getFramePose(state).p();
-    if (double(k) == last) return p;
-    const Vec3 next = model.links[k + 1].getFramePose(state).p();
+    const Vec3 p = viz.calcDrawnPose(state, model.links[k].interface("fork")).p();
+    const Vec3 next = viz.calcDrawnPose(state, model.links[k].interface("eye")).p();
     return p + (link - double(k)) * (next - p);
 }
 
@@ -268,13 +268,10 @@ void render(const Arguments& arguments, const ChainModel& model, const std::vect
     const double high = std::max(peaks[peaks.size() * 9 / 10], 1e-12);
     const double factor = std::max(1.0, roundDown(std::min(model.getPitch() / 10 / high,
                                                            model.getPitch() / 3 / peaks.back())));
-    std::vector<State> exaggerated;
-    for (const State& state : states)
-        exaggerated.push_back(model.calcExaggeratedState(state, factor));
     for (OffscreenVisualizer* viz : {&whole, &closeUp, &strobe}) {
         for (const FlexibleBody& link : model.links) viz->addFlexibleBody(link);
         viz->setShowUndeformed(false).setCameraView(0.15, 0.06).setDeformationFactor(factor);
-        viz->fitToMotion(exaggerated).setContourRange(0, high);
+        viz->fitToMotion(states).setContourRange(0, high);
     }
     const std::string links = std::to_string(model.links.size()) + " flexible links";
     whole.setWindowTitle(links);
@@ -289,9 +286,9 @@ void render(const Arguments& arguments, const ChainModel& model, const std::vect
     std::vector<std::string> files;
     {
         Progress progress("frames");
-        for (size_t i = 0; i < exaggerated.size() && !wasInterrupted(); ++i) {
-            const State& state = exaggerated[i];
-            const Vec3 center = calcPointOfChain(model, state, bend[i]);
+        for (size_t i = 0; i < states.size() && !wasInterrupted(); ++i) {
+            const State& state = states[i];
+            const Vec3 center = calcPointOfChain(model, closeUp, state, bend[i]);
             // What the legend would stand on is cut off: the centre is left of the picture's.
             closeUp.setCameraTransform(Transform(
                 view, center + view * Vec3(0.55 * model.getPitch(), 0, 8 * model.getPitch())));
@@ -302,12 +299,12 @@ void render(const Arguments& arguments, const ChainModel& model, const std::vect
             std::snprintf(name, sizeof name, "/frame_%05d.png", int(i));
             files.push_back(folder + name);
             frame.writePng(files.back());
-            progress.show(double(i + 1) / double(exaggerated.size()));
+            progress.show(double(i + 1) / double(states.size()));
         }
     }
     std::printf("wrote %zu frames to %s\n", files.size(), folder.c_str());
     if (wasInterrupted() || files.empty()) return;
-    drawStroboscope(strobe, exaggerated, std::max<size_t>(1, exaggerated.size() / 24))
+    drawStroboscope(strobe, states, std::max<size_t>(1, states.size() / 24))
         .writePng(arguments.out + "/stroboscope.png");
     std::printf("wrote %s/stroboscope.png\n", arguments.out.c_str());
     std::vector<std::string> chosen;

@@ -68,7 +68,7 @@ Image drawStress(const SliderCrankModel& model, const Run& run) {
 }
 
 /** Deformation, 100 times larger, as three cameras see it, one of which rides along; below it
-curves of the run. The parts are put together as if they were bent that much. **/
+curves of the run. **/
 Image drawViews(const SliderCrankModel& model, const Run& run) {
     constexpr double factor = 100;
     OffscreenVisualizer viz(model.system, 1280, 500);
@@ -80,11 +80,11 @@ Image drawViews(const SliderCrankModel& model, const Run& run) {
     plot.addPanel("deflection of the rod", "µm", 1e-6).addCurve("", run.time, run.deflection);
     plot.addPanel("force on the gudgeon pin", "N").addCurve("", run.time, run.pinForce);
     viz.addPlot(plot, PlotSide::Below, 220);
-    std::vector<State> exaggerated;
+    std::vector<State> states;
     for (size_t i = 0; i < run.states.size(); i += 10)
-        exaggerated.push_back(model.calcExaggeratedState(run.states[i], factor));
-    viz.fitToMotion(exaggerated);
-    return viz.drawFrame(model.calcExaggeratedState(findLargest(run, run.deflection), factor));
+        states.push_back(model.calcPictureState(run.states[i]));
+    viz.fitToMotion(states);
+    return viz.drawFrame(model.calcPictureState(findLargest(run, run.deflection)));
 }
 
 /** A component of the displacement, which has a sign, 500 times larger than life. **/

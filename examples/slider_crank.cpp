@@ -238,21 +238,6 @@ void plot(const Arguments& arguments, const Probes& probes, const std::vector<Ri
         std::printf("no plot: gnuplot is not installed\n");
 }
 
-/** The crank pin, where the exaggerated crank has it. **/
-class CrankPinDecoration : public DecorationGenerator {
-public:
-    CrankPinDecoration(const SliderCrankModel& model, double factor)
-        : m_model(model), m_factor(factor) {}
-
-    void generateDecorations(const State& state, Array_<DecorativeGeometry>& geometry) override {
-        geometry.push_back(m_model.makeCrankPin(state, m_factor));
-    }
-
-private:
-    const SliderCrankModel& m_model;
-    double m_factor;
-};
-
 /** What is drawn beside the frames: where the slider is ahead of that of rigid parts, and how far
 the rod bends. **/
 ProbePlot makeProbePlot(const Probes& probes, const std::vector<RigidSample>& rigid) {
@@ -265,18 +250,17 @@ ProbePlot makeProbePlot(const Probes& probes, const std::vector<RigidSample>& ri
     return plot;
 }
 
-/** States as if deformations were `factor` times larger. **/
-std::vector<State> exaggerate(const SliderCrankModel& model, const std::vector<State>& states,
-                              double factor) {
-    std::vector<State> exaggerated;
-    for (const State& state : states)
-        exaggerated.push_back(model.calcExaggeratedState(state, factor));
-    return exaggerated;
+std::vector<State> calcPictureStates(const SliderCrankModel& model,
+                                     const std::vector<State>& states) {
+    std::vector<State> ofPictures;
+    for (const State& state : states) ofPictures.push_back(model.calcPictureState(state));
+    return ofPictures;
 }
 
 OffscreenVisualizer makeVisualizer(const SliderCrankModel& model, int width, int height) {
     OffscreenVisualizer viz(model.system, width, height);
-    viz.addFlexibleBody(model.crank).addFlexibleBody(model.rod);
+    viz.addFlexibleBody(model.crank).addFlexibleBody(model.rod).setCameraView(0.28, 0.2);
+    viz.addDecoration(model.crank.interface("pin"), model.makeCrankPin());
     return viz;
 }
 
@@ -299,41 +283,32 @@ void compare(const Arguments& arguments, const SliderCrankModel& model,
              const std::vector<State>& states, double factor, const ProbePlot& plot) {
     OffscreenVisualizer rigid = makeVisualizer(model, 960, 720),
                         flexible = makeVisualizer(model, 960, 720);
-    rigid.addDecorationGenerator(new CrankPinDecoration(model, 0));
     rigid.setDeformationFactor(0).setShowDeformationFactor(false);
     rigid.setContour(Contour::None).setShowUndeformed(false);
-    flexible.addDecorationGenerator(new CrankPinDecoration(model, factor));
     flexible.setDeformationFactor(factor);
-    for (OffscreenVisualizer* viz : {&rigid, &flexible}) viz->setCameraView(0.28, 0.2);
 
-    const std::vector<State> left = exaggerate(model, states, 0);
-    const std::vector<State> right = exaggerate(model, states, factor);
     RunComparison both(rigid, flexible, {"rigid parts", "flexible parts"});
     const std::string video = arguments.out + "/rigid_and_flexible.mp4";
-    both.fitToMotion(left, right).setOutputFolder("").addVideo(video, {framesPerSecond});
+    both.fitToMotion(states, states).setOutputFolder("").addVideo(video, {framesPerSecond});
     both.addPlot(plot);
-    both.reportAll(left, right, showProgress("rigid and flexible"));
+    both.reportAll(states, states, showProgress("rigid and flexible"));
     both.finish();
     printVideo(arguments, video);
 }
 
-/** Frames of the run as if deformations were larger; a video and a contact sheet of them. **/
+/** Frames of the run, deformations exaggerated; a video and a contact sheet of them. **/
 void render(const Arguments& arguments, const SliderCrankModel& model, const Probes& probes,
             const std::vector<RigidSample>& rigid) {
     OffscreenVisualizer viz = makeVisualizer(model, 1280, 720);
     viz.setOutputFolder(arguments.out + "/frames");
     viz.setWindowTitle("Slider-crank with flexible crank and connecting rod");
-    viz.setAutomaticDeformationFactor().fitToMotion(probes.frames);
-    const double factor = viz.getDeformationFactor();
-
-    const std::vector<State> exaggerated = exaggerate(model, probes.frames, factor);
-    viz.addDecorationGenerator(new CrankPinDecoration(model, factor));
-    viz.setCameraView(0.28, 0.2).setDeformationFactor(factor).fitToMotion(exaggerated);
+    const std::vector<State> states = calcPictureStates(model, probes.frames);
+    viz.fitToMotion(states);
     const ProbePlot plot = makeProbePlot(probes, rigid);
     viz.addPlot(plot);
     const std::string video = arguments.out + "/slider_crank.mp4";
     if (isVideoAvailable()) viz.addVideo(video, {framesPerSecond});
-    viz.reportAll(exaggerated, showProgress("frames"));
+    viz.reportAll(states, showProgress("frames"));
     viz.finish();
     std::printf("wrote %d frames to %s\n", viz.getNumFrames(), viz.getOutputFolder().c_str());
     if (viz.getNumFrames() == 0) return;
@@ -351,7 +326,7 @@ void render(const Arguments& arguments, const SliderCrankModel& model, const Pro
     makeContactSheet(files, 2, 640).writePng(arguments.out + "/contact_sheet.png");
     std::printf("wrote %s/contact_sheet.png\n", arguments.out.c_str());
     if (arguments.compares && isVideoAvailable() && !wasInterrupted())
-        compare(arguments, model, probes.frames, factor, plot);
+        compare(arguments, model, states, viz.getDeformationFactor(), plot);
 }
 
 int run(const Arguments& arguments) {

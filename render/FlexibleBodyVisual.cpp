@@ -5,6 +5,7 @@ What OffscreenVisualizer shows of flexible bodies. **/
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include "OffscreenVisualizerImpl.h"
@@ -15,12 +16,51 @@ namespace simflex {
 using SimTK::State;
 
 OffscreenVisualizer& OffscreenVisualizer::addFlexibleBody(const FlexibleBody& body) {
-    return addDeformableMesh(
-        {body.getPartHandle(), body.getName(),
-         [body](const State& state) { return body.getFramePose(state); },
-         [body](const State& state) { return body.getModalCoordinates(state); },
-         [body](const State& state) { return body.getFrameVelocity(state); },
-         [body](const State& state) { return body.getModalSpeeds(state); }});
+    addDeformableMesh({body.getPartHandle(), body.getName(),
+                       [body](const State& state) { return body.getFramePose(state); },
+                       [body](const State& state) { return body.getModalCoordinates(state); },
+                       [body](const State& state) { return body.getFrameVelocity(state); },
+                       [body](const State& state) { return body.getModalSpeeds(state); }});
+    impl->parts.back().body = body.getIndex();
+    std::set<FlexibleBodyIndex> bodies;
+    for (const Impl::Part& part : impl->parts)
+        if (part.body.isValid()) bodies.insert(part.body);
+    impl->drawn.setBodies(std::move(bodies));
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setReference(Reference reference) {
+    impl->drawn.setMeanAxes(reference == Reference::MeanAxes);
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setReference(const Attachment& frame) {
+    if (!frame.isFlexible())
+        throw std::invalid_argument(
+            "setReference: displacements are measured on flexible bodies, '" + frame.getName() +
+            "' is on a rigid one");
+    impl->drawn.setReference(frame);
+    impl->forgetFit();
+    return *this;
+}
+
+SimTK::Transform OffscreenVisualizer::calcDrawnPose(const State& state,
+                                                    const Attachment& frame) const {
+    impl->system.realize(state, SimTK::Stage::Position);
+    impl->drawn.update(impl->system, state, impl->getDeformationFactor());
+    return impl->drawn.calcPose(frame);
+}
+
+int OffscreenVisualizer::addDecoration(const Attachment& frame,
+                                       const SimTK::DecorativeGeometry& geometry) {
+    impl->attachedDecorations.emplace_back(frame, geometry);
+    impl->forgetFit();
+    return int(impl->attachedDecorations.size()) - 1;
+}
+
+std::pair<std::string, SimTK::Real> OffscreenVisualizer::getLargestGap() const {
+    return {impl->drawn.getLargestGap().joint, impl->drawn.getLargestGap().distance};
 }
 
 std::shared_ptr<const ContourField> OffscreenVisualizer::Impl::makeField(const Part& part,
@@ -59,10 +99,24 @@ ColorBar OffscreenVisualizer::Impl::describeColorBar() const {
     const ContourTraits& traits = getTraits(partStyle.contour.contour);
     ColorBar bar;
     bar.quantity = traits.name;
+    bar.reference = describeReference();
     bar.dimension = traits.dimension;
     bar.colorMap = partStyle.contour.getColorMap();
     for (const Part& part : parts) bar.hasGaps |= part.field && !part.field->isComplete();
     return bar;
+}
+
+// What displacements are measured from; empty: the mean axes of each part.
+std::string OffscreenVisualizer::Impl::describeReference() const {
+    const ContourTraits& traits = getTraits(partStyle.contour.contour);
+    if (traits.needsStress || traits.needsVelocity) return "";
+    std::vector<std::string> names;
+    for (const Part& part : parts) {
+        const std::string name = part.body.isValid() ? drawn.getReferenceName(part.body) : "";
+        if (!name.empty()) names.push_back(name);
+    }
+    if (names.empty()) return "";
+    return "from " + (names.size() == 1 ? names.front() : "each part's joint");
 }
 
 // Labels of the same place go below each other.

@@ -102,7 +102,7 @@ OffscreenVisualizer& OffscreenVisualizer::addDeformableMesh(const DeformableMesh
     if (!mesh.part || !mesh.getFramePose || !mesh.getModalCoordinates)
         throw std::invalid_argument(
             "addDeformableMesh: the part, getFramePose and getModalCoordinates must be given");
-    Impl::Part part{mesh, extractSkinModes(mesh.part, impl->creaseAngle), nullptr};
+    Impl::Part part{mesh, extractSkinModes(mesh.part, impl->creaseAngle), nullptr, {}};
     if (part.mesh.name.empty()) part.mesh.name = mesh.part->name;
     part.field = impl->makeField(part, impl->partStyle.contour.contour);
     impl->parts.push_back(std::move(part));

@@ -47,6 +47,7 @@ once.
 
 namespace simflex {
 
+class Attachment;
 class FlexibleBody;
 class FrameReporter;
 struct WindowSettings;
@@ -150,6 +151,9 @@ public:
     OffscreenVisualizer& addDeformableMesh(const DeformableMesh& mesh);
     int addDecoration(SimTK::MobilizedBodyIndex body, const SimTK::Transform& X_BD,
                       const SimTK::DecorativeGeometry& geometry);
+    /** The same on a frame of any body, flexible ones as they are drawn.
+    @return its number, counted from 0 among those on frames. **/
+    int addDecoration(const Attachment& frame, const SimTK::DecorativeGeometry& geometry);
     int addRubberBandLine(SimTK::MobilizedBodyIndex b1, const SimTK::Vec3& station1,
                           SimTK::MobilizedBodyIndex b2, const SimTK::Vec3& station2,
                           const SimTK::DecorativeLine& line);
@@ -211,6 +215,8 @@ public:
     /** @name Flexible parts **/
     /**@{**/
     /** Displacements are drawn this many times larger; the factor is printed in the picture.
+    Bodies are drawn where their joints meet the parts as they are drawn; where a loop of joints
+    cannot close so, the picture says which joint it leaves how far apart.
     @throws std::invalid_argument when negative or not finite. **/
     OffscreenVisualizer& setDeformationFactor(SimTK::Real factor);
     /** The default: a round factor that makes the largest displacement given to fitToMotion() about
@@ -218,6 +224,21 @@ public:
     fitToMotion() is called. **/
     OffscreenVisualizer& setAutomaticDeformationFactor();
     SimTK::Real getDeformationFactor() const;
+    /** What displacements in colours, and what is drawn larger, are measured from. Joints
+    (default): on each flexible body the frame at its first joint with Ground, or else at its first
+    joint, as far as that holds it; pins do not about their axis, unless they are driven. MeanAxes:
+    the body frame, in which a part moves least. **/
+    enum class Reference { Joints, MeanAxes };
+    OffscreenVisualizer& setReference(Reference reference);
+    /** A frame, for the flexible body that it is on.
+    @throws std::invalid_argument that names a frame on a rigid body. **/
+    OffscreenVisualizer& setReference(const Attachment& frame);
+    /** The joint whose seats the frame drawn last has farthest apart [m], and how far; an empty
+    name and 0 if all joints are closed as exactly as in the State. **/
+    std::pair<std::string, SimTK::Real> getLargestGap() const;
+    /** Where a frame is in the State's picture, in Ground. Realizes the State to Stage::Position.
+     * **/
+    SimTK::Transform calcDrawnPose(const SimTK::State& state, const Attachment& frame) const;
     /** What colours show, see Contour.h; default Contour::Displacement, the magnitude |Φξ|. Call it
     before fitToMotion(), which finds the range. Velocities realize States to Stage::Velocity.
     @throws std::invalid_argument naming the body when stress is wanted and its part was reduced

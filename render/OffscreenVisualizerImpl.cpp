@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "simflex/base/NumberText.h"
-#include "simflex/render/scene/DrawnSeats.h"
+#include "simflex/render/overlay/Units.h"
 
 namespace simflex {
 
@@ -18,6 +18,7 @@ namespace {
 
 constexpr double relativeDeformation = 0.04;  // of an automatic factor, to the scene's size
 constexpr double mostOfPart = 0.25;           // and to the part's
+constexpr double visibleGap = 1e-3;           // of the scene's radius
 
 const Palette lightPalette = {
     Vec3(0.80, 0.85, 0.91),  Vec3(0.975, 0.98, 0.985), Vec3(0.915, 0.925, 0.935),
@@ -100,14 +101,14 @@ OffscreenVisualizer::Impl::Impl(const SimTK::System& drawnSystem, int pictureWid
     hasGround = !system.getUseUniformBackground();
 }
 
-Transform OffscreenVisualizer::Impl::calcBodyPose(const State& state, int body) const {
+Transform OffscreenVisualizer::Impl::calcBodyPose(int body) const {
     if (body == 0 || !matter) return Transform();
     if (body < 0 || body >= matter->getNumBodies())
         throw std::runtime_error("a decoration or camera names mobilized body " +
                                  std::to_string(body) + ", the system has 0 to " +
                                  std::to_string(matter->getNumBodies() - 1));
-    const Transform X_GB =
-        matter->getMobilizedBody(SimTK::MobilizedBodyIndex(body)).getBodyTransform(state);
+    const Transform X_GB = matter->getMobilizedBody(SimTK::MobilizedBodyIndex(body))
+                               .getBodyTransform(drawn.getState());
     if (!X_GB.p().isFinite() || !X_GB.R().isFinite())
         throw std::runtime_error("the pose of mobilized body " + std::to_string(body) +
                                  " is not finite: position " + X_GB.p().toString());
@@ -147,6 +148,8 @@ void OffscreenVisualizer::Impl::captureParts(const State& state,
         if (!snapshot.X_GB.p().isFinite() || !snapshot.X_GB.R().isFinite())
             throw std::runtime_error("the pose of body '" + part.mesh.name +
                                      "' is not finite: position " + snapshot.X_GB.p().toString());
+        snapshot.X_GD = part.mesh.getFramePose(drawn.getState());
+        if (part.body.isValid()) snapshot.reference = drawn.calcReference(part.body);
         snapshot.field = part.field;
         snapshot.xi = readModalCoordinates(part, state);
         if (getTraits(partStyle.contour.contour).needsVelocity)
@@ -180,21 +183,31 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
         return isFitted ? largest : 100.0;
     };
     SceneBuilder builder(
-        snapshot.scene, shapes, [&](int body) { return calcBodyPose(state, body); },
-        calcPixelRadius, height / 720.0);
+        snapshot.scene, shapes, [&](int body) { return calcBodyPose(body); }, calcPixelRadius,
+        height / 720.0);
     for (const SimTK::DecorativeGeometry& piece : geometry) builder.add(piece);
     Decorations ofParts;
-    marks.append(system, state, snapshot, ofParts);
+    marks.append(system, state, drawn, snapshot, ofParts);
     for (const SimTK::DecorativeGeometry& piece : ofParts) builder.add(piece);
     for (const SimTK::DecorativeGeometry& piece : decorations) builder.add(piece);
+    for (const auto& [frame, decoration] : attachedDecorations) {
+        SimTK::DecorativeGeometry piece = decoration;
+        piece.setBodyId(0).setTransform(drawn.calcPose(frame) * decoration.getTransform());
+        builder.add(piece);
+    }
     for (const RubberBand& band : rubberBands) {
         SimTK::DecorativeLine line = band.line;
         line.setBodyId(0).setTransform(Transform());
-        line.setEndpoints(calcBodyPose(state, band.body1) * band.station1,
-                          calcBodyPose(state, band.body2) * band.station2);
+        line.setEndpoints(calcBodyPose(band.body1) * band.station1,
+                          calcBodyPose(band.body2) * band.station2);
         builder.add(line);
     }
     builder.addNotices();
+    const DrawnPoses::Gap& gap = drawn.getLargestGap();
+    if (gap.distance > visibleGap * extent.radius)
+        snapshot.scene.screenTexts.push_back("joint '" + gap.joint + "' is drawn apart, by " +
+                                             formatLength(gap.distance) +
+                                             ": less exaggeration closes it");
     shapes.dropUnused();
 }
 
@@ -217,7 +230,8 @@ FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Decor
     snapshot.style = calcStyle();
     snapshot.center_G = extent.center_G;
     snapshot.radius = extent.radius;
-    captureViews(state, snapshot);
+    drawn.update(system, state, snapshot.partStyle.deformationFactor);
+    captureViews(snapshot);
     captureParts(state, snapshot.parts);
     captureDecorations(state, geometry, snapshot);
     for (std::size_t i = 0; i < views.size(); ++i)
@@ -225,7 +239,7 @@ FrameSnapshot OffscreenVisualizer::Impl::capture(const State& state, const Decor
     return snapshot;
 }
 
-void OffscreenVisualizer::Impl::captureViews(const State& state, FrameSnapshot& snapshot) const {
+void OffscreenVisualizer::Impl::captureViews(FrameSnapshot& snapshot) const {
     for (std::size_t i = 0; i < views.size(); ++i) {
         const View& view = views[i];
         const SimTK::Vec4 part = calcRectangle(views, int(i));
@@ -240,12 +254,10 @@ void OffscreenVisualizer::Impl::captureViews(const State& state, FrameSnapshot& 
         if (shot.top + shot.height < height) shot.height = std::max(1, shot.height - gap);
         // Letters of small views are smaller, but not in proportion.
         shot.unit = 0.5 * (1 + part[3]) * height / 720;
-        shot.X_GF = view.calcFollowedPose(
-            [&](int body) { return calcBodyPose(state, body); },
-            [&](const Attachment& frame) {
-                return calcDrawnPose(*matter, state, frame, snapshot.partStyle.deformationFactor);
-            });
-        shot.camera = view.calcCamera(state.getTime(), shot.X_GF);
+        shot.X_GF =
+            view.calcFollowedPose([&](int body) { return calcBodyPose(body); },
+                                  [&](const Attachment& frame) { return drawn.calcPose(frame); });
+        shot.camera = view.calcCamera(snapshot.time, shot.X_GF);
         shot.fitsClippingPlanes = view.fitsClippingPlanes();
         shot.showAxes = showAxes;
         snapshot.views.push_back(std::move(shot));
@@ -362,7 +374,7 @@ bool OffscreenVisualizer::Impl::widenViews(const FrameSnapshot& snapshot) {
     for (const PartSnapshot& part : snapshot.parts) {
         skins.surfaces.emplace_back();
         skins.surfaces.back().geometry = part.skin->undeformed;
-        skins.surfaces.back().X_GM = part.X_GB;
+        skins.surfaces.back().X_GM = part.X_GD;
     }
     skins.appendBounds(bounds);
     bounds.erase(std::remove_if(bounds.begin(), bounds.end(),

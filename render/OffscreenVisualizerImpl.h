@@ -14,6 +14,7 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include "simflex/render/frame/FramePainter.h"
 #include "simflex/render/overlay/FramePlots.h"
 #include "simflex/render/scene/Camera.h"
+#include "simflex/render/scene/DrawnPoses.h"
 #include "simflex/render/scene/FrameSnapshot.h"
 #include "simflex/render/scene/FrameStyle.h"
 #include "simflex/render/scene/MechanismMarks.h"
@@ -83,6 +84,7 @@ public:
         DeformableMesh mesh;
         std::shared_ptr<const SkinModes> skin;
         std::shared_ptr<const ContourField> field;  // null: no colours
+        FlexibleBodyIndex body;                     // invalid: a mesh of the user's
     };
 
     /** The values of a part's colours. @throws std::invalid_argument if it lacks what they need.
@@ -96,6 +98,7 @@ public:
     FrameOutput output;
 
     std::vector<SimTK::DecorativeGeometry> decorations;
+    std::vector<std::pair<Attachment, SimTK::DecorativeGeometry>> attachedDecorations;
     std::vector<RubberBand> rubberBands;
     std::vector<std::unique_ptr<SimTK::DecorationGenerator>> generators;
     std::vector<std::unique_ptr<FrameController>> controllers;
@@ -108,6 +111,7 @@ public:
 
     PartStyle partStyle;
     MechanismMarks marks;
+    DrawnPoses drawn;
     bool isFactorAutomatic = true;
     double automaticFactor = 1;
     double creaseAngle = 35 * SimTK::Pi / 180;
@@ -135,7 +139,8 @@ public:
     const SurfacePicker& getPicker(const char* caller);
 
 private:
-    SimTK::Transform calcBodyPose(const SimTK::State& state, int body) const;
+    /** Where the body is drawn. **/
+    SimTK::Transform calcBodyPose(int body) const;
     using Decorations = SimTK::Array_<SimTK::DecorativeGeometry>;
 
     void realize(const SimTK::State& state) const;
@@ -149,10 +154,11 @@ private:
     FrameSnapshot captureOf(const Motion& motion, int i);
     void appendBounds(const FrameSnapshot& snapshot, MotionBounds& bounds);
     void captureParts(const SimTK::State& state, std::vector<PartSnapshot>& snapshots) const;
-    void captureViews(const SimTK::State& state, FrameSnapshot& snapshot) const;
+    void captureViews(FrameSnapshot& snapshot) const;
     SimTK::Vector readModalCoordinates(const Part& part, const SimTK::State& state) const;
     void readVelocities(const Part& part, const SimTK::State& state, PartSnapshot& snapshot) const;
     ColorBar describeColorBar() const;
+    std::string describeReference() const;
     static std::vector<OverlayContent::PlacedLabel> placeLabels(const std::vector<Label>& labels,
                                                                 const ViewSnapshot& view);
     void checkCoordinates(const SimTK::State& state) const;

@@ -88,20 +88,6 @@ Vec3 ChainModel::calcTip(const State& state) const {
     return last.getFramePose(state) * calcPoint(last, state, "eye", 1);
 }
 
-State ChainModel::calcExaggeratedState(const State& original, double factor) const {
-    system.realize(original, Stage::Position);  // copies of States are not
-    State state = original;
-    Vec3 end(0);
-    for (const FlexibleBody& link : links) {
-        const Rotation R = link.getFramePose(original).R();
-        const Vec3 p = end - R * calcPoint(link, original, "fork", factor);
-        link.setFramePose(state, Transform(R, p));
-        end = p + R * calcPoint(link, original, "eye", factor);
-    }
-    system.realize(state, Stage::Position);
-    return state;
-}
-
 void ChainModel::addDecorations(const ReducedBody& part) {
     matter.setShowDefaultGeometry(false);
     // The pin that the first fork turns on, and a plate behind that carries it.

@@ -43,10 +43,6 @@ public:
     /** Location of the free end, the last link's eye [m]. Stage::Position. **/
     SimTK::Vec3 calcTip(const SimTK::State& state) const;
 
-    /** A State in which deformations are to be drawn `factor` times larger: links are moved so that
-    their exaggerated ends still meet. **/
-    SimTK::State calcExaggeratedState(const SimTK::State& state, double factor) const;
-
 private:
     /** Location on the part of an interface's master point with ξ multiplied, in B. **/
     SimTK::Vec3 calcPoint(const FlexibleBody& link, const SimTK::State& state,

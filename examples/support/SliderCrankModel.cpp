@@ -155,51 +155,25 @@ double SliderCrankModel::calcRodDeflection(const State& state) const {
 
 double SliderCrankModel::calcCrankDeflection(const State& state) const {
     const Transform X_GS = mainBearing.getFrameM().calcMotion(state).X;
-    const Vec3 pin_G = crank.getFramePose(state) * calcPoint(crank, state, "pin", 1);
-    return (~X_GS * pin_G)[1];
+    const ReducedBody::Interface& pin = crank.getPart().getInterface("pin");
+    const Vector xi = crank.getModalCoordinates(state);
+    Vec3 pin_B(pin.position[0], pin.position[1], pin.position[2]);
+    for (int i = 0; i < crank.getNumModes(); ++i)
+        for (int axis = 0; axis < 3; ++axis) pin_B[axis] += pin.Phi[3 * i + axis] * xi[i];
+    return (~X_GS * (crank.getFramePose(state) * pin_B))[1];
 }
 
-Vec3 SliderCrankModel::calcPoint(const FlexibleBody& body, const State& state,
-                                 const std::string& interface, double factor) const {
-    const ReducedBody::Interface& seat = body.getPart().getInterface(interface);
-    const Vector xi = body.getModalCoordinates(state);
-    Vec3 point(seat.position[0], seat.position[1], seat.position[2]);
-    for (int i = 0; i < body.getNumModes(); ++i)
-        for (int axis = 0; axis < 3; ++axis) point[axis] += factor * seat.Phi[3 * i + axis] * xi[i];
-    return point;
-}
-
-DecorativeCylinder SliderCrankModel::makeCrankPin(const State& state, double factor) const {
-    const Vec3 p = crank.getFramePose(state) * calcPoint(crank, state, "pin", factor);
+DecorativeCylinder SliderCrankModel::makeCrankPin() const {
     const double back = halfThickness(crank.getPart());
     const double front = m_offset + halfThickness(rod.getPart()) + 0.003;
-    return makePin(pinRadius(rod.getPart(), "big_end"), back, front, Vec3(p[0], p[1], 0));
+    return makePin(pinRadius(rod.getPart(), "big_end"), back, front, Vec3(0));
 }
 
-State SliderCrankModel::calcExaggeratedState(const State& original, double factor) const {
+State SliderCrankModel::calcPictureState(const State& original) const {
     system.realize(original, Stage::Velocity);  // copies of States are not
     State state = original;
-    // The crank stays as the shaft holds it: its seat's small rotation, exaggerated, is turned
-    // back.
-    const ReducedBody::Interface& shaft = crank.getPart().getInterface("shaft");
-    const Vector xi = crank.getModalCoordinates(state);
-    double turn = 0;
-    for (int i = 0; i < crank.getNumModes(); ++i) turn += shaft.Psi[3 * i + 2] * xi[i];
-    const double angle = calcCrankAngle(original, 0) - factor * turn;
-    const Rotation R_crank(angle, ZAxis);
-    const Transform X_crank(R_crank, -(R_crank * calcPoint(crank, state, "shaft", factor)));
-
-    // The rod's big end is on the crank pin, its small end on the slider's line y = 0.
-    const Vec3 pin = X_crank * calcPoint(crank, state, "pin", factor);
-    const Vec3 bigEnd = calcPoint(rod, state, "big_end", factor);
-    const Vec3 chord = calcPoint(rod, state, "small_end", factor) - bigEnd;
-    const double length = std::hypot(chord[0], chord[1]);
-    const Rotation R_rod(std::asin(-pin[1] / length) - std::atan2(chord[1], chord[0]), ZAxis);
-    const Vec3 p_rod = Vec3(pin[0], pin[1], m_offset) - R_rod * Vec3(bigEnd[0], bigEnd[1], 0);
-
-    crank.setFramePose(state, X_crank);
-    rod.setFramePose(state, Transform(R_rod, p_rod));
-    slider.setOneQ(state, 0, (p_rod + R_rod * (bigEnd + chord))[0]);
+    const Transform X_GB = rod.getFramePose(original);
+    rod.setFramePose(state, Transform(X_GB.R(), X_GB.p() + Vec3(0, 0, m_offset)));
     system.realize(state, Stage::Position);
     return state;
 }

@@ -63,20 +63,16 @@ public:
 
     /** @name Pictures **/
     /**@{**/
-    /** A State in which deformations are to be drawn `factor` times larger: the parts are put
-    together as if they were that large, so that pins stay in their holes. **/
-    SimTK::State calcExaggeratedState(const SimTK::State& state, double factor) const;
-    /** The crank pin where the crank of an exaggerated State has it, in Ground. **/
-    SimTK::DecorativeCylinder makeCrankPin(const SimTK::State& exaggerated, double factor) const;
+    /** A State with the rod beside the crank, in whose plane it moves. **/
+    SimTK::State calcPictureState(const SimTK::State& state) const;
+    /** The crank pin, on the crank's interface "pin". **/
+    SimTK::DecorativeCylinder makeCrankPin() const;
     /**@}**/
 
     double getCrankLength() const { return m_crankLength; }
     double getRodLength() const { return m_rodLength; }
 
 private:
-    /** Location on the part of an interface's master point with ξ multiplied, in B. **/
-    SimTK::Vec3 calcPoint(const FlexibleBody& body, const SimTK::State& state,
-                          const std::string& interface, double factor) const;
     void addDrive();
     void addDecorations();
 

@@ -142,12 +142,15 @@ void add(Hash& hash, const Scene& scene) {
 }
 
 void add(Hash& hash, const PartSnapshot& part) {
-    const auto& [skin, field, X_GB, xi, V_GB, xiDot] = part;
+    const auto& [skin, field, X_GB, X_GD, xi, reference, V_GB, xiDot] = part;
     hash.add(findConstant<SkinModes>(skin, addSkin));
     hash.add(bool(field));
     if (field) hash.add(findConstant<ContourField>(field, addField));
     add(hash, X_GB);
+    add(hash, X_GD);
     add(hash, xi);
+    add(hash, reference.shift);
+    add(hash, reference.turn);
     add(hash, V_GB[0]);
     add(hash, V_GB[1]);
     add(hash, xiDot);
@@ -219,11 +222,12 @@ void add(Hash& hash, const ViewSnapshot& view) {
     hash.add(hasScaleBar);
     hash.add(pixelSize);
     hash.add(hasColorBar);
-    const auto& [quantity, dimension, low, high, colorMap, hasBelow, hasAbove, barTop, barBottom,
-                 hasGaps] = colorBar;
+    const auto& [quantity, reference, dimension, low, high, colorMap, hasBelow, hasAbove, barTop,
+                 barBottom, hasGaps] = colorBar;
     hash.add(barTop);
     hash.add(barBottom);
     hash.add(quantity);
+    hash.add(reference);
     hash.add(dimension);
     (void)low, (void)high, (void)hasBelow, (void)hasAbove;  // set by the painter
     hash.add(hasGaps);

@@ -47,9 +47,13 @@ Extremes FramePainter::deform(const FrameSnapshot& snapshot) {
         const PartSnapshot& part = snapshot.parts[i];
         workspace.values.clear();
         if (part.field)
-            values.include(
-                part.field->calcValues(part, surface.calcDisplacements(part.xi), workspace));
-        surface.update(part.xi, snapshot.partStyle.deformationFactor, workspace.values);
+            values.include(part.field->calcValues(
+                part,
+                part.field->isOfDisplacements() ? surface.calcDisplacements(part.xi, part.reference)
+                                                : surface.calcDisplacements(part.xi),
+                workspace));
+        surface.update(part.xi, snapshot.partStyle.deformationFactor, workspace.values,
+                       part.reference);
     }
     return values;
 }
@@ -63,7 +67,8 @@ LargestDisplacement FramePainter::calcLargestDisplacement(const FrameSnapshot& s
     LargestDisplacement largest;
     for (std::size_t i = 0; i < snapshot.parts.size(); ++i) {
         const PartSnapshot& part = snapshot.parts[i];
-        const double length = getSurface(snapshot, i).calcLargestDisplacement(part.xi);
+        const double length =
+            getSurface(snapshot, i).calcLargestDisplacement(part.xi, part.reference);
         const double size = (part.skin->undeformed->upper - part.skin->undeformed->lower).norm();
         largest.include({length, size > 0 ? length / size : 0});
     }
@@ -75,7 +80,7 @@ void FramePainter::appendParts(const FrameSnapshot& snapshot, Scene& scene) cons
     for (std::size_t i = 0; i < snapshot.parts.size(); ++i) {
         SurfaceItem item;
         item.geometry = surfaces[i]->getDeformed();
-        item.X_GM = snapshot.parts[i].X_GB;
+        item.X_GM = snapshot.parts[i].X_GD;
         item.color = Vec3(0.66, 0.70, 0.75);
         item.style = style.contour.contour == Contour::None ? SurfaceItem::Style::Solid
                                                             : SurfaceItem::Style::Contour;
@@ -85,6 +90,7 @@ void FramePainter::appendParts(const FrameSnapshot& snapshot, Scene& scene) cons
         if (!style.showUndeformed) continue;
 
         item.geometry = surfaces[i]->getUndeformed();
+        item.X_GM = snapshot.parts[i].X_GD * snapshot.parts[i].reference.calcPose();
         item.style = SurfaceItem::Style::Ghost;
         item.color = snapshot.style.palette.ghost;
         item.opacity = 0.42;

@@ -72,8 +72,12 @@ void drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, dou
 
     const Unit written = chooseUnit(bar.dimension, std::max(std::abs(bar.low), std::abs(bar.high)));
     const double right = image.getWidth() - 30 * unit;
-    bold.drawWithHalo(image, right, place.top - 45 * unit, bar.quantity, size(16), palette.text,
+    const double heading = bar.reference.empty() ? 45 : 64;
+    bold.drawWithHalo(image, right, place.top - heading * unit, bar.quantity, size(16), palette.text,
                       palette.halo, Font::Anchor::Right);
+    if (!bar.reference.empty())
+        regular.drawWithHalo(image, right, place.top - 44 * unit, bar.reference, size(13),
+                             palette.faintText, palette.halo, Font::Anchor::Right);
     regular.drawWithHalo(image, right, place.top - 24 * unit, "[" + written.name + "]", size(15),
                          palette.faintText, palette.halo, Font::Anchor::Right);
     const double labels = place.left + place.width + 10 * unit;

@@ -12,6 +12,7 @@ namespace simflex {
 
 struct ColorBar {
     std::string quantity;  ///< "von Mises stress"
+    std::string reference;  ///< "from crank.shaft": what it is measured from, or empty
     Dimension dimension = Dimension::Length;
     double low = 0, high = 1;  ///< [SI]
     ColorMap colorMap = ColorMap::Viridis;

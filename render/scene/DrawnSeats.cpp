@@ -5,14 +5,10 @@
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/FlexibleBodySubsystem.h"
-#include "simflex/body/InterfaceKinematics.h"
 
 namespace simflex {
 
-using SimTK::State;
-using SimTK::Transform;
 using SimTK::Vec3;
-using SimTK::Vector;
 
 namespace {
 
@@ -28,17 +24,6 @@ FlexibleBody getBody(const SimTK::SimbodyMatterSubsystem& matter, const Attachme
 }
 
 }  // namespace
-
-Transform calcDrawnPose(const SimTK::SimbodyMatterSubsystem& matter, const State& state,
-                        const Attachment& frame, double factor) {
-    if (!frame.isFlexible())
-        return matter.getMobilizedBody(frame.getMobilizedBodyIndex()).getBodyTransform(state) *
-               frame.getFrame();
-    const FlexibleBody body = getBody(matter, frame);
-    const Vector xi = factor * body.getModalCoordinates(state);
-    const FlexibleFramePose pose = calcFramePose(frame.getFlexibleFrame(), &xi[0]);
-    return body.getFramePose(state) * Transform(pose.R_BA, pose.r);
-}
 
 SymbolSize calcSeatSize(const SimTK::SimbodyMatterSubsystem& matter,
                         const std::vector<const Attachment*>& frames, double scale) {

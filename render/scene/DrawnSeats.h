@@ -1,7 +1,6 @@
 #pragma once
 /** @file
-Where attachment frames are on parts that are drawn with their deformation exaggerated, and how
-large their seats are. Internal to the renderer. **/
+How large seats of joints are. Internal to the renderer. **/
 
 #include <vector>
 
@@ -10,10 +9,6 @@ large their seats are. Internal to the renderer. **/
 #include "simflex/body/Attachment.h"
 
 namespace simflex {
-
-/** Pose in Ground. Stage::Position. **/
-SimTK::Transform calcDrawnPose(const SimTK::SimbodyMatterSubsystem& matter,
-                               const SimTK::State& state, const Attachment& frame, double factor);
 
 /** Size of the first frame's seat that is an interface: mean distance of its nodes from the frame's
 z axis, and how far they go along it; a twentieth of `scale` if there is none. **/

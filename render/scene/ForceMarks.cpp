@@ -49,11 +49,10 @@ bool isOnGround(const Attachment& frame) {
     return !frame.isFlexible() && frame.getMobilizedBodyIndex() == SimTK::GroundIndex;
 }
 
-void appendConnector(const SimTK::SimbodyMatterSubsystem& matter, const State& state, double factor,
+void appendConnector(const SimTK::SimbodyMatterSubsystem& matter, const DrawnPoses& drawn,
                      const DrawnConnector& connector, double scale, const FrameSnapshot& frame,
                      Array_<DecorativeGeometry>& geometry) {
-    const Transform X_GF = calcDrawnPose(matter, state, connector.F, factor),
-                    X_GM = calcDrawnPose(matter, state, connector.M, factor);
+    const Transform X_GF = drawn.calcPose(connector.F), X_GM = drawn.calcPose(connector.M);
     const ConnectorKind kind = connector.kind;
     if (kind == ConnectorKind::Spring || kind == ConnectorKind::Damper ||
         kind == ConnectorKind::SpringDamper) {
@@ -88,17 +87,16 @@ void appendConnector(const SimTK::SimbodyMatterSubsystem& matter, const State& s
 }  // namespace
 
 void ForceMarks::append(const SimTK::SimbodyMatterSubsystem& matter, const State& state,
-                        double scale, const FrameSnapshot& frame,
+                        const DrawnPoses& drawn, double scale, const FrameSnapshot& frame,
                         Array_<DecorativeGeometry>& geometry) {
-    const double factor = frame.partStyle.deformationFactor;
     if (showConnectors)
         for (const DrawnConnector& connector : connectors)
-            appendConnector(matter, state, factor, connector, scale, frame, geometry);
-    if (showLoads) appendArrows(calcArrows(matter, state, factor), scale, frame.scene, geometry);
+            appendConnector(matter, drawn, connector, scale, frame, geometry);
+    if (showLoads) appendArrows(calcArrows(state, drawn), scale, frame.scene, geometry);
 }
 
-std::vector<ForceMarks::Arrow> ForceMarks::calcArrows(const SimTK::SimbodyMatterSubsystem& matter,
-                                                      const State& state, double factor) const {
+std::vector<ForceMarks::Arrow> ForceMarks::calcArrows(const State& state,
+                                                      const DrawnPoses& drawn) const {
     std::vector<Arrow> arrows;
     const auto add = [&](const Arrow& arrow, const std::string& name) {
         if (!arrow.force_G.isFinite() || !arrow.torque_G.isFinite())
@@ -108,9 +106,8 @@ std::vector<ForceMarks::Arrow> ForceMarks::calcArrows(const SimTK::SimbodyMatter
     for (const DrawnLoad& load : loads) {
         SpatialVec force = load.force(state);
         if (load.axes == DrawnLoad::Axes::Attachment)
-            force = calcDrawnPose(matter, state, load.frame, 1).R() * force;
-        add({calcDrawnPose(matter, state, load.frame, factor).p(), force[1], force[0]},
-            load.frame.getName());
+            force = drawn.calcPose(load.frame).R() * force;
+        add({drawn.calcPose(load.frame).p(), force[1], force[0]}, load.frame.getName());
     }
     for (const DrawnSpreadLoad& load : spreadLoads) {
         const double size = load.force_B.norm();
@@ -119,8 +116,12 @@ std::vector<ForceMarks::Arrow> ForceMarks::calcArrows(const SimTK::SimbodyMatter
         double work = 0;  // mean displacement along the load, times its size
         for (int i = 0; i < std::min(xi.size(), load.modal.size()); ++i)
             work += load.modal[i] * xi[i];
-        const Vec3 place = load.center_B + factor * work / (size * size) * load.force_B;
-        const Transform X_GB = load.body.getFramePose(state);
+        const Vec3 displacement = work / (size * size) * load.force_B;
+        const Vec3 place = load.center_B + drawn.calcReference(load.body.getIndex())
+                                               .exaggerate({displacement, Vec3(0)}, load.center_B,
+                                                           drawn.getFactor())
+                                               .translation;
+        const Transform X_GB = load.body.getFramePose(drawn.getState());
         add({X_GB * place, load.scale(state.getTime()) * (X_GB.R() * load.force_B), Vec3(0)},
             load.body.getName());
     }

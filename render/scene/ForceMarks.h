@@ -4,6 +4,7 @@ Connectors and loads in pictures. Internal to the renderer. **/
 
 #include <vector>
 
+#include "DrawnPoses.h"
 #include "FrameSnapshot.h"
 #include "Simbody.h"
 #include "simflex/render/DrawnForces.h"
@@ -25,7 +26,7 @@ public:
     /** Stage::Position.
     @param scale  of symbols, the radius of the largest part [m] **/
     void append(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state,
-                double scale, const FrameSnapshot& frame,
+                const DrawnPoses& drawn, double scale, const FrameSnapshot& frame,
                 SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
     /** Forgets the largest loads, which set the scale of the arrows. **/
@@ -35,8 +36,7 @@ private:
     struct Arrow {
         SimTK::Vec3 point_G, force_G, torque_G;
     };
-    std::vector<Arrow> calcArrows(const SimTK::SimbodyMatterSubsystem& matter,
-                                  const SimTK::State& state, double factor) const;
+    std::vector<Arrow> calcArrows(const SimTK::State& state, const DrawnPoses& drawn) const;
     void appendArrows(const std::vector<Arrow>& arrows, double scale, const Scene& scene,
                       SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 

@@ -9,6 +9,7 @@ neither the System nor the State. Internal to the renderer. **/
 
 #include "Camera.h"
 #include "FrameStyle.h"
+#include "ReferenceMotion.h"
 #include "Scene.h"
 #include "simflex/render/overlay/Overlay.h"
 #include "simflex/render/skin/ContourField.h"
@@ -22,7 +23,9 @@ struct PartSnapshot {
     std::shared_ptr<const SkinModes> skin;
     std::shared_ptr<const ContourField> field;  ///< null: no colours
     SimTK::Transform X_GB;
+    SimTK::Transform X_GD;  ///< of B as it is drawn, see DrawnPoses
     SimTK::Vector xi;
+    ReferenceMotion reference;  ///< what displacements are measured from
     SimTK::SpatialVec V_GB{SimTK::Vec3(0), SimTK::Vec3(0)};  ///< where velocities are shown
     SimTK::Vector xiDot;                                     ///< likewise; else empty
 };

@@ -47,7 +47,8 @@ SimTK::Stage MechanismMarks::getStage() const {
     return settings.multipliers ? SimTK::Stage::Velocity : SimTK::Stage::Acceleration;
 }
 
-void MechanismMarks::append(const SimTK::System& system, const State& state, FrameSnapshot& frame,
+void MechanismMarks::append(const SimTK::System& system, const State& state,
+                            const DrawnPoses& drawn, FrameSnapshot& frame,
                             Array_<DecorativeGeometry>& geometry) {
     frame.labels.clear();
     if (settings.isEmpty() && forces.isEmpty()) return;
@@ -60,8 +61,8 @@ void MechanismMarks::append(const SimTK::System& system, const State& state, Fra
         for (const PartSnapshot& part : parts)
             appendInterfaces(part, factor, nameColor, frame.labels, geometry);
     if (!forces.isEmpty())
-        forces.append(SimTK::MultibodySystem::downcast(system).getMatterSubsystem(), state, scale,
-                      frame, geometry);
+        forces.append(SimTK::MultibodySystem::downcast(system).getMatterSubsystem(), state, drawn,
+                      scale, frame, geometry);
     if (!settings.showJoints && !settings.showReactions) return;
 
     const FlexibleBodySubsystem* const flexible = FlexibleBodySubsystem::find(system);
@@ -74,9 +75,7 @@ void MechanismMarks::append(const SimTK::System& system, const State& state, Fra
     for (int i = 0; i < flexible->getNumJoints(); ++i) {
         const Joint joint = flexible->getJoint(JointIndex(i));
         const JointEquations& equations = joint.getEquations();
-        const auto pose = [&](const Attachment& seat) {
-            return calcDrawnPose(matter, state, seat, factor);
-        };
+        const auto pose = [&](const Attachment& seat) { return drawn.calcPose(seat); };
         if (equations.isCoupler()) {
             std::vector<Transform> frames;
             for (int k = 0; k < equations.getNumCoordinates(); ++k)
@@ -116,9 +115,10 @@ void MechanismMarks::appendInterfaces(const PartSnapshot& part, double factor,
                                       Array_<DecorativeGeometry>& geometry) const {
     for (const auto& interface : part.skin->part->interfaces) {
         const Vec3 s(interface.position[0], interface.position[1], interface.position[2]);
-        const Transform X_BI(calcExponential(factor * multiply(interface.Psi, part.xi)),
-                             s + factor * multiply(interface.Phi, part.xi));
-        const Transform X_GI = part.X_GB * X_BI;
+        const FrameSums moved = part.reference.exaggerate(
+            {multiply(interface.Phi, part.xi), multiply(interface.Psi, part.xi)}, s, factor);
+        const Transform X_GI =
+            part.X_GD * Transform(calcExponential(moved.rotation), s + moved.translation);
         SimTK::DecorativeFrame frame(axisLength * scale);
         frame.setTransform(X_GI);
         geometry.push_back(frame);

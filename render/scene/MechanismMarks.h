@@ -39,10 +39,11 @@ public:
     SimTK::Stage getStage() const;
 
     /** Appends all that is to be shown on the frame's parts, in Ground.
+    @param drawn  of this State
     @param frame  has its parts, scene, factor and views; its labels are set
     @throws std::logic_error if joints are wanted and the system has no flexible subsystem. **/
-    void append(const SimTK::System& system, const SimTK::State& state, FrameSnapshot& frame,
-                SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
+    void append(const SimTK::System& system, const SimTK::State& state, const DrawnPoses& drawn,
+                FrameSnapshot& frame, SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
     /** Forgets the largest reactions, which set the scale of the arrows. **/
     void forgetRun() {

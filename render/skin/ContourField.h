@@ -29,6 +29,8 @@ public:
                  const std::string& bodyName);
 
     Contour getContour() const { return contour; }
+    /** True of displacements, which are shown from a reference. **/
+    bool isOfDisplacements() const { return !needsStress() && !getTraits(contour).needsVelocity; }
 
     /** True if every skin node has a value; the others' are NaN. **/
     bool isComplete() const {
@@ -43,7 +45,7 @@ public:
     };
 
     /** Writes the values.
-    @param displacements  Φξ, 3 per skin node
+    @param displacements  Φξ, 3 per skin node; from the part's reference if they are shown
     @return the smallest and the largest
     @throws std::invalid_argument that names the part, when ξ or ξ̇ has another size.
     O(skin nodes·n_f). **/

@@ -9,6 +9,7 @@ A workspace: each thread has its own of the SkinModes that they share. **/
 
 #include "SimTKcommon.h"
 #include "SkinModes.h"
+#include "simflex/render/scene/ReferenceMotion.h"
 
 namespace simflex {
 
@@ -19,22 +20,27 @@ public:
     const SkinModes& getSkin() const { return *skin; }
     const ReducedBody& getPart() const { return *skin->part; }
 
-    /** Largest displacement |Φξ| on the skin, not exaggerated [m].
+    /** Largest displacement on the skin from a reference, not exaggerated [m].
     @throws std::invalid_argument that names the part, when ξ has another size, as below. **/
-    double calcLargestDisplacement(const SimTK::Vector& xi);
+    double calcLargestDisplacement(const SimTK::Vector& xi, const ReferenceMotion& reference = {});
 
     /** Φξ, not exaggerated, 3 per skin node [m]. **/
     const std::vector<float>& calcDisplacements(const SimTK::Vector& xi);
+    /** The same from a reference. **/
+    const std::vector<float>& calcDisplacements(const SimTK::Vector& xi,
+                                                const ReferenceMotion& reference);
 
-    /** Moves vertices to s + factor·Φξ, with normals.
+    /** Moves vertices to where ReferenceMotion has them, s + factor·Φξ without one, with normals.
     @param nodeValues  the contour's, one per skin node; NaN: none there; empty: leave them **/
-    void update(const SimTK::Vector& xi, double factor, const std::vector<float>& nodeValues);
+    void update(const SimTK::Vector& xi, double factor, const std::vector<float>& nodeValues,
+                const ReferenceMotion& reference = {});
 
     /** The same with |Φξ| as values. **/
     void update(const SimTK::Vector& xi, double factor);
 
     /** Position in B of any mesh node under the same deformation. **/
-    SimTK::Vec3 calcNodePosition(int node, const SimTK::Vector& xi, double factor) const;
+    SimTK::Vec3 calcNodePosition(int node, const SimTK::Vector& xi, double factor,
+                                 const ReferenceMotion& reference = {}) const;
 
     std::shared_ptr<const SurfaceGeometry> getDeformed() const { return deformed; }
     std::shared_ptr<const SurfaceGeometry> getUndeformed() const { return skin->undeformed; }
@@ -42,6 +48,7 @@ public:
 private:
     std::shared_ptr<const SkinModes> skin;
     std::vector<float> displacements;  // Φξ, 3 each
+    std::vector<float> relative;       // the same from a reference
     std::vector<float> modal, wanted;  // ξ of `displacements`, and the next
     std::vector<float> positions;      // of points, 3 each
     std::vector<float> values;         // of points

@@ -140,8 +140,8 @@ Vec3 SurfacePicker::calcLocation(int part, int skinNode) const {
 Vec3 SurfacePicker::calcInnerLocation(int part, int node) const {
     const PartSnapshot& motion = snapshot.parts[std::size_t(part)];
     const DeformedSurface surface(motion.skin);
-    return motion.X_GB *
-           surface.calcNodePosition(node, motion.xi, snapshot.partStyle.deformationFactor);
+    return motion.X_GD * surface.calcNodePosition(
+                             node, motion.xi, snapshot.partStyle.deformationFactor, motion.reference);
 }
 
 double SurfacePicker::getValue(int part, int skinNode) const {

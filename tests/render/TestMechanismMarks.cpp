@@ -76,7 +76,7 @@ private:
 PartSnapshot capturePart(const FlexibleBody& body, const State& state) {
     PartSnapshot part;
     part.skin = extractSkinModes(body.getPartHandle(), 0.6);
-    part.X_GB = body.getFramePose(state);
+    part.X_GB = part.X_GD = body.getFramePose(state);
     part.xi = body.getModalCoordinates(state);
     return part;
 }
@@ -92,6 +92,8 @@ struct Pendulum {
     FlexibleBody body{flexible, part, "boom"};
     Joint::Ball ball{flexible, matter.Ground(), body.interface("A"), "hinge"};
 
+    Transform X_GD;  // of the body as it was drawn last
+
     State place() {
         State state = system.realizeTopology();
         body.setPoseByInterface(state, "A", Transform(Rotation(-0.4, ZAxis)));
@@ -104,7 +106,11 @@ struct Pendulum {
         frame.parts.push_back(capturePart(body, state));
         frame.partStyle.deformationFactor = factor;
         Array_<DecorativeGeometry> geometry;
-        marks.append(system, state, frame, geometry);
+        DrawnPoses drawn;
+        drawn.setMeanAxes(true);
+        drawn.update(system, state, factor);
+        marks.append(system, state, drawn, frame, geometry);
+        X_GD = body.getFramePose(drawn.getState());
         Inventory found(geometry);
         for (const Label& label : frame.labels) found.texts.push_back(label.text);
         return found;
@@ -357,7 +363,7 @@ TEST(ForceMarks, ASpreadLoadStandsOnTheDeformedBody) {
     for (const double factor : {1.0, 20.0}) {
         const Inventory found = pendulum.takeStock(marks, state, factor);
         ASSERT_EQ(found.arrows.size(), 1u);
-        const Transform X_GB = pendulum.body.getFramePose(state);
+        const Transform X_GB = pendulum.X_GD;
         EXPECT_LT(
             (found.arrows[0].start - X_GB * (center + Vec3(0, factor * displacement, 0))).norm(),
             1e-12);

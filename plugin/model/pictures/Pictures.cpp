@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <mutex>
+#include <set>
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
@@ -87,6 +88,23 @@ void setContour(const ModelValue& pictures, OffscreenVisualizer& viz) {
 
 bool isText(const ModelValue& value, const std::string& text) {
     return !value.isList() && !value.isMap() && value.getText() == text;
+}
+
+void setReferences(const Model& model, const ModelValue& frames, OffscreenVisualizer& viz) {
+    if (isText(frames, "joints")) return;
+    if (isText(frames, "mean")) {
+        viz.setReference(OffscreenVisualizer::Reference::MeanAxes);
+        return;
+    }
+    std::set<int> bodies;
+    for (int k = 0; k < (frames.isList() ? frames.getSize() : 1); ++k) {
+        const ModelValue value = frames.isList() ? frames.at(k) : frames;
+        const Attachment frame = model.findFrame(value);
+        if (!frame.isFlexible()) value.fail("must be on a flexible body");
+        if (!bodies.insert(frame.getFlexibleBodyIndex()).second)
+            value.fail("is a second frame on one body; leave one of them out");
+        viz.setReference(frame);
+    }
 }
 
 /** Names of files by analysis, where a model has several that are drawn. **/
@@ -278,6 +296,7 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
         setContour(pictures, *viz);
     if (!isText(pictures.get("exaggeration"), "auto"))
         viz->setDeformationFactor(pictures.get("exaggeration").getNumber());
+    setReferences(model, pictures.get("relative_to"), *viz);
     for (const Drawing& drawing : getDrawings())
         ((*viz).*drawing.show)(pictures.get(drawing.name).getBool());
     viz->setTransparentBackground(pictures.get("transparent").getBool());

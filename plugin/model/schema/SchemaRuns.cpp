@@ -481,11 +481,18 @@ SchemaForm pictures() {
                 .such("[0, 1e8]"),
             SchemaKey(
                 "exaggeration", {choice({"auto"}), positive()},
-                "Factor of the elastic displacement from a body's mean position that is drawn, "
-                "but in pictures of modes; auto: what shows it well, "
-                "1000 at most.")
+                "Factor of the elastic displacement that is drawn, but in pictures of modes; auto: "
+                "what shows it well, 1000 at most. Joints stay together.")
                 .orElse("auto")
                 .such("50"),
+            SchemaKey("relative_to",
+                      {choice({"joints", "mean"}), name("a frame"), map("a frame", frameKeys()),
+                       list(frame())},
+                      "What displacements in pictures are measured from: each body's first joint "
+                      "with ground, or else its first joint; its mean position; or frames on "
+                      "flexible bodies, one for each body.")
+                .orElse("joints")
+                .such("rod.big_end"),
             SchemaKey("ghost", {boolean()}, "Draws the undeformed shape as well.")
                 .orElse("true")
                 .such("false"),

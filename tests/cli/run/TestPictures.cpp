@@ -240,5 +240,30 @@ TEST_F(RunPicturesTest, TinyDeformationsAreNotExaggeratedWithoutLimit) {
     EXPECT_TRUE(bytes == testing::readText(folder / "shots/frame_00001.png"));
 }
 
+TEST_F(RunPicturesTest, DisplacementsAreMeasuredFromTheJointUnlessAnotherFrameIsNamed) {
+    testing::writeText(folder / "bar.inp", testing::Brick().text());
+    const auto draw = [&](const std::string& reference) {
+        writeModel(makeSaggingBar("exaggeration: 100" + reference));
+        EXPECT_EQ(runModel(), 0) << err;
+        return testing::readText(folder / "shots/frame_00001.png");
+    };
+    const std::string usual = draw("");
+    EXPECT_FALSE(usual.empty());
+    EXPECT_TRUE(draw(", relative_to: joints") == usual);
+    EXPECT_TRUE(draw(", relative_to: bar.root") == usual);
+    EXPECT_TRUE(draw(", relative_to: [bar.root]") == usual);
+    const std::string ofTip = draw(", relative_to: bar.tip"), ofMean = draw(", relative_to: mean");
+    EXPECT_FALSE(ofTip == usual);
+    EXPECT_FALSE(ofMean == usual);
+    EXPECT_FALSE(ofMean == ofTip);
+
+    writeModel(makeSaggingBar("relative_to: ground"));
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("pictures.relative_to: must be on a flexible body"));
+    writeModel(makeSaggingBar("relative_to: [bar.root, bar.tip]"));
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("is a second frame on one body; leave one of them out"));
+}
+
 }  // namespace
 }  // namespace simflex

@@ -1,0 +1,247 @@
+/** @file
+Parts whose deformation is exaggerated stay in their joints. **/
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "TestParts.h"
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
+#include "simflex/render/scene/DrawnPoses.h"
+#include "simflex/render/skin/DeformedSurface.h"
+#include "support/PointMassPart.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+using ::testing::HasSubstr;
+
+std::shared_ptr<const ReducedBody> makePart(unsigned seed) {
+    test::PointMassPartOptions options;
+    options.seed = seed;
+    return test::makePointMassPart(options).body;
+}
+
+Vector makeModes(const FlexibleBody& body, double size, double phase) {
+    Vector xi(body.getNumModes());
+    for (int i = 0; i < xi.size(); ++i) xi[i] = size * std::sin(phase + 1.7 * i);
+    return xi;
+}
+
+/** Ground – arm – forearm, joined by pins that the State closes. **/
+struct TwoArms {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    FlexibleBody arm{flexible, makePart(1), "arm"}, forearm{flexible, makePart(2), "forearm"};
+    Joint::Pin shoulder{flexible, matter.Ground(), arm.interface("A"), "shoulder"};
+    Joint::Pin elbow{flexible, arm.interface("B"), forearm.interface("A"), "elbow"};
+
+    State place(double angle = 0.3, double bend = 0.7, double size = 2e-4) {
+        State state = system.realizeTopology();
+        placeAt(state, arm, "A", Transform(Rotation(angle, ZAxis)), makeModes(arm, size, angle));
+        system.realize(state, Stage::Velocity);
+        const Transform X_GE = arm.interface("B").calcMotion(state).X;
+        placeAt(state, forearm, "A", X_GE * Transform(Rotation(bend, ZAxis)),
+                makeModes(forearm, size, 1 + bend));
+        system.realize(state, Stage::Velocity);
+        return state;
+    }
+    static void placeAt(State& state, const FlexibleBody& body, const std::string& name,
+                        const Transform& X_GI, const Vector& xi) {
+        body.setModalCoordinates(state, xi);
+        const FlexibleFramePose pose =
+            calcFramePose(body.interface(name).getFlexibleFrame(), &xi[0]);
+        body.setFramePose(state, X_GI * ~Transform(pose.R_BA, pose.r));
+    }
+};
+
+/** Where the surface has an interface's node. **/
+Vec3 findOnSurface(const DrawnPoses& drawn, const FlexibleBody& body, const std::string& name) {
+    const DeformedSurface surface(extractSkinModes(body.getPartHandle(), 0.6));
+    const Vec3 s = body.interface(name).getFlexibleFrame().shapes->s;
+    const Mesh& mesh = body.getPart().mesh;
+    for (int node = 0; node < mesh.numNodes(); ++node) {
+        const auto p = mesh.position(node);
+        if ((Vec3(p[0], p[1], p[2]) - s).norm() < 1e-12)
+            return body.getFramePose(drawn.getState()) *
+                   surface.calcNodePosition(node, body.getModalCoordinates(drawn.getState()),
+                                            drawn.getFactor(),
+                                            drawn.calcReference(body.getIndex()));
+    }
+    ADD_FAILURE() << "no node at interface " << name;
+    return Vec3(NaN);
+}
+
+TEST(DrawnPoses, SurfacesMeetAtPinsHoweverMuchIsExaggerated) {
+    TwoArms arms;
+    const State state = arms.place();
+    for (const bool areMeanAxes : {false, true})
+        for (const double factor : {0.0, 1.0, 10.0, 100.0, 1000.0}) {
+            SCOPED_TRACE(factor);
+            DrawnPoses drawn;
+            drawn.setMeanAxes(areMeanAxes);
+            drawn.update(arms.system, state, factor);
+            EXPECT_LT(findOnSurface(drawn, arms.arm, "A").norm(), 1e-9);
+            EXPECT_LT(
+                (findOnSurface(drawn, arms.arm, "B") - findOnSurface(drawn, arms.forearm, "A"))
+                    .norm(),
+                1e-9);
+            EXPECT_LT(drawn.getLargestGap().distance, 1e-9);
+            // The axes of the pins, too.
+            const Transform shoulder = drawn.calcPose(arms.shoulder.getFrameM()),
+                            arm = drawn.calcPose(arms.elbow.getFrameF()),
+                            forearm = drawn.calcPose(arms.elbow.getFrameM());
+            EXPECT_LT((Vec3(shoulder.z()) - Vec3(0, 0, 1)).norm(), 1e-9);
+            EXPECT_LT((Vec3(arm.z()) - Vec3(forearm.z())).norm(), 1e-9);
+        }
+}
+
+TEST(DrawnPoses, NothingMovesWithoutExaggeration) {
+    TwoArms arms;
+    const State state = arms.place();
+    DrawnPoses drawn;
+    drawn.update(arms.system, state, 1);
+    EXPECT_EQ(&drawn.getState(), &state);
+    for (const FlexibleBody& body : {arms.arm, arms.forearm})
+        for (const char* const name : {"A", "B"}) {
+            const Attachment frame = body.interface(name);
+            EXPECT_LT((drawn.calcPose(frame).p() - frame.calcMotion(state).X.p()).norm(), 1e-12);
+        }
+}
+
+TEST(DrawnPoses, MoveAsSmoothlyAsTheBodies) {
+    // Half the time between two pictures halves what any body moves between them.
+    TwoArms arms;
+    const auto calcLargestMove = [&](double step) {
+        double largest = 0;
+        DrawnPoses drawn;
+        Vec3 before(NaN);
+        for (double t = 0; t < 1; t += step) {
+            const State state = arms.place(0.3 + 0.8 * t, 0.7 - t, 2e-4);
+            drawn.update(arms.system, state, 300);
+            const Vec3 tip = findOnSurface(drawn, arms.forearm, "B");
+            if (before.isFinite()) largest = std::max(largest, (tip - before).norm());
+            before = tip;
+        }
+        return largest;
+    };
+    const double coarse = calcLargestMove(0.02), fine = calcLargestMove(0.01);
+    EXPECT_LT(coarse, 0.2);
+    EXPECT_NEAR(coarse / fine, 2, 0.1);
+}
+
+TEST(DrawnPoses, ClampedEndStaysOnTheGround) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    FlexibleBody tower(flexible, makePart(3), "tower");
+    Joint::Weld foot(flexible, matter.Ground(), tower.interface("A"), "foot");
+    State state = system.realizeTopology();
+    TwoArms::placeAt(state, tower, "A", Transform(), makeModes(tower, 3e-4, 0.2));
+    system.realize(state, Stage::Velocity);
+    DrawnPoses drawn;
+    drawn.update(system, state, 500);
+    EXPECT_EQ(drawn.getReferenceName(tower.getIndex()), "tower.A");
+    const Transform X_GA = drawn.calcPose(foot.getFrameM());
+    EXPECT_LT(X_GA.p().norm(), 1e-12);
+    EXPECT_LT((X_GA.R().asMat33() - Mat33(1)).norm(), 1e-12);
+    // Measured from there, the displacement of that end is zero, and the body's frame is where it
+    // is.
+    const ReferenceMotion reference = drawn.calcReference(tower.getIndex());
+    const Vector xi = tower.getModalCoordinates(state);
+    const FrameShapes& shapes = *tower.interface("A").getFlexibleFrame().shapes;
+    const FrameSums atXi = multiplyShapes(shapes, &xi[0]);
+    EXPECT_LT((atXi.translation - reference.calcDisplacement(shapes.s)).norm(), 1e-15);
+    EXPECT_LT((atXi.rotation - reference.turn).norm(), 1e-15);
+    EXPECT_LT((tower.getFramePose(drawn.getState()).p() - tower.getFramePose(state).p()).norm(),
+              1e-9);
+}
+
+TEST(DrawnPoses, ReferencesAreJointsAsFarAsTheyHold) {
+    TwoArms arms;
+    const State state = arms.place();
+    DrawnPoses drawn;
+    drawn.update(arms.system, state, 10);
+    EXPECT_EQ(drawn.getReferenceName(arms.arm.getIndex()), "arm.A");
+    EXPECT_EQ(drawn.getReferenceName(arms.forearm.getIndex()), "forearm.A");
+    // A pin holds no turn about its axis.
+    EXPECT_LT(std::abs(drawn.calcReference(arms.arm.getIndex()).turn[2]), 1e-15);
+    EXPECT_GT(drawn.calcReference(arms.arm.getIndex()).turn.norm(), 1e-6);
+    drawn.setReference(arms.arm.interface("B"));
+    drawn.update(arms.system, state, 10);
+    EXPECT_EQ(drawn.getReferenceName(arms.arm.getIndex()), "arm.B");
+    EXPECT_GT(std::abs(drawn.calcReference(arms.arm.getIndex()).turn[2]), 1e-6);
+    drawn.setMeanAxes(true);
+    drawn.update(arms.system, state, 10);
+    EXPECT_EQ(drawn.getReferenceName(arms.forearm.getIndex()), "");
+    EXPECT_EQ(drawn.calcReference(arms.forearm.getIndex()).shift.norm(), 0);
+}
+
+// A bar between two points of Ground that gets longer than the way between them.
+TEST(DrawnPoses, WhatCannotCloseIsSharedOutAndNamed) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const auto part = makePart(4);
+    FlexibleBody bar(flexible, part, "bar");
+    const Vector xi = makeModes(bar, 2e-4, 0.5);
+    const auto calcEnd = [&](const char* name, double factor) {
+        const Vector more = factor * xi;
+        return calcFramePose(bar.interface(name).getFlexibleFrame(), &more[0]).r;
+    };
+    const Transform X_GB(Vec3(0.1, 0.2, 0.3));
+    Joint::Ball left(flexible, Attachment(matter.Ground(), X_GB * calcEnd("A", 1)),
+                     bar.interface("A"), "left");
+    Joint::Ball right(flexible, Attachment(matter.Ground(), X_GB * calcEnd("B", 1)),
+                      bar.interface("B"), "right");
+    State state = system.realizeTopology();
+    bar.setModalCoordinates(state, xi);
+    bar.setFramePose(state, X_GB);
+    system.realize(state, Stage::Velocity);
+    DrawnPoses drawn;
+    drawn.setMeanAxes(true);
+    const double factor = 200;
+    drawn.update(system, state, factor);
+    const double extra = std::abs((calcEnd("A", factor) - calcEnd("B", factor)).norm() -
+                                  (calcEnd("A", 1) - calcEnd("B", 1)).norm());
+    ASSERT_GT(extra, 0.01);
+    EXPECT_NEAR(drawn.getLargestGap().distance, extra / 2, 1e-4 * extra);
+    EXPECT_THAT(drawn.getLargestGap().joint, ::testing::AnyOf("left", "right"));
+
+    // The picture says so.
+    OffscreenVisualizer viz(system, 64, 48);
+    viz.addFlexibleBody(bar).setDeformationFactor(factor).setReference(
+        OffscreenVisualizer::Reference::MeanAxes);
+    viz.drawFrame(state);
+    EXPECT_NEAR(viz.getLargestGap().second, extra / 2, 1e-4 * extra);
+    viz.setDeformationFactor(1).drawFrame(state);
+    EXPECT_EQ(viz.getLargestGap().second, 0);
+}
+
+TEST(DrawnPoses, JointsThatHaveComeApartAreLeftApart) {
+    TwoArms arms;
+    State state = arms.place();
+    arms.forearm.setFramePose(state, Transform(Vec3(1, 2, 3)));
+    arms.system.realize(state, Stage::Velocity);
+    DrawnPoses drawn;
+    drawn.update(arms.system, state, 100);
+    EXPECT_LT((arms.forearm.getFramePose(drawn.getState()).p() - Vec3(1, 2, 3)).norm(), 1e-12);
+    EXPECT_LT(drawn.calcPose(arms.shoulder.getFrameM()).p().norm(), 1e-9);
+}
+
+TEST(DrawnPoses, FramesOnRigidBodiesAreNoReference) {
+    TwoArms arms;
+    const State state = arms.place();
+    OffscreenVisualizer viz(arms.system, 64, 48);
+    try {
+        viz.setReference(Attachment(arms.matter.Ground()));
+        ADD_FAILURE() << "taken";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_THAT(error.what(), HasSubstr("'ground' is on a rigid one"));
+    }
+}
+
+}  // namespace
+}  // namespace simflex
