@@ -1,5 +1,6 @@
 #include "simflex/render/Image.h"
 
+#include <libdeflate.h>
 #include <png.h>
 
 #include <algorithm>
@@ -15,6 +16,8 @@ namespace simflex {
 
 namespace {
 
+constexpr int pngLevel = 1;  // of compression
+
 struct FileCloser {
     void operator()(std::FILE* file) const { std::fclose(file); }
 };
@@ -28,51 +31,49 @@ void keepPngError(png_structp png, png_const_charp text) {
 
 void ignorePngWarning(png_structp, png_const_charp) {}
 
-void appendBytes(png_structp png, png_bytep bytes, png_size_t count) {
-    auto& out = *static_cast<std::vector<std::uint8_t>*>(png_get_io_ptr(png));
-    out.insert(out.end(), bytes, bytes + count);
+void appendNumber(std::vector<std::uint8_t>& out, std::uint32_t number) {
+    for (const int shift : {24, 16, 8, 0}) out.push_back(std::uint8_t(number >> shift));
 }
 
-void flushNothing(png_structp) {}
+/** A part of a PNG file: its length, name, content and checksum. **/
+void appendChunk(std::vector<std::uint8_t>& out, const char* name, const std::uint8_t* content,
+                 std::size_t length) {
+    appendNumber(out, std::uint32_t(length));
+    const std::size_t begin = out.size();
+    out.insert(out.end(), name, name + 4);
+    out.insert(out.end(), content, content + length);
+    appendNumber(out, libdeflate_crc32(0, out.data() + begin, out.size() - begin));
+}
 
-struct PngText {
-    std::string keyword, text;
-};
-
-bool writePngRows(std::vector<std::uint8_t>& out, const std::vector<const std::uint8_t*>& rows,
-                  int width, bool hasAlpha, const PngText& words, std::string& error) {
-    png_text text{};
-    text.compression = PNG_TEXT_COMPRESSION_NONE;
-    text.key = const_cast<png_charp>(words.keyword.c_str());
-    text.text = const_cast<png_charp>(words.text.c_str());
-    text.text_length = words.text.size();
-    png_structp png =
-        png_create_write_struct(PNG_LIBPNG_VER_STRING, &error, keepPngError, ignorePngWarning);
-    png_infop info = png ? png_create_info_struct(png) : nullptr;
-    if (!info) {
-        png_destroy_write_struct(&png, nullptr);
-        error = "out of memory";
-        return false;
+/** Rows as differences to the pixel at the left (filter Sub), which flat colours make zeros of. **/
+std::vector<std::uint8_t> filterRows(const std::uint8_t* pixels, int width, int height,
+                                     std::size_t numChannels) {
+    const std::size_t rowBytes = 1 + numChannels * std::size_t(width);
+    std::vector<std::uint8_t> rows(rowBytes * std::size_t(height));
+    std::uint8_t* to = rows.data();
+    for (int y = 0; y < height; ++y) {
+        *to++ = 1;
+        std::uint8_t left[4] = {0, 0, 0, 0};
+        for (int x = 0; x < width; ++x, pixels += 4)
+            for (std::size_t c = 0; c < numChannels; ++c) {
+                *to++ = std::uint8_t(pixels[c] - left[c]);
+                left[c] = pixels[c];
+            }
     }
-    if (setjmp(png_jmpbuf(png))) {
-        png_destroy_write_struct(&png, &info);
-        return false;
-    }
+    return rows;
+}
 
-    png_set_write_fn(png, &out, appendBytes, flushNothing);
-    png_set_IHDR(png, info, png_uint_32(width), png_uint_32(rows.size()), 8,
-                 hasAlpha ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
-                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    // Sub alone with fast compression: a fifth of the time of the defaults, files 10 % larger.
-    png_set_compression_level(png, 2);
-    png_set_filter(png, 0, PNG_FILTER_SUB);
-    if (!words.keyword.empty()) png_set_text(png, info, &text, 1);
-    png_write_info(png, info);
-    if (!hasAlpha) png_set_filler(png, 0, PNG_FILLER_AFTER);
-    png_write_image(png, const_cast<png_bytepp>(rows.data()));
-    png_write_end(png, nullptr);
-    png_destroy_write_struct(&png, &info);
-    return true;
+/** Of one thread. **/
+libdeflate_compressor& getCompressor() {
+    struct Freer {
+        void operator()(libdeflate_compressor* compressor) const {
+            libdeflate_free_compressor(compressor);
+        }
+    };
+    thread_local const std::unique_ptr<libdeflate_compressor, Freer> compressor(
+        libdeflate_alloc_compressor(pngLevel));
+    if (!compressor) throw std::bad_alloc();
+    return *compressor;
 }
 
 bool readPngInfo(png_structp png, png_infop info, std::FILE* file) {
@@ -184,13 +185,30 @@ void Image::paste(const Image& other, int x, int y) {
 std::vector<std::uint8_t> Image::encodePng(const std::string& keyword,
                                            const std::string& text) const {
     if (isEmpty()) throw std::runtime_error("cannot code a picture as PNG: it is empty");
-    std::vector<const std::uint8_t*> rows(static_cast<std::size_t>(height));
-    for (int y = 0; y < height; ++y) rows[std::size_t(y)] = &bytes[offsetOf(0, y)];
-    std::vector<std::uint8_t> png;
-    png.reserve(bytes.size() / 8);
-    std::string error;
-    if (!writePngRows(png, rows, width, hasTransparency(), {keyword, text}, error))
-        throw std::runtime_error("cannot code a picture as PNG: " + error);
+    const bool hasAlpha = hasTransparency();
+    const std::vector<std::uint8_t> rows =
+        filterRows(bytes.data(), width, height, hasAlpha ? 4 : 3);
+    libdeflate_compressor& compressor = getCompressor();
+    std::vector<std::uint8_t> packed(libdeflate_zlib_compress_bound(&compressor, rows.size()));
+    packed.resize(libdeflate_zlib_compress(&compressor, rows.data(), rows.size(), packed.data(),
+                                           packed.size()));
+
+    const std::uint8_t signature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+    std::vector<std::uint8_t> png(std::begin(signature), std::end(signature)), header;
+    png.reserve(packed.size() + 256 + keyword.size() + text.size());
+    appendNumber(header, std::uint32_t(width));
+    appendNumber(header, std::uint32_t(height));
+    const std::uint8_t format[] = {8, std::uint8_t(hasAlpha ? 6 : 2), 0, 0, 0};
+    header.insert(header.end(), std::begin(format), std::end(format));
+    appendChunk(png, "IHDR", header.data(), header.size());
+    if (!keyword.empty()) {
+        std::vector<std::uint8_t> words(keyword.begin(), keyword.end());
+        words.push_back(0);
+        words.insert(words.end(), text.begin(), text.end());
+        appendChunk(png, "tEXt", words.data(), words.size());
+    }
+    appendChunk(png, "IDAT", packed.data(), packed.size());
+    appendChunk(png, "IEND", nullptr, 0);
     return png;
 }
 
