@@ -11,7 +11,7 @@ namespace simflex {
 
 namespace {
 
-constexpr int drawingVersion = 2;  // grows when the same snapshot is drawn in another way
+constexpr int drawingVersion = 3;  // grows when the same snapshot is drawn in another way
 
 // Every member is named below, so that a new one does not compile until it is added here.
 

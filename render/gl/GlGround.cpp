@@ -9,21 +9,23 @@ namespace simflex {
 using SimTK::Transform;
 using SimTK::Vec3;
 
-namespace {
-
-constexpr int shadowSize = 256;
-
-}  // namespace
-
 GlGround::GlGround(const GlFunctions& functions, const GlScreen& sharedScreen)
     : gl(functions),
       screen(sharedScreen),
       backgroundProgram(gl, shaders::backgroundVertex, shaders::backgroundFragment),
       groundProgram(gl, shaders::groundVertex, shaders::groundFragment),
-      groundShadowProgram(gl, shaders::groundVertex, shaders::groundShadowFragment),
-      shadowProgram(gl, shaders::shadowVertex, shaders::shadowFragment),
-      blurProgram(gl, shaders::backgroundVertex, shaders::blurFragment),
-      shadow(gl, shadowSize, shadowSize) {}
+      groundShadowProgram(gl, shaders::groundVertex, shaders::groundShadowFragment) {
+    gl.GenTextures(1, &shadowTexture);
+    gl.BindTexture(GL_TEXTURE_2D, shadowTexture);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+}
+
+GlGround::~GlGround() {
+    gl.DeleteTextures(1, &shadowTexture);
+}
 
 bool GlGround::isVisible(const Camera& camera, const FrameStyle& style) {
     if (!style.ground.isShown) return false;
@@ -32,7 +34,7 @@ bool GlGround::isVisible(const Camera& camera, const FrameStyle& style) {
     return isPerspective ? X_PC.p()[2] > 0 : X_PC.R().z()[2] > 0;
 }
 
-bool GlGround::updateShadow(const Scene& scene, const FrameStyle& style, GlShapes& shapes) {
+bool GlGround::updateShadow(const Scene& scene, const FrameStyle& style) {
     const Transform X_PG = ~style.ground.X_GP;
     const Vec3 light = X_PG.R() * Vec3(style.toLight);
     if (!(light[2] > 0.05)) return false;
@@ -61,43 +63,26 @@ bool GlGround::updateShadow(const Scene& scene, const FrameStyle& style, GlShape
     shadowRegion =
         SimTK::Vec4(middle[0] - extent / 2, middle[1] - extent / 2, 1 / extent, 1 / extent);
 
-    shadow.bind(0);
-    gl.Disable(GL_DEPTH_TEST);
-    gl.Disable(GL_BLEND);
-    gl.ClearColor(0, 0, 0, 0);
-    gl.Clear(GL_COLOR_BUFFER_BIT);
-    shadowProgram.use();
-    shadowProgram.set("strength", 1.0);
+    shadow.clear();
     for (const SurfaceItem& item : casting.surfaces) {
         const Transform X_PM = X_PG * item.X_GM;
-        std::array<float, 16> m{};
-        const auto setColumn = [&](int column, const Vec3& v, double offset) {
-            const Vec3 q = toGround(v);
-            for (int k = 0; k < 2; ++k)
-                m[4 * column + k] =
-                    float(2 * shadowRegion[2 + k] * (q[k] - offset * shadowRegion[k]) - offset);
+        const double texels = GroundShadow::size / extent;
+        GroundShadow::ToTexel toTexel;
+        const auto setColumn = [&](std::size_t column, const Vec3& v) {
+            for (std::size_t k = 0; k < 2; ++k) toTexel[2 * column + k] = float(texels * v[int(k)]);
         };
         for (int column = 0; column < 3; ++column)
-            setColumn(column, Vec3(X_PM.R().col(column)) * item.scale[column], 0);
-        setColumn(3, X_PM.p(), 1);
-        m[15] = 1;
-        shadowProgram.set("modelToShadow", m);
-        if (item.geometry->isClosed) gl.Enable(GL_CULL_FACE);
-        shapes.drawTriangles(item.geometry);
-        gl.Disable(GL_CULL_FACE);
+            setColumn(std::size_t(column),
+                      toGround(Vec3(X_PM.R().col(column)) * item.scale[column]));
+        setColumn(3, toGround(X_PM.p()) - Vec3(shadowRegion[0], shadowRegion[1], 0));
+        shadow.add(*item.geometry, toTexel);
     }
-
-    // Two rounds of a blur that is wider than one kernel.
-    blurProgram.use();
-    blurProgram.set("source", 0);
-    gl.ActiveTexture(GL_TEXTURE0);
-    const double step = 1.0 / shadowSize;
-    for (int pass = 0; pass < 2; ++pass) {
-        shadow.bind(1 - pass);
-        gl.BindTexture(GL_TEXTURE_2D, shadow.getTexture(pass));
-        blurProgram.set("texel", pass == 0 ? step : 0.0, pass == 0 ? 0.0 : step);
-        screen.drawAll();
-    }
+    shadow.blur();
+    if (shadow.getBox().isEmpty()) return false;
+    gl.BindTexture(GL_TEXTURE_2D, shadowTexture);
+    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R8, GroundShadow::size, GroundShadow::size, 0, GL_RED,
+                  GL_UNSIGNED_BYTE, shadow.getTexels().data());
     return true;
 }
 
@@ -146,7 +131,7 @@ void GlGround::drawGround(const GlView& view) {
     groundProgram.set("modelView", calcModelView(view.toCamera(ground.X_GP), Vec3(1)));
     groundProgram.set("projection", calcProjection(view));
     groundProgram.set("middle", 0.0, 0.0);
-    groundProgram.set("halfWidth", ground.radius);
+    groundProgram.set("halfWidth", ground.radius, ground.radius);
     groundProgram.set("size", ground.radius);
     groundProgram.set("gridOrigin", ground.gridOffset[0], ground.gridOffset[1]);
     groundProgram.set("spacing", ground.gridSpacing);
@@ -166,16 +151,20 @@ void GlGround::drawShadow(const GlView& view) {
     program.use();
     program.set("modelView", calcModelView(view.toCamera(style.ground.X_GP), Vec3(1)));
     program.set("projection", calcProjection(view));
-    program.set("middle", shadowRegion[0] + 0.5 / shadowRegion[2],
-                shadowRegion[1] + 0.5 / shadowRegion[3]);
-    program.set("halfWidth", 0.5 / shadowRegion[2]);
+    // Where it is, and a texel more, which is blended with its neighbours.
+    const GroundShadow::Box& box = shadow.getBox();
+    const double texel = 1 / (GroundShadow::size * shadowRegion[2]);
+    program.set("middle", shadowRegion[0] + 0.5 * (box.left + box.right) * texel,
+                shadowRegion[1] + 0.5 * (box.bottom + box.top) * texel);
+    program.set("halfWidth", (0.5 * (box.right - box.left) + 1) * texel,
+                (0.5 * (box.top - box.bottom) + 1) * texel);
     program.set("size", style.ground.radius);
     program.set("shadowRegion", shadowRegion[0], shadowRegion[1], shadowRegion[2], shadowRegion[3]);
     program.set("shadow", 0);
     program.set("groundColor", style.palette.ground);
     program.set("isLaidOver", style.isBackgroundTransparent);
     gl.ActiveTexture(GL_TEXTURE0);
-    gl.BindTexture(GL_TEXTURE_2D, shadow.getTexture(0));
+    gl.BindTexture(GL_TEXTURE_2D, shadowTexture);
     screen.drawSquare();
 }
 
@@ -188,7 +177,7 @@ void GlGround::hideBelow(const GlView& view, const std::vector<Vec3>& bounds_G) 
     groundProgram.set("modelView", calcModelView(view.toCamera(view.style.ground.X_GP), Vec3(1)));
     groundProgram.set("projection", view.projection);
     groundProgram.set("middle", 0.0, 0.0);
-    groundProgram.set("halfWidth", view.style.ground.radius);
+    groundProgram.set("halfWidth", view.style.ground.radius, view.style.ground.radius);
     groundProgram.set("size", view.style.ground.radius);
     gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     screen.drawSquare();

@@ -6,9 +6,9 @@ Draws background, ground and the shadow on it. Internal to the renderer. **/
 
 #include "GlProgram.h"
 #include "GlScreen.h"
-#include "GlSurfaces.h"
 #include "GlTargets.h"
 #include "GlView.h"
+#include "simflex/render/scene/GroundShadow.h"
 #include "simflex/render/scene/Scene.h"
 
 namespace simflex {
@@ -16,13 +16,16 @@ namespace simflex {
 class GlGround {
 public:
     GlGround(const GlFunctions& gl, const GlScreen& screen);
+    ~GlGround();
+    GlGround(const GlGround&) = delete;
+    GlGround& operator=(const GlGround&) = delete;
 
     /** Whether there is a ground and the viewer is above it. **/
     static bool isVisible(const Camera& camera, const FrameStyle& style);
 
     /** Projects what is opaque along the light onto the ground, softly.
     @return false when the light comes from below the horizon, or nothing casts a shadow. **/
-    bool updateShadow(const Scene& scene, const FrameStyle& style, GlShapes& shapes);
+    bool updateShadow(const Scene& scene, const FrameStyle& style);
 
     /** Background and ground, into the target's backdrop, unless it shows them already. **/
     void updateBackdrop(const GlView& view, bool hasGround, PictureTarget& target);
@@ -39,8 +42,9 @@ private:
 
     const GlFunctions& gl;
     const GlScreen& screen;
-    GlProgram backgroundProgram, groundProgram, groundShadowProgram, shadowProgram, blurProgram;
-    BlurTarget shadow;
+    GlProgram backgroundProgram, groundProgram, groundShadowProgram;
+    GroundShadow shadow;
+    GLuint shadowTexture = 0;
     SimTK::Vec4 shadowRegion{0};  // on the ground: origin x, y, 1 / extent x, y
 };
 

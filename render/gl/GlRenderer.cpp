@@ -98,8 +98,8 @@ Image GlRenderer::draw(const Scene& scene, const Camera& camera, const FrameStyl
     bounds_G.clear();
     scene.appendBounds(bounds_G);
     const bool hasGround = GlGround::isVisible(camera, style);
-    const bool hasShadow = hasGround && style.ground.hasShadow &&
-                           parts->ground.updateShadow(scene, style, parts->surfaces.updShapes());
+    const bool hasShadow =
+        hasGround && style.ground.hasShadow && parts->ground.updateShadow(scene, style);
     Image image(width, height);
     if (depth) *depth = {width, height, std::vector<float>(std::size_t(width) * height)};
 

@@ -97,32 +97,4 @@ void PictureTarget::read(int rows, std::uint8_t* bytes) {
         throw std::runtime_error("OpenGL reported an error while a picture was drawn");
 }
 
-BlurTarget::BlurTarget(const GlFunctions& functions, int textureWidth, int textureHeight)
-    : gl(functions), width(textureWidth), height(textureHeight) {
-    gl.GenFramebuffers(2, buffers);
-    gl.GenTextures(2, textures);
-    for (int i = 0; i < 2; ++i) {
-        gl.BindTexture(GL_TEXTURE_2D, textures[i]);
-        gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R8, width, height, 0, GL_RED, GL_UNSIGNED_BYTE, nullptr);
-        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-        gl.BindFramebuffer(GL_FRAMEBUFFER, buffers[i]);
-        gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, textures[i],
-                                0);
-        checkFramebuffer(gl, width, height);
-    }
-}
-
-BlurTarget::~BlurTarget() {
-    gl.DeleteFramebuffers(2, buffers);
-    gl.DeleteTextures(2, textures);
-}
-
-void BlurTarget::bind(int i) {
-    gl.BindFramebuffer(GL_FRAMEBUFFER, buffers[i]);
-    gl.Viewport(0, 0, width, height);
-}
-
 }  // namespace simflex

@@ -82,27 +82,6 @@ private:
     std::vector<double> backdropKey;
 };
 
-/** Two one-channel textures to draw into, for what is blurred from one to the other. **/
-class BlurTarget {
-public:
-    BlurTarget(const GlFunctions& gl, int width, int height);
-    ~BlurTarget();
-    BlurTarget(const BlurTarget&) = delete;
-    BlurTarget& operator=(const BlurTarget&) = delete;
-
-    int getWidth() const { return width; }
-    int getHeight() const { return height; }
-    GLuint getTexture(int i) const { return textures[i]; }
-
-    /** Makes texture i the target of drawing. **/
-    void bind(int i);
-
-private:
-    const GlFunctions& gl;
-    int width, height;
-    GLuint buffers[2] = {0, 0}, textures[2] = {0, 0};
-};
-
 /** @throws std::runtime_error when the framebuffer that is bound cannot be drawn into. **/
 void checkFramebuffer(const GlFunctions& gl, int width, int height);
 

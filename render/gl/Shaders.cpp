@@ -670,7 +670,7 @@ layout(location = 0) in vec2 corner;
 uniform mat4 modelView;
 uniform mat4 projection;
 uniform vec2 middle;            // of the rectangle to draw, on the ground
-uniform float halfWidth;
+uniform vec2 halfWidth;
 out vec2 place;
 
 void main() {
@@ -727,43 +727,6 @@ void main() {
     float alpha = dark * absorption.r;
     fragment = isLaidOver ? vec4((alpha - dark * absorption) * groundColor, alpha)
                           : vec4(1.0 - dark * absorption, 1.0);
-}
-)";
-
-const char* const shadowVertex = R"(#version 330 core
-layout(location = 0) in vec3 position;
-uniform mat4 modelToShadow;
-
-void main() {
-    gl_Position = modelToShadow * vec4(position, 1.0);
-}
-)";
-
-const char* const shadowFragment = R"(#version 330 core
-uniform float strength;
-out vec4 fragment;
-
-void main() {
-    fragment = vec4(strength);
-}
-)";
-
-const char* const blurFragment = R"(#version 330 core
-in vec2 place;
-uniform sampler2D source;
-uniform vec2 texel;             // step along the direction of the blur
-out vec4 fragment;
-
-// A Gaussian of 2.5 texels: each sample between two texels stands for both.
-const float offsets[4] = float[4](1.4403, 3.3635, 5.2932, 7.2315);
-const float weights[4] = float[4](0.2633, 0.1221, 0.0306, 0.0041);
-
-void main() {
-    float sum = 0.1598 * texture(source, place).r;
-    for (int i = 0; i < 4; ++i)
-        sum += weights[i] * (texture(source, place + offsets[i] * texel).r +
-                             texture(source, place - offsets[i] * texel).r);
-    fragment = vec4(sum);
 }
 )";
 

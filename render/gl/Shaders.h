@@ -46,10 +46,7 @@ extern const char* const darkenFragment;         ///< what is drawn times it
 extern const char* const groundVertex;
 extern const char* const groundFragment;        ///< grid, fading edge
 extern const char* const groundShadowFragment;  ///< what a shadow leaves of the light
-extern const char* const shadowVertex;          ///< projection along the light onto the ground
-extern const char* const shadowFragment;
-extern const char* const blurFragment;  ///< one direction of a Gaussian blur
-extern const char* const textVertex;    ///< textured rectangle in space
+extern const char* const textVertex;            ///< textured rectangle in space
 extern const char* const textFragment;
 
 }  // namespace shaders
