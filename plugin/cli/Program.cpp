@@ -30,6 +30,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addSchemaCommand(app);
     addKeysCommand(app);
     addCacheCommand(app);
+    addPostCommand(app);
     addPlotCommand(app);
     addCompareCommand(app);
     addSweepCommand(app);

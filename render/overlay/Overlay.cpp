@@ -48,6 +48,21 @@ std::string formatLength(double meters) {
     return formatNumber(meters / unit.size) + " " + unit.name;
 }
 
+// Letters so small that a text ends within `room` [pixel], down to three fifths of `letters`; of a
+// text that is longer still the end is left out.
+static int fitText(Font& font, std::string& text, int letters, double room) {
+    const int least = std::max(7, 3 * letters / 5);
+    while (letters > least && font.calcWidth(text, letters) > room) --letters;
+    std::string rest = text;
+    while (!rest.empty() && font.calcWidth(text, letters) > room) {
+        const auto isInside = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
+        while (rest.size() > 1 && isInside(rest.back())) rest.pop_back();
+        rest.pop_back();
+        text = rest + "…";
+    }
+    return letters;
+}
+
 void Overlay::draw(Image& image, const OverlayContent& content, const Palette& palette) {
     const bool hasText = !content.title.empty() || !content.captions.empty() ||
                          !content.screenTexts.empty() || !content.footnote.empty() ||
@@ -68,16 +83,20 @@ void Overlay::draw(Image& image, const OverlayContent& content, const Palette& p
 
     const double left = 34 * unit;
     double y = 54 * unit;
+    const auto write = [&](Font& font, std::string text, int letters, const Image::Pixel& color) {
+        letters = fitText(font, text, letters, image.getWidth() - left - 20 * unit);
+        font.drawWithHalo(image, left, y, text, letters, color, palette.halo);
+    };
     if (!content.title.empty()) {
-        bold->drawWithHalo(image, left, y, content.title, size(25), palette.text, palette.halo);
+        write(*bold, content.title, size(25), palette.text);
         y += 32 * unit;
     }
     for (const std::string& caption : content.captions) {
-        regular->drawWithHalo(image, left, y, caption, size(18), palette.faintText, palette.halo);
+        write(*regular, caption, size(18), palette.faintText);
         y += 26 * unit;
     }
     for (const std::string& text : content.screenTexts) {
-        regular->drawWithHalo(image, left, y, text, size(17), palette.text, palette.halo);
+        write(*regular, text, size(17), palette.text);
         y += 24 * unit;
     }
     if (!content.footnote.empty())

@@ -407,5 +407,29 @@ TEST(BadInput, MissingContextSaysWhatIsMissing) {
     EXPECT_NO_THROW(viz.drawFrame(scene.state));
 }
 
+TEST(Frames, LongTitlesEndInThePicture) {
+    test::EmptyScene scene;
+    OffscreenVisualizer viz(scene.system, 640, 720);
+    test::makePlain(viz);
+    const Image empty = viz.drawFrame(scene.state);
+    const auto findEnd = [&](const std::string& title) {
+        const Image image = viz.setWindowTitle(title).drawFrame(scene.state);
+        int end = 0;
+        for (int y = 0; y < image.getHeight(); ++y)
+            for (int x = 0; x < image.getWidth(); ++x)
+                if (image.getPixel(x, y) != empty.getPixel(x, y)) end = std::max(end, x);
+        return end;
+    };
+    const int shortEnd = findEnd("Crank");
+    EXPECT_GT(shortEnd, 60);
+    EXPECT_LT(shortEnd, 200);
+    const std::string fits = "A slider-crank with a flexible connecting rod";
+    EXPECT_GT(findEnd(fits), 500);
+    EXPECT_LT(findEnd(fits), 622);
+    // Also one that does not even in small letters.
+    EXPECT_GT(findEnd(fits + ", run up in 0.05 s, über alles"), 500);
+    EXPECT_LT(findEnd(fits + ", run up in 0.05 s, über alles"), 622);
+}
+
 }  // namespace
 }  // namespace simflex

@@ -1,0 +1,366 @@
+#include "simflex/model/analyses/PostRun.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "simflex/base/NumberText.h"
+#include "simflex/base/Progress.h"
+#include "simflex/base/UnfinishedFile.h"
+#include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/analyses/RunCheckpoint.h"
+#include "simflex/model/analyses/StateNumbers.h"
+#include "simflex/model/file/ModelTexts.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/file/YamlTree.h"
+#include "simflex/model/pictures/Pictures.h"
+#include "simflex/model/probes/Probe.h"
+#include "simflex/model/probes/TurnCounter.h"
+#include "simflex/model/results/ResultWriter.h"
+
+namespace simflex {
+namespace model {
+
+namespace fs = std::filesystem;
+using SimTK::State;
+using SimTK::Vector;
+
+namespace {
+
+/** What may be other than it was in the run. **/
+const char* const kBesideTheMotion[] = {"title", "description", "pictures", "output", "probes"};
+
+/** Of the largest value of a probe: what two ways to the same State may differ by. **/
+constexpr double MostRoundOff = 1e-9;
+
+YamlTree parseModel(const ModelText& text) {
+    YamlTree tree = parseYaml(text.text, text.path);
+    for (const std::string& setting : text.settings) applySetting(tree, setting);
+    return tree;
+}
+
+bool isSameTree(const YamlTree& a, const YamlTree& b) {
+    if (a.kind != b.kind || a.scalar != b.scalar || a.items.size() != b.items.size() ||
+        a.entries.size() != b.entries.size())
+        return false;
+    for (size_t k = 0; k < a.items.size(); ++k)
+        if (!isSameTree(a.items[k], b.items[k])) return false;
+    for (size_t k = 0; k < a.entries.size(); ++k)
+        if (a.entries[k].key != b.entries[k].key ||
+            !isSameTree(a.entries[k].value, b.entries[k].value))
+            return false;
+    return true;
+}
+
+bool isSameTree(const YamlTree* a, const YamlTree* b) {
+    return (!a && !b) || (a && b && isSameTree(*a, *b));
+}
+
+/** Whether a text in a tree has a word in it. **/
+bool mentions(const YamlTree& tree, const std::string& word) {
+    const auto isLetter = [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+               c == '_';
+    };
+    for (size_t at = tree.scalar.find(word); at != std::string::npos;
+         at = tree.scalar.find(word, at + 1)) {
+        const size_t end = at + word.size();
+        if ((at == 0 || !isLetter(tree.scalar[at - 1])) &&
+            (end == tree.scalar.size() || !isLetter(tree.scalar[end])))
+            return true;
+    }
+    return std::any_of(tree.items.begin(), tree.items.end(),
+                       [&](const YamlTree& item) { return mentions(item, word); }) ||
+           std::any_of(tree.entries.begin(), tree.entries.end(),
+                       [&](const YamlTree::Entry& entry) { return mentions(entry.value, word); });
+}
+
+bool isBeside(const std::string& section) {
+    return std::find(std::begin(kBesideTheMotion), std::end(kBesideTheMotion), section) !=
+           std::end(kBesideTheMotion);
+}
+
+/** @throws std::runtime_error naming the section that has changed, or the probe that a law of
+motion knows. **/
+void requireSameMotion(const YamlTree& before, const YamlTree& now, const std::string& results) {
+    for (const YamlTree* tree : {&before, &now})
+        for (const YamlTree::Entry& entry : tree->entries)
+            if (!isBeside(entry.key) && !isSameTree(before.find(entry.key), now.find(entry.key)))
+                throw std::runtime_error(
+                    "'" + entry.key + "' is not as it was in the run that '" + results +
+                    "' is of: only probes, pictures, output and title may be other; run the model "
+                    "anew");
+    const YamlTree none;
+    const YamlTree &probesBefore = before.find("probes") ? *before.find("probes") : none,
+                   &probesNow = now.find("probes") ? *now.find("probes") : none;
+    for (const YamlTree::Entry& probe : probesBefore.entries) {
+        if (isSameTree(&probe.value, probesNow.find(probe.key))) continue;
+        for (const YamlTree::Entry& section : before.entries)
+            if (!isBeside(section.key) && mentions(section.value, probe.key))
+                throw std::runtime_error("probe '" + probe.key + "', which '" + section.key +
+                                         "' names, is not as it was in the run that '" + results +
+                                         "' is of; leave it, and call the new one otherwise");
+    }
+}
+
+/** What a State does not tell. **/
+struct UnknownByStates {
+    double value;
+    Vector uDot, multipliers;
+};
+
+class PostRun {
+public:
+    PostRun(const std::string& path, const ModelText* given,
+            const std::vector<std::string>& changes, const RunOptions& options)
+        : m_path(path), m_options(options), m_results(readResults(path)) {
+        ModelText before;
+        before.path = m_results.header.modelPath;
+        before.text = m_results.header.modelText;
+        before.settings = m_results.header.settings;
+        m_text = given ? *given : before;
+        if (given) m_text.settings = before.settings;
+        m_text.settings.insert(m_text.settings.end(), changes.begin(), changes.end());
+        m_before = parseModel(before);
+        m_now = parseModel(m_text);
+        requireSameMotion(m_before, m_now, path);
+
+        ModelOptions modelOptions;
+        modelOptions.bodies =
+            m_results.header.isRigid ? ModelOptions::Bodies::Rigid : ModelOptions::Bodies::AsGiven;
+        modelOptions.allowsScripts = options.allowsScripts;
+        modelOptions.listener = options.listener;
+        m_model = std::make_shared<const Model>(readModel(m_text), modelOptions);
+        m_probes = Probes::make(m_model);
+        // Those of the run stay as they are.
+        m_draws = options.drawsPictures && m_model->getFile().get("pictures").isGiven() &&
+                  !isSameTree(m_before.find("pictures"), m_now.find("pictures"));
+        if (m_draws) makeVisualizer(*m_model);  // what cannot be drawn is refused first
+        for (const std::string& name : options.only)
+            if (!seekNamed(m_results.analyses, name)) {
+                std::vector<std::string> known;
+                for (const auto& analysis : m_results.analyses) known.push_back(analysis.name);
+                throw std::runtime_error("'" + path +
+                                         "': " + describeUnknown("analysis", name, known));
+            }
+    }
+
+    std::string perform() {
+        const std::string output = m_options.output.empty()
+                                       ? fs::path(m_path).replace_extension(".post.h5").string()
+                                       : m_options.output;
+        std::error_code none;
+        if (fs::equivalent(output, m_path, none))
+            throw std::runtime_error("'" + output +
+                                     "' would be replaced by what is made of it; choose another "
+                                     "name with -o");
+        checkWritable(output);
+        ResultHeader header = m_results.header;
+        header.title = getModelTitle(m_model->getFile());
+        header.modelPath = m_text.path;
+        header.modelText = m_text.text;
+        header.settings = m_text.settings;
+        std::vector<Results::Analysis> done;
+        for (const Results::Analysis& analysis : m_results.analyses)
+            if (isWanted(analysis.name)) done.push_back(recalculate(analysis));
+        {
+            ResultWriter writer(output, header);
+            for (const std::string& warning : m_results.warnings) writer.addWarning("", warning);
+            for (const Results::Analysis& analysis : done) writer.add(analysis);
+        }
+        if (m_draws)
+            for (const Results::Analysis& analysis : done)
+                if (analysis.type == "transient" && !analysis.q.empty()) draw(analysis);
+        if (m_options.writesCsv || m_model->getFile().get("output").get("csv").getBool())
+            for (const Results::Analysis& analysis : done)
+                writeResultCsv(
+                    fs::path(output).replace_extension("." + analysis.name + ".csv").string(),
+                    analysis);
+        return output;
+    }
+
+private:
+    bool isWanted(const std::string& analysis) const {
+        return m_options.only.empty() || std::find(m_options.only.begin(), m_options.only.end(),
+                                                   analysis) != m_options.only.end();
+    }
+
+    bool isAsBefore(const std::string& probe) const {
+        const YamlTree* const before = m_before.find("probes");
+        const YamlTree* const now = m_now.find("probes");
+        if (!before && !now) return true;  // the usual ones
+        return before && now && before->find(probe) &&
+               isSameTree(before->find(probe), now->find(probe));
+    }
+
+    /** A row's State, realized to Stage::Velocity. **/
+    State makeState(const Results::Analysis& analysis, size_t row) const {
+        State state = m_start;
+        if (int(analysis.q[row].size()) != state.getNQ() ||
+            int(analysis.u[row].size()) != state.getNU())
+            throw std::runtime_error("'" + m_path +
+                                     "' has States of another size than the model: its parts have "
+                                     "changed since; run the model anew");
+        setNumbers(state, analysis.time[row], analysis.q[row], analysis.u[row]);
+        return state;
+    }
+
+    Results::Analysis recalculate(const Results::Analysis& analysis) {
+        if (analysis.type != "transient") return analysis;
+        if (analysis.q.empty()) {
+            if (!analysis.time.empty())
+                throw std::runtime_error("analysis '" + analysis.name + "' of '" + m_path +
+                                         "' has kept no States (output.states: none): run the "
+                                         "model anew");
+            return analysis;
+        }
+        m_start = m_model->makeInitialState();
+        const State first = makeState(analysis, 0);
+        const auto integrator = makeIntegrator(*m_model);
+        integrator->initialize(first);
+        std::vector<UnknownByStates> unknowns;
+        for (const double value : {0.0, 1e12, -1e12, 0.7312})
+            unknowns.push_back({value, Vector(first.getNU(), value),
+                                Vector(integrator->getMultipliers().size(), value)});
+
+        const size_t numProbes = m_probes.getProbes().size();
+        Results::Analysis result = analysis;
+        result.probes.clear();
+        for (const Probe& probe : m_probes.getProbes())
+            result.probes.push_back({{probe.name, probe.unit, probe.columns}, {}});
+        std::vector<bool> isTold(numProbes, true);  // by States alone
+        TurnCounter turns(*m_model);
+        const std::string from =
+            m_model->getFile().get("analyses").get(analysis.name).get("from").getText();
+        if (const auto end = m_turns.find(from); end != m_turns.end()) turns.restore(end->second);
+        for (size_t row = 0; row < analysis.time.size(); ++row) {
+            if (!m_options.listener.tellProgress(analysis.name,
+                                                 double(row) / double(analysis.time.size())))
+                throw Cancelled("nothing has been written");
+            State state = makeState(analysis, row);
+            m_model->getSystem().realize(state, SimTK::Stage::Velocity);
+            turns.update(state);
+            for (size_t k = 0; k < numProbes; ++k)
+                result.probes[k].rows.push_back(
+                    calcRow(m_probes.getProbes()[k], state, unknowns, turns, isTold, k));
+        }
+        m_turns[analysis.name] = turns.save();
+        for (size_t k = 0; k < numProbes; ++k)
+            keepWhatIsKnown(analysis, isTold[k], result.probes[k]);
+        return result;
+    }
+
+    static std::vector<double> calcRow(const Probe& probe, State& state,
+                                       const std::vector<UnknownByStates>& unknowns,
+                                       const TurnCounter& turns, std::vector<bool>& isTold,
+                                       size_t k) {
+        std::vector<double> values(probe.columns.size()), other(values.size());
+        for (size_t i = 0; i < (isTold[k] ? unknowns.size() : 1); ++i) {
+            const UnknownByStates& unknown = unknowns[i];
+            if (state.getNZ() > 0) state.updZ() = unknown.value;
+            try {
+                const Moment moment{state, unknown.uDot, unknown.multipliers, unknown.value,
+                                    &turns};
+                probe.calc(moment, i == 0 ? values.data() : other.data());
+            } catch (const std::exception&) {
+                if (i == 0) throw;
+                isTold[k] = false;
+            }
+            if (i > 0 &&
+                std::memcmp(values.data(), other.data(), values.size() * sizeof(double)) != 0)
+                isTold[k] = false;
+        }
+        return values;
+    }
+
+    /** Takes the values of the run where it has them. **/
+    void keepWhatIsKnown(const Results::Analysis& analysis, bool isTold,
+                         Results::Series& series) const {
+        const std::string& name = series.column.name;
+        const auto old =
+            std::find_if(analysis.probes.begin(), analysis.probes.end(),
+                         [&](const Results::Series& other) { return other.column.name == name; });
+        const bool isKnown = old != analysis.probes.end() && isAsBefore(name) &&
+                             old->column.unit == series.column.unit &&
+                             old->column.columns == series.column.columns;
+        if (!isTold) {
+            if (!isKnown)
+                throw std::runtime_error(
+                    "probe '" + name +
+                    "' tells of forces, accelerations, work, or states of controllers, which '" +
+                    m_path + "' does not have; run the model with it");
+            series.rows = old->rows;
+            return;
+        }
+        if (!isKnown) return;
+        double largest = 0, difference = 0;
+        for (size_t row = 0; row < series.rows.size(); ++row)
+            for (size_t k = 0; k < series.rows[row].size(); ++k) {
+                const double was = old->rows[row][k], is = series.rows[row][k];
+                if (std::isnan(was) && std::isnan(is)) continue;
+                largest = std::max(largest, std::abs(was));
+                const double apart = std::abs(is - was);
+                difference = apart <= difference ? difference : apart;
+            }
+        if (!(difference <= MostRoundOff * largest))
+            throw std::runtime_error("probe '" + name + "' is " + writeGeneral(difference, 3) +
+                                     " " + series.column.unit + " off what '" + m_path +
+                                     "' has: parts or tables of the model have changed since; run "
+                                     "it anew");
+        series.rows = old->rows;
+    }
+
+    void draw(const Results::Analysis& rows) const {
+        const ModelValue pictures = m_model->getFile().get("pictures");
+        if (m_start.getNZ() > 0)
+            for (const char* const shown : {"loads", "connectors", "reactions"})
+                if (pictures.get(shown).getBool() &&
+                    (std::string(shown) == "reactions" || m_model->getFile().has(shown)))
+                    pictures.fail(std::string("the model has states of controllers or filters, "
+                                              "which results do not keep: set pictures.") +
+                                  shown + " to false, or run it anew");
+        const double wanted =
+            1 / (pictures.get("rate").getNumber() * pictures.get("slow_motion").getNumber());
+        const double interval = rows.time.size() > 1 ? rows.time[1] - rows.time[0] : wanted;
+        const size_t stride = size_t(std::max(1.0, std::round(wanted / interval)));
+        if (std::abs(double(stride) * interval - wanted) > 1e-6 * wanted)
+            m_options.listener.tellNote("pictures of analysis '" + rows.name + "' are " +
+                                        writeGeneral(double(stride) * interval, 4) +
+                                        " s apart instead of " + writeGeneral(wanted, 4) +
+                                        " s: there are States only every " +
+                                        writeGeneral(interval, 4) + " s");
+        std::vector<RunCheckpoint::Frame> frames;
+        const std::vector<double> z(size_t(m_start.getNZ()), 0.0);
+        for (size_t row = 0; row < rows.time.size();
+             row = row + 1 == rows.time.size() ? row + 1
+                                               : std::min(row + stride, rows.time.size() - 1))
+            frames.push_back({rows.time[row], rows.q[row], rows.u[row], z});
+        const std::string usual = fs::path(m_text.path).stem().string() + ".frames";
+        m_options.listener.tellNote(
+            drawFrames(*m_model, frames, rows, usual, m_options.listener, m_options.resumeCommand));
+    }
+
+    std::string m_path;
+    RunOptions m_options;
+    Results m_results;
+    ModelText m_text;
+    YamlTree m_before, m_now;
+    std::shared_ptr<const Model> m_model;
+    Probes m_probes;
+    bool m_draws = false;
+    State m_start;
+    std::map<std::string, std::vector<double>> m_turns;  ///< at the ends of analyses
+};
+
+}  // namespace
+
+std::string postProcess(const std::string& results, const ModelText* text,
+                        const std::vector<std::string>& changes, const RunOptions& options) {
+    return PostRun(results, text, changes, options).perform();
+}
+
+}  // namespace model
+}  // namespace simflex

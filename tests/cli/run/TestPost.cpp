@@ -1,0 +1,118 @@
+/** @file
+Results are gone back to without running the model again. **/
+
+#include <filesystem>
+
+#include "cli/run/RunTest.h"
+
+namespace simflex {
+namespace {
+
+using ::testing::HasSubstr;
+
+class PostTest : public RunTest {
+protected:
+    /** A bar that turns about a pin at its end; rows are at times without round-off. **/
+    static std::string makeBar(const std::string& probes, const std::string& pictures = "") {
+        return R"(simflex: 1
+gravity: [0, -9.81, 0]
+parts: {bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}}
+bodies: {bar: {part: bar, damping: 0.1}}
+joints: {pivot: {type: pin, between: [ground, bar.root], axis: z}}
+solver: {accuracy: 1e-7}
+initial: {rates: {pivot: 40}}
+analyses:
+  run: {type: transient, duration: 0.625, interval: 1/64}
+  more: {type: transient, from: run, duration: 0.125, interval: 1/64}
+)" + (pictures.empty() ? "" : "pictures: {size: [160, 120], shadows: false, " + pictures + "}\n") +
+               "probes: {" + probes + "}\n";
+    }
+    int post(const std::string& arguments) {
+        return runProgram("SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'", "post --quiet " + arguments);
+    }
+
+    void SetUp() override {
+        RunTest::SetUp();
+        testing::writeText(folder / "bar.inp", testing::Brick().text());
+    }
+
+    const std::string few = "tip: {position: bar.tip}, force: {reaction: pivot}";
+    const std::string many =
+        "tip: {position: bar.tip}, force: {reaction: pivot}, angle: {coordinate: pivot}, "
+        "speed: {velocity: bar.tip, component: norm}, bend: {largest_displacement: bar}, "
+        "kinetic: {energy: kinetic}, twice: {expression: \"2*angle + tip.x^2\"}";
+};
+
+TEST_F(PostTest, NewProbesAreWhatTheRunWouldHaveRecordedToTheBit) {
+    writeModel(makeBar(few));
+    ASSERT_EQ(runModel("-o first.h5"), 0) << err;
+    writeModel(makeBar(many));
+    ASSERT_EQ(post("first.h5 model.yaml"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("run: 41 rows, 7 probes\n"));
+    EXPECT_THAT(out, HasSubstr("results: first.post.h5\n"));
+    ASSERT_EQ(runModel("-o again.h5"), 0) << err;
+    EXPECT_TRUE(readWithoutSeconds("first.post.h5") == readWithoutSeconds("again.h5"));
+    // The angle has gone round and is counted on in the second analysis.
+    EXPECT_GT(find(read("more", "first.post.h5"), "angle").rows.back()[0], 2 * SimTK::Pi);
+}
+
+TEST_F(PostTest, PicturesAreThoseOfTheRun) {
+    const std::string settings = "rate: 8, slow_motion: 2, folder: shots, exaggeration: 50";
+    writeModel(makeBar(few));
+    ASSERT_EQ(runModel("-o first.h5 --only run"), 0) << err;
+    ASSERT_EQ(post("first.h5 --set pictures.rate=8 --set pictures.slow_motion=2 "
+                   "--set pictures.folder=shots --set pictures.exaggeration=50 "
+                   "--set 'pictures.size=[160,120]' --set pictures.shadows=false"),
+              0)
+        << err;
+    const std::vector<std::string> files = testing::listFiles(folder / "shots_run");
+    ASSERT_EQ(files.size(), 11u);
+    std::vector<std::string> bytes;
+    for (const std::string& file : files)
+        bytes.push_back(testing::readText(folder / ("shots_run/" + file)));
+    std::filesystem::remove_all(std::string(folder / "shots_run"));
+    writeModel(makeBar(few, settings));
+    ASSERT_EQ(runModel("-o again.h5 --only run"), 0) << err;
+    for (size_t k = 0; k < files.size(); ++k)
+        EXPECT_TRUE(bytes[k] == testing::readText(folder / ("shots_run/" + files[k]))) << k;
+}
+
+TEST_F(PostTest, WhatStatesDoNotTellIsRefused) {
+    writeModel(makeBar("tip: {position: bar.tip}"));
+    ASSERT_EQ(runModel("--only run"), 0) << err;
+    for (const char* const probe :
+         {"{reaction: pivot}", "{acceleration: bar.tip}", "{energy: balance}"}) {
+        EXPECT_NE(post(std::string("model.results.h5 --set 'probes.new=") + probe + "'"), 0);
+        EXPECT_THAT(err, HasSubstr("probe 'new' tells of forces, accelerations, work"));
+    }
+    EXPECT_NE(access((folder / "model.results.post.h5").c_str(), F_OK), 0);
+    EXPECT_NE(post("model.results.h5 --set gravity='[0,-1,0]'"), 0);
+    EXPECT_THAT(err, HasSubstr("'gravity' is not as it was in the run"));
+    EXPECT_NE(post("model.results.h5 --only walk"), 0);
+    EXPECT_THAT(err, HasSubstr("there is no analysis 'walk'"));
+    EXPECT_NE(post("model.results.h5 -o model.results.h5"), 0);
+    EXPECT_THAT(err, HasSubstr("would be replaced by what is made of it"));
+}
+
+TEST_F(PostTest, PartsThatHaveChangedAreNoticed) {
+    writeModel(makeBar("bend: {largest_displacement: bar}"));
+    ASSERT_EQ(runModel("--only run"), 0) << err;
+    std::string deck = testing::readText(folder / "bar.inp");
+    const size_t at = deck.find("*DENSITY");
+    ASSERT_NE(at, std::string::npos);
+    const size_t line = deck.find('\n', at) + 1;
+    deck.replace(line, deck.find('\n', line) - line, "1000");
+    testing::writeText(folder / "bar.inp", deck);
+    EXPECT_NE(post("model.results.h5"), 0);
+    EXPECT_THAT(err, HasSubstr("parts or tables of the model have changed since"));
+}
+
+TEST_F(PostTest, WithoutStatesThereIsNothingToGoBackTo) {
+    writeModel(makeBar("tip: {position: bar.tip}") + "output: {states: none}\n");
+    ASSERT_EQ(runModel("--only run"), 0) << err;
+    EXPECT_NE(post("model.results.h5"), 0);
+    EXPECT_THAT(err, HasSubstr("has kept no States (output.states: none)"));
+}
+
+}  // namespace
+}  // namespace simflex
