@@ -7,6 +7,7 @@
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "simflex/solver/RadauIntegrator.h"
+#include "simflex/solver/equations/Evaluation.h"
 
 namespace simflex {
 namespace {
@@ -398,6 +399,101 @@ TEST(HeldForces, AreServedAsOftenAsBySimbodysIntegrator) {
         });
         EXPECT_EQ(ours, theirs) << "every " << period << " s";
     }
+}
+
+/** A body that flies and one that turns on it, under forces of all the kinds that hold. **/
+struct HeldFlight {
+    HeldFlight() {
+        const Body::Rigid block(MassProperties(2, Vec3(0), Inertia(0.1, 0.2, 0.3)));
+        flying = MobilizedBody::Free(matter.Ground(), Transform(), block, Transform());
+        turning = MobilizedBody::Pin(flying, Transform(Vec3(0.5, 0, 0)), block,
+                                     Transform(Rotation(0.4, YAxis), Vec3(0, -0.3, 0)));
+        motor = Force::MobilityConstantForce(forces, turning, MobilizerUIndex(0), 0.7);
+        Force::ConstantTorque(forces, flying, Vec3(0.1, -0.2, 0.3));
+        system.addEventHandler(new Pusher(*this));
+    }
+
+    class Pusher : public PeriodicEventHandler {
+    public:
+        explicit Pusher(const HeldFlight& flight) : PeriodicEventHandler(0.05), m_flight(flight) {}
+        void handleEvent(State& state, Real, bool&) const override {
+            const Real t = state.getTime();
+            m_flight.motor.setForce(state, std::cos(9 * t));
+            m_flight.held.setOneMobilityForce(state, m_flight.flying, MobilizerUIndex(4), t);
+            m_flight.held.setOneBodyForce(state, m_flight.turning,
+                                          SpatialVec(Vec3(t, 0, 0.2), Vec3(3, 20 * t, -1)));
+        }
+
+    private:
+        const HeldFlight& m_flight;
+    };
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    Force::Gravity gravity{forces, matter, -YAxis, 9.81};
+    Force::DiscreteForces held{forces, matter};
+    Force::MobilityConstantForce motor;
+    MobilizedBody::Free flying;
+    MobilizedBody::Pin turning;
+};
+
+TEST(HeldForces, AreWhatSimbodysIntegratorFindsAndAskedForOnceEach) {
+    HeldFlight model;
+    const State start = model.system.realizeTopology();
+    SimTK::RungeKuttaMersonIntegrator theirs(model.system);
+    theirs.setAccuracy(1e-10);
+    SimTK::TimeStepper stepper(model.system, theirs);
+    stepper.initialize(start);
+    stepper.stepTo(0.72);
+    const auto expectTheSame = [&](auto&& ours) {
+        ours.setAccuracy(1e-8);
+        ours.initialize(start);
+        ours.stepTo(0.72);
+        EXPECT_LT((ours.getState().getY() - stepper.getState().getY()).normInf(), 1e-5)
+            << ours.getMethodName();
+    };
+    expectTheSame(BdfIntegrator(model.system));
+    expectTheSame(RadauIntegrator(model.system));
+
+    State state = start;
+    model.system.realize(state, Stage::Velocity);
+    EXPECT_FALSE(Evaluation(model.system, state).getTopology().needsSimbody);
+    Force::MobilityLinearSpring(model.forces, model.turning, MobilizerQIndex(0), 200, 0);
+    state = model.system.realizeTopology();
+    model.system.realize(state, Stage::Velocity);
+    EXPECT_TRUE(Evaluation(model.system, state).getTopology().needsSimbody);
+}
+
+TEST(ChangedSystem, IsRefusedUntilItIsInitialized) {
+    HeldSlider model(0.1, [](Real) { return 2; });
+    BdfIntegrator integrator(model.system);
+    integrator.initialize(model.state);
+    integrator.stepTo(0.1);
+    model.system.realizeTopology();  // nothing has changed
+    integrator.stepTo(0.2);
+    const auto expectRefusal = [&] {
+        try {
+            integrator.stepTo(0.3);
+            ADD_FAILURE() << "goes on";
+        } catch (const std::logic_error& error) {
+            EXPECT_NE(std::string(error.what()).find("initialize()"), std::string::npos)
+                << error.what();
+        }
+        EXPECT_EQ(integrator.getTime(), 0.2);
+    };
+    Force::MobilityLinearSpring(model.forces, model.mass, MobilizerQIndex(0), 200, 0);
+    expectRefusal();
+    State state = model.system.realizeTopology();
+    expectRefusal();
+    state.setTime(integrator.getTime());
+    state.updQ() = integrator.getState().getQ();
+    state.updU() = integrator.getState().getU();
+    integrator.initialize(state);
+    integrator.stepTo(0.3);
+    // From 0.02 m at 0.2 m/s, about 0.01 m, ω = 10/s.
+    EXPECT_NEAR(model.mass.getLength(integrator.getState()),
+                0.01 + 0.01 * std::cos(1.0) + 0.02 * std::sin(1.0), 1e-5);
 }
 
 }  // namespace

@@ -122,7 +122,8 @@ void Evaluation::calcBatchResidual(int batch, const double* q, const double* u, 
 }
 
 bool Evaluation::canEvaluateByBlocks() const {
-    return !m_topology->needsSimbody && !m_simbody->getPrescribed() && m_frictions.isEmpty();
+    return !m_topology->needsSimbody && !m_topology->hasForeignForces &&
+           !m_simbody->getPrescribed() && m_frictions.isEmpty();
 }
 
 void Evaluation::evaluate(double time, MotionLevel level, const NewtonFactors& factors,
@@ -252,6 +253,13 @@ void Evaluation::calcUnclearedResidual(const double* q, const double* u, const d
     });
     m_frictions.addInForces(lambda, r);
     m_loads.subtractForces(r);
+}
+
+bool Evaluation::canHavePower() const {
+    const PrescribedMotion* prescribed = m_simbody->getPrescribed();
+    return (prescribed && prescribed->canWork()) || m_simbody->getConstraints() ||
+           !m_topology->elements.empty() || m_topology->numFlexible > 0 ||
+           !m_topology->joints.empty();
 }
 
 double Evaluation::calcPower(const double* q, const double* u, const double* uDot,

@@ -111,6 +111,8 @@ public:
                   const double* uDot, const double* lambda, double* r, double* c);
     /** Power of applied loads, damping, working constraints and prescribed motions [W]. **/
     double calcPower(const double* q, const double* u, const double* uDot, const double* lambda);
+    /** False if calcPower() is zero wherever bodies are. **/
+    bool canHavePower() const;
     /** See TimedLoads. **/
     void calcTimedLoads(double time, const NewtonFactors& factors, const double* q, const double* u,
                         const double* uDot, double* r, double* g);

@@ -44,6 +44,12 @@ void disableAllBut(const Force& force, const MultibodySystem& system, State& sta
                 forces->setForceIsDisabled(state, f, true);
 }
 
+bool isHeldForce(const Force& force) {
+    return Force::DiscreteForces::isInstanceOf(force) ||
+           Force::MobilityConstantForce::isInstanceOf(force) ||
+           Force::ConstantTorque::isInstanceOf(force);
+}
+
 const Force::Custom::Implementation& getImplementation(const Force::Custom& force) {
     struct Opened : Force::Custom {
         static auto get() { return &Opened::getImplementation; }

@@ -23,6 +23,10 @@ const SimTK::GeneralForceSubsystem* findForceSubsystem(const SimTK::MultibodySys
 void disableAllBut(const SimTK::Force& force, const SimTK::MultibodySystem& system,
                    SimTK::State& state);
 
+/** True for an element whose forces, on mobilities and on bodies in Ground, are what its variables
+say, wherever bodies are. **/
+bool isHeldForce(const SimTK::Force& force);
+
 /** What a Force::Custom does, for calcForce(). **/
 const SimTK::Force::Custom::Implementation& getImplementation(const SimTK::Force::Custom& force);
 

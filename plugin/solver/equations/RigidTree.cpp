@@ -158,12 +158,16 @@ RigidTree::Slots RigidTree::findSlots(MobilizedBodyIndex index) const {
     throw std::out_of_range(name + " has no body " + std::to_string(int(index)));
 }
 
+void RigidTree::putSpeeds(const double* u, Vector& stateU) const {
+    for (const RigidBody& body : m_bodies)
+        for (int k = 0; k < body.nu; ++k) stateU[body.stateU0 + k] = u[body.u0 + k];
+}
+
 void RigidTree::putCoordinates(const double* q, const double* u, Vector& stateQ,
                                Vector& stateU) const {
-    for (const RigidBody& body : m_bodies) {
+    for (const RigidBody& body : m_bodies)
         for (int k = 0; k < body.nq; ++k) stateQ[body.stateQ0 + k] = q[body.q0 + k];
-        for (int k = 0; k < body.nu; ++k) stateU[body.stateU0 + k] = u[body.u0 + k];
-    }
+    putSpeeds(u, stateU);
 }
 
 void RigidTree::realizeBody(RigidBody& body, const double* q, const double* u) const {

@@ -45,6 +45,7 @@ public:
     bool needsSimbody() const { return m_needsSimbody; }
 
     /** Writes q and u of this block into Simbody's vectors. **/
+    void putSpeeds(const double* u, SimTK::Vector& stateU) const;
     void putCoordinates(const double* q, const double* u, SimTK::Vector& stateQ,
                         SimTK::Vector& stateU) const;
 

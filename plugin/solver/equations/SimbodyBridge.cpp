@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "simflex/base/Checkpoint.h"
+#include "simflex/solver/equations/RigidTree.h"
 #include "simflex/solver/equations/StateImage.h"
 
 namespace simflex {
@@ -24,6 +25,13 @@ void SimbodyBridge::updateGravity(const State& state) {
                 m_gravity.atBody[i] += gravity->getGravityVector(state);
 }
 
+void SimbodyBridge::updateHeldForces() {
+    if (!m_topology.areForcesHeld) return;
+    m_system.realize(m_private, Stage::Dynamics);
+    m_heldBodyForces = m_system.getRigidBodyForces(m_private, Stage::Dynamics);
+    m_heldMobilityForces = m_system.getMobilityForces(m_private, Stage::Dynamics);
+}
+
 void SimbodyBridge::setLoadFraction(double fraction) {
     if (m_fullGravity.atBody.empty()) m_fullGravity = m_gravity;
     m_blocks.context.loadFraction = fraction;
@@ -31,17 +39,33 @@ void SimbodyBridge::setLoadFraction(double fraction) {
         m_gravity.atBody[i] = fraction * m_fullGravity.atBody[i];
 }
 
+void SimbodyBridge::place(double time, const double* q, const double* u) {
+    const bool hasSameQ = m_placedTime == time && std::equal(m_placedQ.begin(), m_placedQ.end(), q);
+    const bool hasSameU = std::equal(m_placedU.begin(), m_placedU.end(), u);
+    if (hasSameQ && hasSameU) return;
+    if (hasSameQ && m_blocks.flexible.empty()) {
+        Vector& stateU = m_private.updU();
+        for (const RigidTree* tree : m_blocks.rigid) tree->putSpeeds(u + tree->firstU, stateU);
+    } else {
+        m_blocks.putIntoState(time, q, u, m_private);
+    }
+    m_placedTime = time;
+    m_placedQ.assign(q, q + m_topology.numQ);
+    m_placedU.assign(u, u + m_topology.numU);
+}
+
 void SimbodyBridge::updatePrescribed(double time, const double* q, const double* u) {
     const bool isKnown = m_prescribedTime == time && !m_prescribed->dependsOnState();
     if (!m_prescribed->hasMotions() || isKnown) return;
     const auto start = Clock::now();
-    m_blocks.putIntoState(time, q, u, m_private);
+    place(time, q, u);
     m_prescribed->updateFromSimbody(m_private);
     if (!m_prescribed->dependsOnState()) {
         m_system.realize(m_private, Stage::Dynamics);
         m_prescribed->updateAccelerations(m_private);
     }
     m_prescribedTime = time;
+    m_placedTime = NaN;  // values of Motions stand there now
     m_seconds += std::chrono::duration<double>(Clock::now() - start).count();
 }
 
@@ -60,10 +84,10 @@ void SimbodyBridge::realize(double time, const double* q, const double* u) {
     if (m_prescribed && !m_prescribed->dependsOnState()) updatePrescribed(time, q, u);
     if (!m_topology.needsSimbody) return;
     const auto start = Clock::now();
-    m_blocks.putIntoState(time, q, u, m_private);
+    place(time, q, u);
     const bool hasMotions = m_prescribed && m_prescribed->dependsOnState();
-    m_system.realize(m_private,
-                     m_topology.hasForeignForces || hasMotions ? Stage::Dynamics : Stage::Velocity);
+    const bool hasForces = m_topology.hasForeignForces && !m_topology.areForcesHeld;
+    m_system.realize(m_private, hasForces || hasMotions ? Stage::Dynamics : Stage::Velocity);
     if (hasMotions) m_prescribed->updateAccelerations(m_private);
     m_seconds += std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -81,8 +105,11 @@ void SimbodyBridge::collectForces(const double* lambda) {
     if (m_topology.setting == Topology::Setting::Native) {
         // Given.
     } else if (m_topology.hasForeignForces) {
-        m_bodyForces = m_system.getRigidBodyForces(*m_now, Stage::Dynamics);
-        m_mobilityForces = m_system.getMobilityForces(*m_now, Stage::Dynamics);
+        const bool areHeld = m_topology.areForcesHeld;
+        m_bodyForces =
+            areHeld ? m_heldBodyForces : m_system.getRigidBodyForces(*m_now, Stage::Dynamics);
+        m_mobilityForces =
+            areHeld ? m_heldMobilityForces : m_system.getMobilityForces(*m_now, Stage::Dynamics);
         if (fraction != 1) {
             m_bodyForces *= fraction;
             m_mobilityForces *= fraction;
@@ -201,25 +228,32 @@ void SimbodyBridge::takeVariables(const std::vector<DiscreteVarKey>& keys, const
         if (state->getNumSubsystems() > 0) copyVariables(keys, from, *state);
     for (ForceDifferences& differences : m_differences) differences.takeVariables(keys, from);
     updateGravity(from);
+    updateHeldForces();
     m_prescribedTime = NaN;
 }
 
 void SimbodyBridge::setZ(const double* z) {
     if (m_private.getNumSubsystems() == 0 || m_topology.numZ == 0) return;
-    Vector& stateZ = m_private.updZ();
-    std::copy_n(z, m_topology.numZ, &stateZ[0]);
+    if (std::equal(z, z + m_topology.numZ, &m_private.getZ()[0])) return;
+    std::copy_n(z, m_topology.numZ, &m_private.updZ()[0]);
 }
 
 void SimbodyBridge::calcZDot(double time, const double* q, const double* u, const double* uDot,
                              const double* z, double* zDot) {
     if (!m_topology.hasForeignZ()) return;
     const auto start = Clock::now();
-    m_blocks.putIntoState(time, q, u, m_zState);
-    std::copy_n(z, m_topology.numZ, &m_zState.updZ()[0]);
-    if (m_topology.guts)
+    const bool hasOwnState = m_zState.getNumSubsystems() > 0;
+    const State& state = hasOwnState ? m_zState : m_private;
+    if (hasOwnState) {
+        m_blocks.putIntoState(time, q, u, m_zState);
+        std::copy_n(z, m_topology.numZ, &m_zState.updZ()[0]);
         m_topology.guts->setKnownAccelerations(m_zState, m_blocks.calcSimbodyUDot(q, uDot));
-    m_system.realize(m_zState, Stage::Acceleration);
-    const Vector& stateZDot = m_zState.getZDot();
+    } else {
+        place(time, q, u);
+        setZ(z);
+    }
+    m_system.realize(state, Stage::Acceleration);
+    const Vector& stateZDot = state.getZDot();
     for (int i = 0; i < m_topology.numZ; ++i) zDot[i] = stateZDot[i];
     m_seconds += std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -244,8 +278,10 @@ void SimbodyBridge::visit(Checkpoint& checkpoint) {
     visitVector(m_private.getU(), [&]() -> Vector& { return m_private.updU(); });
     visitVector(m_private.getZ(), [&]() -> Vector& { return m_private.updZ(); });
     if (!checkpoint.isReading()) return;
+    m_placedTime = NaN;
     m_private.setTime(time);
-    m_system.realize(m_private, m_topology.hasForeignForces ? Stage::Dynamics : Stage::Velocity);
+    const bool hasForces = m_topology.hasForeignForces && !m_topology.areForcesHeld;
+    m_system.realize(m_private, hasForces ? Stage::Dynamics : Stage::Velocity);
 }
 
 }  // namespace simflex

@@ -86,6 +86,11 @@ private:
     friend class TimedLoads;       // its own State is a copy
 
     void updateGravity(const SimTK::State& state);
+    /** Writes a point into m_private: no more than is new, so that Simbody evaluates the rest only.
+     **/
+    void place(double time, const double* q, const double* u);
+    /** Asks for forces that no evaluation asks for again. **/
+    void updateHeldForces();
     /** Asks for what Motions prescribe at this time, unless it is known. **/
     void updatePrescribed(double time, const double* q, const double* u);
 
@@ -94,7 +99,9 @@ private:
     Blocks& m_blocks;
     SimTK::State m_private;                  ///< empty if Simbody is never asked
     const SimTK::State* m_now = &m_private;  ///< on which Simbody is asked
-    SimTK::State m_zState;                   ///< on which it evaluates ż; empty if it has none
+    SimTK::State m_zState;                   ///< on which it evaluates ż; empty if on m_private
+    double m_placedTime = SimTK::NaN;        ///< where m_private is
+    std::vector<double> m_placedQ, m_placedU;
     GravityField m_gravity, m_fullGravity;
     std::vector<const SimTK::Force::Gravity*> m_gravityForces;  ///< enabled ones
     std::unique_ptr<SimbodyConstraints> m_constraints;
@@ -103,6 +110,8 @@ private:
     std::vector<ForceDifferences> m_differences;     ///< of Topology::differenced
     SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;  ///< of Simbody's elements and constraints
     SimTK::Vector m_mobilityForces;
+    SimTK::Vector_<SimTK::SpatialVec> m_heldBodyForces;  ///< see Topology::areForcesHeld
+    SimTK::Vector m_heldMobilityForces;
     double m_seconds = 0;
 };
 

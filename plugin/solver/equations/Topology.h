@@ -160,6 +160,7 @@ struct Topology {
     std::vector<LoadedBlock> loadedBlocks;
 
     bool hasForeignForces = false;  ///< of Simbody's elements other than gravity
+    bool areForcesHeld = false;     ///< which change with their variables only
     bool needsSimbody = false;      ///< N(q) or forces are asked of Simbody
 
     int numBlocks() const { return int(blockSizes.size()); }

@@ -90,7 +90,7 @@ void TopologyBuilder::analyse(const State& state,
     State& own = m_simbody.m_private;
     m_system.realize(own, Stage::Velocity);
     refuseUnsupported(own);
-    collectGravityAndForces(own);
+    collectGravityAndForces(own, differentiated);
     makeBlocks(own);
     makeBatches();
     makeJoints();
@@ -116,7 +116,7 @@ void TopologyBuilder::analyse(const State& state,
 void TopologyBuilder::preparePrivateStates(const State& state) {
     m_blocks.context.state = m_topology.needsSimbody ? &m_simbody.m_private : nullptr;
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
-    if (m_topology.hasForeignZ()) {
+    if (m_topology.hasForeignZ() && m_topology.guts) {
         // Accelerations are given there: Simbody need not solve for the joints.
         m_simbody.m_zState = state;
         for (const Topology::Joint& joint : m_topology.joints)
@@ -130,8 +130,9 @@ void TopologyBuilder::preparePrivateStates(const State& state) {
     m_system.realize(m_simbody.m_private, Stage::Instance);
     // What nobody will look at need not be kept: a flexible body takes some 60 kB of a State.
     if (!m_topology.needsSimbody && !m_simbody.m_constraints && !m_simbody.m_prescribed &&
-        !m_topology.hasForeignZ())
+        !m_topology.hasForeignZ() && !m_topology.areForcesHeld)
         m_simbody.m_private.clear();
+    m_simbody.updateHeldForces();
 }
 
 void TopologyBuilder::refuseUnsupported(const State& state) const {
@@ -168,16 +169,21 @@ void TopologyBuilder::refuseUnsupported(const State& state) const {
     }
 }
 
-void TopologyBuilder::collectGravityAndForces(const State& state) {
+void TopologyBuilder::collectGravityAndForces(const State& state,
+                                              const std::vector<ForceSelection>& differentiated) {
     m_simbody.m_gravity.atBody.assign(m_system.getMatterSubsystem().getNumBodies(), Vec3(0));
     m_topology.hasForeignForces = m_topology.setting == Topology::Setting::Native;
     if (m_topology.hasForeignForces) return;
+    m_topology.areForcesHeld = differentiated.empty();
+    // Rates of z follow from Simbody's accelerations, those of all its forces.
+    const bool isGravitySimbodys = !m_topology.guts && state.getNZ() > 0;
     for (SubsystemIndex s(0); s < m_system.getNumSubsystems(); ++s) {
         const Subsystem& subsystem = m_system.getSubsystem(s);
         if (!dynamic_cast<const ForceSubsystem::Guts*>(&subsystem.getSubsystemGuts())) continue;
         if (m_topology.guts && &subsystem.getSubsystemGuts() == m_topology.guts) continue;
         if (!isGeneralForceSubsystem(subsystem)) {
             m_topology.hasForeignForces = true;
+            m_topology.areForcesHeld = false;
             continue;
         }
         const GeneralForceSubsystem& forces =
@@ -185,8 +191,9 @@ void TopologyBuilder::collectGravityAndForces(const State& state) {
         for (ForceIndex f(0); f < forces.getNumForces(); ++f) {
             const Force& force = forces.getForce(f);
             if (forces.isForceDisabled(state, f)) continue;
-            if (!Force::Gravity::isInstanceOf(force)) {
+            if (!Force::Gravity::isInstanceOf(force) || isGravitySimbodys) {
                 m_topology.hasForeignForces = true;
+                m_topology.areForcesHeld = m_topology.areForcesHeld && isHeldForce(force);
                 continue;
             }
             m_simbody.m_gravityForces.push_back(&Force::Gravity::downcast(force));
@@ -254,7 +261,9 @@ void TopologyBuilder::makeBlocks(const State& state) {
         m_topology.numQ += block->numQ;
         m_topology.numU += block->numU;
     }
-    m_topology.needsSimbody = m_topology.needsSimbody || m_topology.hasForeignForces;
+    m_topology.areForcesHeld = m_topology.areForcesHeld && m_topology.hasForeignForces;
+    m_topology.needsSimbody =
+        m_topology.needsSimbody || (m_topology.hasForeignForces && !m_topology.areForcesHeld);
     m_topology.numFlexible = int(m_blocks.flexible.size());
     m_topology.isPrescribed.assign(size_t(m_topology.numU), 0);
     m_topology.blockRows.resize(m_blocks.all.size());

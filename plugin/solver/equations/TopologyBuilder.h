@@ -39,7 +39,8 @@ private:
 
     void analyse(const SimTK::State& state, const std::vector<ForceSelection>& differentiated);
     void refuseUnsupported(const SimTK::State& state) const;
-    void collectGravityAndForces(const SimTK::State& state);
+    void collectGravityAndForces(const SimTK::State& state,
+                                 const std::vector<ForceSelection>& differentiated);
     void makeBlocks(const SimTK::State& state);
     void makeBatches();
     void makeJoints();

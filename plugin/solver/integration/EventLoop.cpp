@@ -314,7 +314,22 @@ void ImplicitIntegrator::Implementation::bookPhases() {
     statistics.evaluationSeconds -= simbody;
 }
 
+bool ImplicitIntegrator::Implementation::hasSameSystem() const {
+    return m_system.systemTopologyHasBeenRealized() &&
+           m_system.getSystemTopologyCacheVersion() == m_topologyVersion;
+}
+
+void ImplicitIntegrator::Implementation::requireSameSystem() const {
+    if (hasSameSystem()) return;
+    throw std::logic_error(
+        name +
+        ": the system is not the one that was initialized: a body, force, constraint, reporter or "
+        "handler was added or changed since. Call realizeTopology() and initialize() with its "
+        "State, the coordinates and speeds of getState() copied into it");
+}
+
 void ImplicitIntegrator::Implementation::runTimed(const std::function<void()>& work) {
+    requireSameSystem();
     const StandardArithmetic standard;
     const auto start_ = Clock::now();
     m_isRunning = true;

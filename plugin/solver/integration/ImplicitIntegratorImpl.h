@@ -179,6 +179,9 @@ private:
     void predictLambda(int points, SolutionPoint& point);
     /** The same of a method with stages. **/
     bool attemptStages(double h, double* error);
+    /** True if a step's end has to be evaluated: positions projected, power, loads or the pose
+    looked at. **/
+    bool isEndAskedFor() const;
     /** Brings m_new's positions onto the joints. @returns false if it cannot. **/
     bool projectNew();
     void acceptStep(double h, int order);
@@ -234,6 +237,9 @@ private:
     void calcTriggersAt(double t, SimTK::Vector& values);
     /** Moves phase times from the solver and the equations into the statistics. **/
     void bookPhases();
+    /** False if bodies, forces or events have come since initialize(). **/
+    bool hasSameSystem() const;
+    void requireSameSystem() const;
     /** Runs `work` and books its time. **/
     void runTimed(const std::function<void()>& work);
 
@@ -255,6 +261,7 @@ private:
     void visitProgress(Checkpoint& checkpoint);
 
     const SimTK::MultibodySystem& m_system;
+    SimTK::StageVersion m_topologyVersion = 0;  ///< of m_system, that was initialized
     std::unique_ptr<IntegrationScheme> m_scheme;
     OneStageScheme* m_formulas;  ///< the same, if its steps have one stage
     /** Else of steps near singular positions: see ImplicitStep::solveNearSingularity(). **/

@@ -22,6 +22,7 @@ void ImplicitIntegrator::Implementation::setUp(const State& state) {
 
 void ImplicitIntegrator::Implementation::prepare(const State& state) {
     m_isInitialized = m_isTerminated = m_isFinished = false;
+    m_topologyVersion = m_system.getSystemTopologyCacheVersion();
     checkSettings(state.getTime());
     m_longestStep =
         maximumStep > 0
@@ -94,12 +95,13 @@ void ImplicitIntegrator::Implementation::buildEquations() {
 }
 
 void ImplicitIntegrator::Implementation::chooseSettings() {
-    // What remembers at the ends of steps alone wants short ones. Trackers of contacts only find
-    // again what they have found.
+    // What remembers at the ends of steps alone wants short ones. Trackers of contacts and cables
+    // only find again what they have found.
     m_remembers = false;
     for (const SimTK::DiscreteVarKey& key : listAutoUpdates(m_state)) {
         const SimTK::Subsystem& subsystem = m_system.getSubsystem(key.first);
-        m_remembers = m_remembers || !SimTK::ContactTrackerSubsystem::isInstanceOf(subsystem);
+        m_remembers = m_remembers || !(SimTK::ContactTrackerSubsystem::isInstanceOf(subsystem) ||
+                                       SimTK::CableTrackerSubsystem::isInstanceOf(subsystem));
     }
     const bool isFree = !m_equations->getTopology().hasModes() && fixedStep == 0 && !m_remembers;
     const bool hasHighOrder = m_scheme->suit(isFree ? IntegrationScheme::Suitability::HighOrder

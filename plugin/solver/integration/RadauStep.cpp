@@ -365,7 +365,10 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
 
 bool RadauStep::completeStages(const SolutionPoint& start, double h) {
     const Topology& topology = m_equations.getTopology();
+    const bool hasPower = m_equations.canHavePower();
     for (SolutionPoint& stage : m_stages) {
+        stage.power = 0;
+        if (!hasPower && topology.periods.empty()) continue;
         m_equations.setZ(stage.z.data());
         m_equations.realize(stage.t, stage.q.data(), stage.u.data());
         if (!topology.periods.empty()) {
@@ -373,8 +376,9 @@ bool RadauStep::completeStages(const SolutionPoint& start, double h) {
             m_mayLoseCount = topology.mayLoseCount(m_system.c.data());
             if (m_mayLoseCount) return false;
         }
-        stage.power = m_equations.calcPower(stage.q.data(), stage.u.data(), stage.uDot.data(),
-                                            stage.lambda.data());
+        if (hasPower)
+            stage.power = m_equations.calcPower(stage.q.data(), stage.u.data(), stage.uDot.data(),
+                                                stage.lambda.data());
     }
     for (int i = 0; i < NumStages; ++i)
         m_stages[size_t(i)].work =

@@ -36,14 +36,16 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     }
 
     if (formulation == Formulation::StabilizedIndex2) {
-        if (!projectNew()) return false;
+        if (isEndAskedFor() && !projectNew()) return false;
         if (m_solvesPositions && !m_step->projectStepSpeeds(m_formula, m_new, &m_worstProjectedRow))
             return false;
     } else {
         m_new.constraintError = m_step->calcPositionError(t, m_new.q, m_new.u);
     }
-    m_new.power = m_equations->calcPower(m_new.q.data(), m_new.u.data(), m_new.uDot.data(),
-                                         m_new.lambda.data());
+    m_new.power = m_equations->canHavePower()
+                      ? m_equations->calcPower(m_new.q.data(), m_new.u.data(), m_new.uDot.data(),
+                                               m_new.lambda.data())
+                      : 0;
     m_new.work = m_formula.workHist + m_formula.quadrature * m_new.power;
     m_equations->getBlocks().normalizeQ(m_new.q.data());
     updFormulas().completePoint(m_history, m_formula, m_new);
@@ -62,6 +64,12 @@ void ImplicitIntegrator::Implementation::predictLambda(int points, SolutionPoint
         std::fill(point.lambda.begin(), point.lambda.end(), 0.0);
     else
         m_history.extrapolateLambda(points, point.t, point.lambda);
+}
+
+bool ImplicitIntegrator::Implementation::isEndAskedFor() const {
+    const TimedLoads& loads = m_equations->getTimedLoads();
+    return m_equations->getTopology().numMultipliers > 0 || m_equations->canHavePower() ||
+           m_equations->updErrorNorm().isInMetres() || loads.hasLoads() || loads.hasMotions();
 }
 
 bool ImplicitIntegrator::Implementation::projectNew() {
@@ -99,7 +107,9 @@ bool ImplicitIntegrator::Implementation::attemptStages(double h, double* error) 
     // Lengths of quaternions are no errors.
     m_equations->getBlocks().normalizeQ(m_new.q.data());
     m_errorQ = m_new.q;
-    if (!projectNew()) return false;
+    // Without joints nothing is projected, and the error is evaluated there again.
+    const bool isEvaluated = m_equations->getTopology().numMultipliers > 0 || fixedStep > 0;
+    if (isEvaluated && !projectNew()) return false;
     for (size_t i = 0; i < m_errorQ.size(); ++i) m_errorQ[i] = m_new.q[i] - m_errorQ[i];
     std::fill(m_errorU.begin(), m_errorU.end(), 0.0);
     std::fill(m_errorZ.begin(), m_errorZ.end(), 0.0);
