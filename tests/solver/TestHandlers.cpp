@@ -409,6 +409,7 @@ struct HeldFlight {
         turning = MobilizedBody::Pin(flying, Transform(Vec3(0.5, 0, 0)), block,
                                      Transform(Rotation(0.4, YAxis), Vec3(0, -0.3, 0)));
         motor = Force::MobilityConstantForce(forces, turning, MobilizerUIndex(0), 0.7);
+        brake = Force::MobilityDiscreteForce(forces, turning, MobilizerUIndex(0));
         Force::ConstantTorque(forces, flying, Vec3(0.1, -0.2, 0.3));
         system.addEventHandler(new Pusher(*this));
     }
@@ -419,6 +420,7 @@ struct HeldFlight {
         void handleEvent(State& state, Real, bool&) const override {
             const Real t = state.getTime();
             m_flight.motor.setForce(state, std::cos(9 * t));
+            m_flight.brake.setMobilityForce(state, t - 1);
             m_flight.held.setOneMobilityForce(state, m_flight.flying, MobilizerUIndex(4), t);
             m_flight.held.setOneBodyForce(state, m_flight.turning,
                                           SpatialVec(Vec3(t, 0, 0.2), Vec3(3, 20 * t, -1)));
@@ -434,6 +436,7 @@ struct HeldFlight {
     Force::Gravity gravity{forces, matter, -YAxis, 9.81};
     Force::DiscreteForces held{forces, matter};
     Force::MobilityConstantForce motor;
+    Force::MobilityDiscreteForce brake;
     MobilizedBody::Free flying;
     MobilizedBody::Pin turning;
 };

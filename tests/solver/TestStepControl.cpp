@@ -469,5 +469,36 @@ TEST(DefaultOrder, FollowsTheSystem) {
     EXPECT_EQ(low.getStatistics().stepsAtOrder[3], 0);
 }
 
+TEST(DefaultOrder, OfTheLongestStepsTheOneOfLeastErrorIsTaken) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity gravity(forces, matter, -YAxis, 9.81);
+    MobilizedBody::Pin bob(matter.Ground(), Transform(),
+                           Body::Rigid(MassProperties(1, Vec3(0, -1, 0), Inertia(1.1, 0.1, 1.1))),
+                           Transform());
+    State start = system.realizeTopology();
+    bob.setAngle(start, 1);
+    const auto run = [&](Real accuracy, Real longestStep) {
+        BdfIntegrator integrator(system);
+        integrator.setAccuracy(accuracy);
+        integrator.setMaximumStepSize(longestStep);
+        integrator.initialize(start);
+        integrator.stepTo(2);
+        return bob.getAngle(integrator.getState());
+    };
+    const Real end = run(1e-12, 0.1);
+    // Errors fall with the steps however far below the accuracy they are.
+    for (const Real accuracy : {1e-3, 1e-5}) {
+        Real last = Infinity;
+        for (const Real step : {1e-2, 2.5e-3, 1e-3}) {
+            const Real error = std::abs(run(accuracy, step) - end);
+            EXPECT_LT(error, last / 3) << "accuracy " << accuracy << ", step " << step;
+            last = error;
+        }
+        EXPECT_LT(last, 2e-8);
+    }
+}
+
 }  // namespace
 }  // namespace simflex

@@ -47,6 +47,7 @@ void disableAllBut(const Force& force, const MultibodySystem& system, State& sta
 bool isHeldForce(const Force& force) {
     return Force::DiscreteForces::isInstanceOf(force) ||
            Force::MobilityConstantForce::isInstanceOf(force) ||
+           Force::MobilityDiscreteForce::isInstanceOf(force) ||
            Force::ConstantTorque::isInstanceOf(force);
 }
 

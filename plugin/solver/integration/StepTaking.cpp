@@ -189,23 +189,33 @@ void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, 
         m_nextStep = std::min(ratio > 1 && ratio < LeastGrowth ? h : h * ratio, m_longestStep);
         return;
     }
-    // Candidate orders k−1, k, k+1; the one that allows the longest step wins. A higher one has to
-    // promise more: where error terms do not fall with the order, the method is near instability.
+    // Candidate orders k−1, k, k+1; the one that allows the longest step wins, or of those that
+    // allow the longest of all the one of least error. A higher one has to promise more: where
+    // error terms do not fall with the order, the method is near instability.
     constexpr double Preference = 1.2;
     const auto growth = [](double err, int k) {
         return std::pow(StepController::Target / std::max(err, 1e-10), 1.0 / (k + 1));
     };
     ++m_stepsAtOrder;
-    double best = growth(error, order);
+    double best = growth(error, order), leastError = error;
     int bestOrder = order;
-    if (order > lowest && m_stepsAtOrder > 1) {
-        const double lower = growth(calcError(order - 1), order - 1);
-        if (lower > best) best = lower, bestOrder = order - 1;
-    }
+    const auto isBetter = [&](double err, int k, double preference) {
+        const double other = growth(err, k);
+        const bool isEitherLongest = h * std::min(best, other) >= m_longestStep;
+        return isEitherLongest ? preference * err < leastError : other > preference * best;
+    };
+    const auto consider = [&](double err, int k, double preference) {
+        if (!isBetter(err, k, preference)) return;
+        best = growth(err, k);
+        leastError = err;
+        bestOrder = k;
+    };
+    if (order > lowest && m_stepsAtOrder > 1) consider(calcError(order - 1), order - 1, 1);
     if (order < highest && (order < lowest || m_stepsAtOrder > order) &&
         m_history.numNodes() > order + 1) {
-        const double higher = growth(calcError(order + 1), order + 1);
-        if (higher > Preference * best || order < lowest) best = higher, bestOrder = order + 1;
+        const double err = calcError(order + 1);
+        if (order < lowest) best = 0, leastError = SimTK::Infinity;
+        consider(err, order + 1, Preference);
     }
     // Ratios to which the formulas are zero-stable with some room.
     const double largest = bestOrder <= 2 ? 2.0 : 1.5;
