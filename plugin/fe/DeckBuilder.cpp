@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "AnsysDeck.h"
 #include "DeckAssembly.h"
 #include "DeckConstraints.h"
 #include "DeckMaterials.h"
@@ -1030,6 +1031,7 @@ std::vector<DeckCard> readModelCards(const std::string& path) {
     const std::string suffix = lowerCase(std::filesystem::path(path).extension().string());
     for (const char* bulk : {".bdf", ".nas", ".dat"})
         if (suffix == bulk) return readNastranCards(path);
+    if (suffix == ".cdb") return readAnsysCards(path);
     return readDeckCards(path);
 }
 

@@ -12,7 +12,8 @@ namespace simflex {
 /** @throws std::invalid_argument naming file and line for what cannot be a free solid part. **/
 DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards);
 
-/** The cards of a deck (.inp), or what stands for them in Nastran bulk data (.bdf, .nas, .dat).
+/** The cards of a deck (.inp), or what stands for them in Nastran bulk data (.bdf, .nas, .dat) or a
+model of Ansys (.cdb).
 @throws as their readers. **/
 std::vector<DeckCard> readModelCards(const std::string& path);
 

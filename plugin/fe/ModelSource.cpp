@@ -22,7 +22,7 @@ bool isMatrixMarket(const std::string& path) {
 
 Kind findKind(const std::string& path) {
     const std::string suffix = lowerCase(std::filesystem::path(path).extension().string());
-    for (const char* deck : {".inp", ".bdf", ".nas", ".dat"})
+    for (const char* deck : {".inp", ".bdf", ".nas", ".dat", ".cdb"})
         if (suffix == deck) return Kind::Deck;
     if (suffix == ".mtx") return isMatrixMarket(path) ? Kind::MatrixMarket : Kind::AbaqusMatrices;
     if (suffix == ".pch") return Kind::NastranDmig;
@@ -31,6 +31,7 @@ Kind findKind(const std::string& path) {
     throw std::invalid_argument(
         "'" + path + "' ends in " + (suffix.empty() ? "nothing" : "'" + suffix + "'") +
         "; simflex reads .inp (CalculiX or Abaqus deck), .bdf, .nas and .dat (Nastran bulk data), "
+        ".cdb (Ansys), "
         ".mtx (Matrix Market or Abaqus matrices), .pch "
         "(Nastran DMIG), .msh, .unv, .geo, .step, .stp, .brep, .iges and .igs (Gmsh)");
 }

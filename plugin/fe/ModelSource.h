@@ -3,7 +3,7 @@
 Reads a finite element model from whatever there is, by the name of the file:
 
 - .inp: a CalculiX or Abaqus deck (CalculixDeck.h);
-- .bdf .nas .dat: Nastran bulk data (CalculixDeck.h, too);
+- .bdf .nas .dat: Nastran bulk data, .cdb: a model of Ansys (CalculixDeck.h, too);
 - .mtx + mass matrix + nodes: Matrix Market (MatrixMarket.h) or Abaqus (AbaqusMatrices.h);
 - .pch [+ mass matrix] + nodes: Nastran DMIG (NastranDmig.h);
 - .msh .unv .geo .step .stp .brep .iges .igs + material: Gmsh mesh or geometry (GmshPart.h);

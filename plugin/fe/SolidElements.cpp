@@ -115,7 +115,8 @@ std::vector<WeightedPoint> makeRule(const std::string& type) {
         return rule;
     }
     throw std::invalid_argument("the integration points of element type " + type +
-                                " are not known");
+                                " are not known, so that it has no stress and no geometric "
+                                "stiffness; use C3D8 or C3D20R, of shells S8R");
 }
 
 ElementType findLinear(ElementType type) {

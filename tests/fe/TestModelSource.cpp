@@ -5,6 +5,7 @@ Gmsh parts with a material, units, and the choice of a reader by the file's name
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <iomanip>
 #include <sstream>
 
@@ -252,6 +253,197 @@ INSTANTIATE_TEST_SUITE_P(
                       BulkSolid{"C3D20R", "CHEXA", {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,
                                                     10, 11, 16, 17, 18, 19, 12, 13, 14, 15}}),
     [](const auto& solid) { return std::string(solid.param.type); });
+
+std::string bulkPlate(const std::string& more);
+
+struct BadAnsys {
+    const char *name, *text, *message;
+};
+
+/** A model as CDWRITE writes it. **/
+class AnsysModel {
+public:
+    explicit AnsysModel(const std::vector<std::array<double, 3>>& nodes) {
+        m_text << "/COM,ANSYS RELEASE\n/PREP7\nNBLOCK,6,SOLID,9,9\n(3i9,6e21.13e3)\n";
+        for (size_t k = 0; k < nodes.size(); ++k) {
+            char line[120];
+            std::snprintf(line, sizeof line, "%9zu%9d%9d%21.13e%21.13e%21.13e\n", k + 1, 0, 0,
+                          nodes[k][0], nodes[k][1], nodes[k][2]);
+            m_text << line;
+        }
+        m_text << "N,R5.3,LOC,       -1,\n";
+    }
+
+    void beginElements() { m_text << "EBLOCK,19,SOLID,9,9\n(19i9)\n"; }
+    void addElement(int number, int type, int section, const std::vector<int>& nodes) {
+        const std::vector<int> head = {2, type, section,           section, 0,     0,
+                                       0, 0,    int(nodes.size()), 0,       number};
+        size_t column = 0;
+        const auto add = [&](int value) {
+            if (column == 19) m_text << "\n", column = 0;
+            m_text << std::setw(9) << value;
+            ++column;
+        };
+        for (const int value : head) add(value);
+        for (const int node : nodes) add(node);
+        m_text << "\n";
+    }
+    void endElements() { m_text << "       -1\n"; }
+    void add(const std::string& text) { m_text << text; }
+    std::string text() const { return m_text.str(); }
+
+private:
+    std::ostringstream m_text;
+};
+
+constexpr const char* kAnsysMetal =
+    "MPTEMP,R5.0, 1, 1,  0.00000000    ,\nMPDATA,R5.0, 1,EX  ,       2, 1,  70000000000.0    ,\n"
+    "MPDATA,R5.0, 1,PRXY,       2, 1, 0.300000000    ,\nMP,DENS,2,2700\nMP,ALPX,2,1e-5\n";
+
+struct AnsysSolid {
+    const char* type;
+    int kind;
+    std::vector<size_t> order;  ///< of CalculiX's nodes in Ansys' element
+};
+
+class AnsysSolids : public ModelSource, public ::testing::WithParamInterface<AnsysSolid> {};
+
+TEST_P(AnsysSolids, HaveTheMatricesOfTheirDeck) {
+    const AnsysSolid& solid = GetParam();
+    const std::string type = solid.type;
+    const testing::DistortedCube cube(type == "C3D8I" ? "C3D8" : type);
+    std::string text = cube.text();
+    if (type == "C3D8I") text.replace(text.find("C3D8"), 4, type);
+    SourceOptions deck, ansys;
+    deck.path = write("cube.inp", text);
+    AnsysModel model(cube.nodes);
+    model.add("ET,3," + std::to_string(solid.kind) + "\n");
+    model.beginElements();
+    for (size_t e = 0; e < cube.elements.size(); ++e) {
+        std::vector<int> nodes;
+        for (size_t k = 0; k < (solid.order.empty() ? cube.elements[e].size() : solid.order.size());
+             ++k)
+            nodes.push_back(cube.elements[e][solid.order.empty() ? k : solid.order[k]] + 1);
+        model.addElement(int(e) + 1, 3, 1, nodes);
+    }
+    model.endElements();
+    model.add(std::string(kAnsysMetal) +
+              "CMBLOCK,FEW     ,NODE,       3  ! users node component definition\n(8i10)\n"
+              "         1        -3         4\nCMBLOCK,BODY,ELEM,1\n(8i10)\n         "
+              "1\nD,1,UX,0\nFINISH\n");
+    ansys.path = write("cube.cdb", model.text());
+    const FeModel own = readModelSource(ansys), plain = readModelSource(deck);
+    ASSERT_EQ(own.K.rows, plain.K.rows);
+    for (size_t k = 0; k < own.K.values.size(); ++k)
+        ASSERT_NEAR(own.K.values[k], plain.K.values[k], 1e-9 * plain.K.values[0]);
+    // The deck has 12 digits, the block 13.
+    EXPECT_NEAR(own.calcMass(), plain.calcMass(), 1e-11 * plain.calcMass());
+    EXPECT_EQ(own.mesh.nodeSets.at("FEW"), (std::vector<int>{0, 1, 2, 3}));
+    EXPECT_THAT(own.notes, Contains(HasSubstr("left out D ")));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Types, AnsysSolids,
+    ::testing::Values(AnsysSolid{"C3D8I", 185, {}}, AnsysSolid{"C3D20R", 186, {}},
+                      AnsysSolid{"C3D10", 187, {}},
+                      AnsysSolid{"C3D4", 185, {0, 1, 2, 2, 3, 3, 3, 3}},
+                      AnsysSolid{"C3D6", 185, {0, 1, 2, 2, 3, 4, 5, 5}},
+                      AnsysSolid{"C3D15", 186, {0, 1, 2, 2,  3, 4,  5,  5,  6,  7,
+                                                2, 8, 9, 10, 5, 11, 12, 13, 14, 14}}),
+    [](const auto& solid) { return std::string(solid.param.type); });
+
+TEST_F(ModelSource, DegenerateTetrahedraOfAnsysAreThoseOfTheirDeck) {
+    const testing::DistortedCube cube("C3D10");
+    SourceOptions deck, ansys;
+    deck.path = write("cube.inp", cube.text());
+    AnsysModel model(cube.nodes);
+    model.add("ET,3,186\n");
+    model.beginElements();
+    for (size_t e = 0; e < cube.elements.size(); ++e) {
+        std::vector<int> nodes;
+        for (const size_t k : {0, 1, 2, 2, 3, 3, 3, 3, 4, 5, 2, 6, 3, 3, 3, 3, 7, 8, 9, 9})
+            nodes.push_back(cube.elements[e][k] + 1);
+        model.addElement(int(e) + 1, 3, 1, nodes);
+    }
+    model.endElements();
+    ansys.path = write("cube.cdb", model.text() + kAnsysMetal);
+    const FeModel own = readModelSource(ansys), plain = readModelSource(deck);
+    EXPECT_EQ(own.mesh.elements[0].nodes, plain.mesh.elements[0].nodes);
+}
+
+/** A plate of 4 × 2 SHELL181 of section 5 and more. **/
+std::string ansysPlate(const std::string& more) {
+    std::vector<std::array<double, 3>> nodes;
+    for (int j = 0; j <= 2; ++j)
+        for (int i = 0; i <= 4; ++i) nodes.push_back({0.05 * i, 0.05 * j, 0});
+    AnsysModel model(nodes);
+    model.add("ET,1,181\nET,2,21\nKEYOPT,2,3,2\n");
+    model.beginElements();
+    for (int j = 0; j < 2; ++j)
+        for (int i = 0; i < 4; ++i) {
+            const int first = 1 + i + 5 * j;
+            model.addElement(1 + i + 4 * j, 1, 5, {first, first + 1, first + 6, first + 5});
+        }
+    model.addElement(101, 2, 9, {15});
+    model.endElements();
+    model.add(kAnsysMetal);
+    return model.text() + more;
+}
+
+TEST_F(ModelSource, ShellsAndMassesOfAnsysAreThoseOfNastran) {
+    SourceOptions ansys, bulk;
+    ansys.path = write("plate.cdb",
+                       ansysPlate("SECTYPE,5,SHELL\nSECOFFSET,BOT\nSECBLOCK,1\n 0.004, 2, 0.0, 3\n"
+                                  "RLBLOCK,1,9,1,7\n(2i8,6g16.9)\n(7g16.9)\n"
+                                  "       9       1 0.250000000    \n"));
+    std::string data =
+        bulkPlate("PSHELL,7,1,0.004,1,,1\nMAT1,1,7.+10,,.3,2700.\nCONM2,101,15,,.25\n");
+    for (size_t at = data.find("0.001"); at != std::string::npos; at = data.find("0.001", at + 1))
+        data.replace(at, 5, "0.002");
+    bulk.path = write("plate.bdf", data);
+    const auto own = testing::calcFreeFrequencies(readModelSource(ansys), 14),
+               other = testing::calcFreeFrequencies(readModelSource(bulk), 14);
+    for (size_t i = 6; i < own.size(); ++i)
+        EXPECT_NEAR(own[i], other[i], 1e-8 * other[i]) << "mode " << i + 1;
+}
+
+class RefusedAnsys : public ModelSource, public ::testing::WithParamInterface<BadAnsys> {};
+
+TEST_P(RefusedAnsys, IsNamedWithFileLineAndReason) {
+    SourceOptions ansys;
+    ansys.path = write("plate.cdb", ansysPlate(GetParam().text));
+    EXPECT_THAT(errorOf(ansys), AllOf(HasSubstr(GetParam().message),
+                                      ::testing::ContainsRegex("plate.cdb:[0-9]+: ")));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Commands, RefusedAnsys,
+    ::testing::Values(
+        BadAnsys{"NoThickness", "", "no thickness"},
+        BadAnsys{"Layers", "SECTYPE,5,SHELL\nSECDATA,.1,2\nSECDATA,.1,2\n", "layers"},
+        BadAnsys{"Offset", "SECTYPE,5,SHELL\nSECDATA,.1,2\nSECOFFSET,USER,.3\n", "TOP or BOT"},
+        BadAnsys{"Equations", "CE,R5.0,DEFI,1,2\n", "*EQUATION"},
+        BadAnsys{"Coupled", "CP,R5.0,DEFI,UX,1,2\n", "*EQUATION"},
+        BadAnsys{"Orthotropic", "MP,EY,2,1e9\nR,5,.1\nR,9,1\n", "not isotropic by EY"},
+        BadAnsys{"TwoTemperatures", "MPDATA,R5.0,2,EX,2,1,1e9,2e9\n", "temperature"},
+        BadAnsys{"Table", "TB,HYPE,2\n", "TB,HYPE"},
+        BadAnsys{"Inertia", "R,5,.1\nKEYOPT,2,3,0\nR,9,1,1,1,.1\n", "inertia"},
+        BadAnsys{"NoDensity",
+                 "R,5,.1\nR,9,1\nEBLOCK,19,SOLID\n(19i9)\n"
+                 "        3        1        5        5        0        0        0        "
+                 "0        4        0      200        1        2        7        6\n"
+                 "       -1\nMP,EX,3,1e9\n",
+                 "no DENS"},
+        BadAnsys{"Beam",
+                 "R,5,.1\nR,9,1\nET,7,188\nEBLOCK,19,SOLID\n(19i9)\n"
+                 "        2        7        5        5        0        0        0        "
+                 "0        2        0      200        1        2\n       -1\n",
+                 "type 188"},
+        BadAnsys{"ShortBlock", "EBLOCK,19,SOLID\n(19i9)\n        2        7\n       -1\n",
+                 "11 numbers"},
+        BadAnsys{"NoFormat", "EBLOCK,19,SOLID\n        2        7\n", "format"},
+        BadAnsys{"Compact", "EBLOCK,10,COMPACT\n", "CDWRITE"}),
+    [](const auto& command) { return command.param.name; });
 
 /** A plate of 4 × 2 quadrilaterals, 0.2 × 0.1 m, in the plane z = 0. **/
 std::string bulkPlate(const std::string& more) {

@@ -36,7 +36,8 @@ void SourceArguments::addTo(CLI::App& command) {
     command
         .add_option(
             "SOURCE", m_options.path,
-            "deck of CalculiX or Abaqus (.inp); Nastran bulk data (.bdf, .nas, .dat); "
+            "deck of CalculiX or Abaqus (.inp); Nastran bulk data (.bdf, .nas, .dat); Ansys model "
+            "(.cdb); "
             "stiffness matrix (.mtx: Matrix Market or Abaqus, .pch: "
             "Nastran DMIG); mesh or geometry (.msh, .unv, .geo, .step, .stp, .brep, .iges, .igs)")
         ->required();
