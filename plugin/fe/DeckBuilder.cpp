@@ -225,13 +225,13 @@ private:
     void addNodes(const DeckCard& card) {
         std::vector<int>* set = card.has("NSET") ? &m_nodeSets[card.get("NSET")] : nullptr;
         for (const DeckLine& data : card.data) {
-            const int number = parseDeckInteger(data.fields[0], card.where(data.line));
+            const int number = parseDeckInteger(data.fields[0], card, data);
             if (number < 1) refuseCard(card, "node numbers begin at 1", data.line);
             std::array<double, 3> position{};
             for (size_t a = 1; a < data.fields.size(); ++a) {
                 if (data.fields[a].empty()) continue;
                 if (a == 4 && data.fields.size() == 5 &&
-                    parseDeckNumber(data.fields[a], card.where(data.line)) == 0) {
+                    parseDeckNumber(data.fields[a], card, data) == 0) {
                     noteLeftOut("zeros behind the three coordinates of nodes", card);
                     continue;
                 }
@@ -241,9 +241,11 @@ private:
                                    "' behind its three coordinates; is a comma in place of a "
                                    "decimal point?",
                                data.line);
-                position[a - 1] = parseDeckNumber(data.fields[a], card.where(data.line));
+                position[a - 1] = parseDeckNumber(data.fields[a], card, data);
             }
-            const auto [found, isNew] = m_nodes.emplace(number, position);
+            const size_t before = m_nodes.size();  // often in the order of their numbers
+            const auto found = m_nodes.emplace_hint(m_nodes.end(), number, position);
+            const bool isNew = m_nodes.size() > before;
             if (!isNew && found->second != position) {
                 std::ostringstream text;
                 text << std::setprecision(10) << "node " << number << " is given twice, at";
@@ -279,8 +281,7 @@ private:
         for (const DeckLine& data : card.data) {
             if (numbers.empty()) firstLine = data.line;
             for (const std::string& field : data.fields)
-                if (!field.empty())
-                    numbers.push_back(parseDeckInteger(field, card.where(data.line)));
+                if (!field.empty()) numbers.push_back(parseDeckInteger(field, card, data));
             if (int(numbers.size()) < size + 1) continue;
             if (int(numbers.size()) > size + 1)
                 refuseCard(card,

@@ -218,6 +218,16 @@ int parseDeckInteger(const std::string& field, const std::string& where) {
     return int(number);
 }
 
+double parseDeckNumber(const std::string& field, const DeckCard& card, const DeckLine& data) {
+    double value = 0;
+    return readNumber(field, value) ? value : parseDeckNumber(field, card.where(data.line));
+}
+
+int parseDeckInteger(const std::string& field, const DeckCard& card, const DeckLine& data) {
+    int value = 0;
+    return readInteger(field, value) ? value : parseDeckInteger(field, card.where(data.line));
+}
+
 bool isDeckNumber(const std::string& field) {
     return !field.empty() && (isDigit(field[0]) || field[0] == '-' || field[0] == '+');
 }

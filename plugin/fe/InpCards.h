@@ -61,6 +61,10 @@ double parseDeckNumber(const std::string& field, const std::string& where);
 /** A whole number. @throws std::invalid_argument that begins with `where`. **/
 int parseDeckInteger(const std::string& field, const std::string& where);
 
+/** The same of a field of a data line, whose place is written out for a message alone. **/
+double parseDeckNumber(const std::string& field, const DeckCard& card, const DeckLine& data);
+int parseDeckInteger(const std::string& field, const DeckCard& card, const DeckLine& data);
+
 /** Whether a field is a number rather than the name of a set. **/
 bool isDeckNumber(const std::string& field);
 
