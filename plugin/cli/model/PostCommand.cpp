@@ -18,12 +18,12 @@ namespace {
 struct PostArguments {
     std::string results, model;
     std::vector<std::string> settings;
-    RunOptions options;
+    model::PostOptions options;
     bool isQuiet = false;
 };
 
 void runPost(PostArguments& arguments) {
-    RunOptions& options = arguments.options;
+    model::PostOptions& options = arguments.options;
     options.listener = makeListener(arguments.isQuiet);
     options.resumeCommand = "simflex post " + arguments.results;
     std::optional<ModelText> text;
@@ -43,7 +43,7 @@ void addPostCommand(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "post", "Other probes and pictures of a run that is over, from the states it has kept");
     auto arguments = std::make_shared<PostArguments>();
-    RunOptions* options = &arguments->options;
+    model::PostOptions* options = &arguments->options;
     command->add_option("results", arguments->results, "Result file of the run")
         ->required()
         ->check(CLI::ExistingFile)
@@ -64,6 +64,11 @@ void addPostCommand(CLI::App& app) {
         ->delimiter(',')
         ->type_name("NAME")
         ->allow_extra_args(false);
+    command
+        ->add_option(
+            "--vtk", options->vtk,
+            "Flexible bodies at each row for ParaView: this list, and files in a folder beside it")
+        ->type_name("FILE.pvd");
     command->add_flag("--csv", options->writesCsv, "A CSV file of each analysis as well");
     command->add_flag_callback(
         "--no-pictures", [arguments] { arguments->options.drawsPictures = false; },

@@ -10,6 +10,7 @@
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/body/VtkReporter.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
 #include "simflex/model/analyses/StateNumbers.h"
@@ -115,7 +116,7 @@ struct UnknownByStates {
 class PostRun {
 public:
     PostRun(const std::string& path, const ModelText* given,
-            const std::vector<std::string>& changes, const RunOptions& options)
+            const std::vector<std::string>& changes, const PostOptions& options)
         : m_path(path), m_options(options), m_results(readResults(path)) {
         ModelText before;
         before.path = m_results.header.modelPath;
@@ -158,6 +159,9 @@ public:
                                      "' would be replaced by what is made of it; choose another "
                                      "name with -o");
         checkWritable(output);
+        if (!m_options.vtk.empty() && fs::path(m_options.vtk).extension() != ".pvd")
+            throw std::runtime_error("'" + m_options.vtk +
+                                     "' is no name for ParaView: call it .pvd");
         ResultHeader header = m_results.header;
         header.title = getModelTitle(m_model->getFile());
         header.modelPath = m_text.path;
@@ -174,6 +178,9 @@ public:
         if (m_draws)
             for (const Results::Analysis& analysis : done)
                 if (analysis.type == "transient" && !analysis.q.empty()) draw(analysis);
+        if (!m_options.vtk.empty())
+            for (const Results::Analysis& analysis : done)
+                if (analysis.type == "transient" && !analysis.q.empty()) writeVtk(analysis);
         if (m_options.writesCsv || m_model->getFile().get("output").get("csv").getBool())
             for (const Results::Analysis& analysis : done)
                 writeResultCsv(
@@ -313,6 +320,27 @@ private:
         series.rows = old->rows;
     }
 
+    void writeVtk(const Results::Analysis& rows) const {
+        const auto isMoving = [](const Results::Analysis& analysis) {
+            return analysis.type == "transient" && !analysis.q.empty();
+        };
+        fs::path file(m_options.vtk);
+        if (std::count_if(m_results.analyses.begin(), m_results.analyses.end(), isMoving) > 1)
+            file.replace_filename(file.stem().string() + "_" + rows.name + ".pvd");
+        VtkReporter reporter(m_model->getFlexibleBodies(), 1, file.string());
+        for (size_t row = 0; row < rows.time.size(); ++row) {
+            if (!m_options.listener.tellProgress(file.string(),
+                                                 double(row) / double(rows.time.size())))
+                throw Cancelled("'" + file.string() + "' has the rows up to the " +
+                                std::to_string(row) + ". one");
+            const State state = makeState(rows, row);
+            m_model->getSystem().realize(state, SimTK::Stage::Velocity);
+            reporter.handleEvent(state);
+        }
+        m_options.listener.tellNote(file.string() + ": " + std::to_string(rows.time.size()) +
+                                    " times for ParaView");
+    }
+
     void draw(const Results::Analysis& rows) const {
         const ModelValue pictures = m_model->getFile().get("pictures");
         if (m_start.getNZ() > 0)
@@ -344,7 +372,7 @@ private:
     }
 
     std::string m_path;
-    RunOptions m_options;
+    PostOptions m_options;
     Results m_results;
     ModelText m_text;
     YamlTree m_before, m_now;
@@ -358,7 +386,7 @@ private:
 }  // namespace
 
 std::string postProcess(const std::string& results, const ModelText* text,
-                        const std::vector<std::string>& changes, const RunOptions& options) {
+                        const std::vector<std::string>& changes, const PostOptions& options) {
     return PostRun(results, text, changes, options).perform();
 }
 

@@ -19,15 +19,21 @@ States of controllers and filters. **/
 namespace simflex {
 namespace model {
 
+struct PostOptions : RunOptions {
+    /** A .pvd file, which ParaView opens: flexible bodies at each row, see VtkReporter.h; empty:
+    none. Of several analyses, FILE_ANALYSIS.pvd. **/
+    std::string vtk;
+};
+
 /** @param text  the model with its new probes and pictures; null: that of the run
 @param changes  further settings, "PATH=VALUE"
 @param options  output (default: RESULTS.post.h5), only, writesCsv, drawsPictures, allowsScripts,
-    listener
+    listener, vtk
 @return the path of the result file that it has written
 @throws std::runtime_error that names what is not there or has changed since; ModelError; Cancelled.
 **/
 std::string postProcess(const std::string& results, const ModelText* text,
-                        const std::vector<std::string>& changes, const RunOptions& options);
+                        const std::vector<std::string>& changes, const PostOptions& options);
 
 }  // namespace model
 }  // namespace simflex

@@ -1,9 +1,12 @@
 /** @file
 Results are gone back to without running the model again. **/
 
+#include <algorithm>
+#include <cstdio>
 #include <filesystem>
 
 #include "cli/run/RunTest.h"
+#include "support/VtuReader.h"
 
 namespace simflex {
 namespace {
@@ -75,6 +78,28 @@ TEST_F(PostTest, PicturesAreThoseOfTheRun) {
     ASSERT_EQ(runModel("-o again.h5 --only run"), 0) << err;
     for (size_t k = 0; k < files.size(); ++k)
         EXPECT_TRUE(bytes[k] == testing::readText(folder / ("shots_run/" + files[k]))) << k;
+}
+
+TEST_F(PostTest, ParaViewGetsNodesWhereTheProbesHaveThem) {
+    writeModel(makeBar("corner: {position: {on: bar, node: 1}}"));
+    ASSERT_EQ(runModel("--only run"), 0) << err;
+    EXPECT_NE(post("model.results.h5 --vtk run.vtk"), 0);
+    EXPECT_THAT(err, HasSubstr("'run.vtk' is no name for ParaView: call it .pvd"));
+    ASSERT_EQ(post("model.results.h5 --vtk run.pvd"), 0) << err;
+    const Results::Analysis run = read("run");
+    const auto& corner = find(run, "corner").rows;
+    ASSERT_EQ(corner.size(), 41u);
+    for (const size_t row : {size_t(0), size_t(17), size_t(40)}) {
+        char name[40];
+        std::snprintf(name, sizeof name, "run/bar_%05d.vtu", int(row));
+        const test::VtuContent frame = test::readVtu(folder / name);
+        const std::vector<double>& numbers = frame["node number"].values;
+        const size_t node =
+            size_t(std::find(numbers.begin(), numbers.end(), 1.0) - numbers.begin());
+        ASSERT_LT(node, numbers.size());
+        for (size_t k = 0; k < 3; ++k)
+            EXPECT_NEAR(frame["Points"].values.at(3 * node + k), corner[row][k], 1e-12);
+    }
 }
 
 TEST_F(PostTest, WhatStatesDoNotTellIsRefused) {
