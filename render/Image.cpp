@@ -45,22 +45,15 @@ void appendChunk(std::vector<std::uint8_t>& out, const char* name, const std::ui
     appendNumber(out, libdeflate_crc32(0, out.data() + begin, out.size() - begin));
 }
 
-/** Rows as differences to the pixel at the left (filter Sub), which flat colours make zeros of. **/
-std::vector<std::uint8_t> filterRows(const std::uint8_t* pixels, int width, int height,
-                                     std::size_t numChannels) {
-    const std::size_t rowBytes = 1 + numChannels * std::size_t(width);
-    std::vector<std::uint8_t> rows(rowBytes * std::size_t(height));
-    std::uint8_t* to = rows.data();
-    for (int y = 0; y < height; ++y) {
-        *to++ = 1;
-        std::uint8_t left[4] = {0, 0, 0, 0};
-        for (int x = 0; x < width; ++x, pixels += 4)
-            for (std::size_t c = 0; c < numChannels; ++c) {
-                *to++ = std::uint8_t(pixels[c] - left[c]);
-                left[c] = pixels[c];
-            }
+/** A row as PNG has it: unfiltered, which these pictures are smallest with and soonest packed.
+@param to  1 + numChannels·width bytes, and one more that is written to **/
+void copyRow(const std::uint8_t* pixels, int width, int numChannels, std::uint8_t* to) {
+    *to++ = 0;
+    for (int x = 0; x < width; ++x, pixels += 4, to += numChannels) {
+        std::uint32_t pixel;
+        std::memcpy(&pixel, pixels, 4);
+        std::memcpy(to, &pixel, 4);  // a fourth channel that is left out is written over
     }
-    return rows;
 }
 
 /** Of one thread. **/
@@ -135,8 +128,19 @@ void Image::blendPixel(int x, int y, const Pixel& color, double coverage) {
 }
 
 bool Image::hasTransparency() const {
-    for (std::size_t i = 3; i < bytes.size(); i += 4)
-        if (bytes[i] != 255) return true;
+    for (int y = 0; y < height; ++y) {
+        Pixel common{255, 255, 255, 255};
+        std::uint32_t all;
+        std::memcpy(&all, common.data(), 4);
+        const std::uint8_t* pixel = &bytes[offsetOf(0, y)];
+        for (int x = 0; x < width; ++x, pixel += 4) {
+            std::uint32_t one;
+            std::memcpy(&one, pixel, 4);
+            all &= one;
+        }
+        std::memcpy(common.data(), &all, 4);
+        if (common[3] != 255) return true;
+    }
     return false;
 }
 
@@ -186,16 +190,23 @@ std::vector<std::uint8_t> Image::encodePng(const std::string& keyword,
                                            const std::string& text) const {
     if (isEmpty()) throw std::runtime_error("cannot code a picture as PNG: it is empty");
     const bool hasAlpha = hasTransparency();
-    const std::vector<std::uint8_t> rows =
-        filterRows(bytes.data(), width, height, hasAlpha ? 4 : 3);
+    // Kept from picture to picture: fresh memory would cost as much as what is done in it.
+    thread_local std::vector<std::uint8_t> rows, packed;
+    const int numChannels = hasAlpha ? 4 : 3;
+    const std::size_t rowBytes = 1 + std::size_t(numChannels) * std::size_t(width);
+    const std::size_t numBytes = rowBytes * std::size_t(height);
+    rows.resize(numBytes + 1);
+    for (int y = 0; y < height; ++y)
+        copyRow(&bytes[offsetOf(0, y)], width, numChannels,
+                rows.data() + std::size_t(y) * rowBytes);
     libdeflate_compressor& compressor = getCompressor();
-    std::vector<std::uint8_t> packed(libdeflate_zlib_compress_bound(&compressor, rows.size()));
-    packed.resize(libdeflate_zlib_compress(&compressor, rows.data(), rows.size(), packed.data(),
-                                           packed.size()));
+    packed.resize(libdeflate_zlib_compress_bound(&compressor, numBytes));
+    const std::size_t length =
+        libdeflate_zlib_compress(&compressor, rows.data(), numBytes, packed.data(), packed.size());
 
     const std::uint8_t signature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
     std::vector<std::uint8_t> png(std::begin(signature), std::end(signature)), header;
-    png.reserve(packed.size() + 256 + keyword.size() + text.size());
+    png.reserve(length + 256 + keyword.size() + text.size());
     appendNumber(header, std::uint32_t(width));
     appendNumber(header, std::uint32_t(height));
     const std::uint8_t format[] = {8, std::uint8_t(hasAlpha ? 6 : 2), 0, 0, 0};
@@ -207,7 +218,7 @@ std::vector<std::uint8_t> Image::encodePng(const std::string& keyword,
         words.insert(words.end(), text.begin(), text.end());
         appendChunk(png, "tEXt", words.data(), words.size());
     }
-    appendChunk(png, "IDAT", packed.data(), packed.size());
+    appendChunk(png, "IDAT", packed.data(), length);
     appendChunk(png, "IEND", nullptr, 0);
     return png;
 }

@@ -139,7 +139,10 @@ public:
         // Those of the run stay as they are.
         m_draws = options.drawsPictures && m_model->getFile().get("pictures").isGiven() &&
                   !isSameTree(m_before.find("pictures"), m_now.find("pictures"));
-        if (m_draws) makeVisualizer(*m_model);  // what cannot be drawn is refused first
+        if (m_draws) {  // what cannot be drawn is refused first
+            makeVisualizer(*m_model);
+            requireKnownForces();
+        }
         for (const std::string& name : options.only)
             if (!seekNamed(m_results.analyses, name)) {
                 std::vector<std::string> known;
@@ -190,6 +193,18 @@ public:
     }
 
 private:
+    /** Arrows of forces may depend on states that results do not keep. **/
+    void requireKnownForces() const {
+        if (m_model->makeInitialState().getNZ() == 0) return;
+        const ModelValue pictures = m_model->getFile().get("pictures");
+        for (const char* const shown : {"loads", "reactions"})
+            if (pictures.get(shown).getBool() &&
+                (std::string(shown) == "reactions" || m_model->getFile().has(shown)))
+                pictures.fail(std::string("the model has states of controllers or filters, which "
+                                          "results do not keep: set pictures.") +
+                              shown + " to false, or run it anew");
+    }
+
     bool isWanted(const std::string& analysis) const {
         return m_options.only.empty() || std::find(m_options.only.begin(), m_options.only.end(),
                                                    analysis) != m_options.only.end();
@@ -343,13 +358,6 @@ private:
 
     void draw(const Results::Analysis& rows) const {
         const ModelValue pictures = m_model->getFile().get("pictures");
-        if (m_start.getNZ() > 0)
-            for (const char* const shown : {"loads", "connectors", "reactions"})
-                if (pictures.get(shown).getBool() &&
-                    (std::string(shown) == "reactions" || m_model->getFile().has(shown)))
-                    pictures.fail(std::string("the model has states of controllers or filters, "
-                                              "which results do not keep: set pictures.") +
-                                  shown + " to false, or run it anew");
         const double wanted =
             1 / (pictures.get("rate").getNumber() * pictures.get("slow_motion").getNumber());
         const double interval = rows.time.size() > 1 ? rows.time[1] - rows.time[0] : wanted;

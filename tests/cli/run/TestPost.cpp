@@ -56,7 +56,7 @@ TEST_F(PostTest, NewProbesAreWhatTheRunWouldHaveRecordedToTheBit) {
     ASSERT_EQ(runModel("-o again.h5"), 0) << err;
     EXPECT_TRUE(readWithoutSeconds("first.post.h5") == readWithoutSeconds("again.h5"));
     // The angle has gone round and is counted on in the second analysis.
-    EXPECT_GT(find(read("more", "first.post.h5"), "angle").rows.back()[0], 2 * SimTK::Pi);
+    EXPECT_GT(find(read("more", "first.post.h5"), "angle").rows.back()[0], 6.3);
 }
 
 TEST_F(PostTest, PicturesAreThoseOfTheRun) {
