@@ -170,10 +170,18 @@ private:
 
     /** The same among all of the State. **/
     std::vector<Real> gather(const State& state, const Side& side, const Vector& values) const {
+        if (side.numModes == 0) return {};
+        const SimbodyMatterSubsystem& matter = getMatterSubsystem();
+        const MobilizedBody& last = matter.getMobilizedBody(side.carriers.back());
+        const int begin = matter.getMobilizedBody(side.carriers.front()).getFirstQIndex(state);
+        const int end = last.getFirstQIndex(state) + last.getNumQ(state);
+        // As a rule they stand together.
+        if (end - begin == side.numModes)
+            return std::vector<Real>(&values[begin], &values[begin] + side.numModes);
         std::vector<Real> gathered;
         gathered.reserve(size_t(side.numModes));
         for (const MobilizedBodyIndex carrier : side.carriers) {
-            const MobilizedBody& mobod = getMatterSubsystem().getMobilizedBody(carrier);
+            const MobilizedBody& mobod = matter.getMobilizedBody(carrier);
             const int first = int(mobod.getFirstQIndex(state)), count = mobod.getNumQ(state);
             for (int k = 0; k < count; ++k) gathered.push_back(values[first + k]);
         }

@@ -410,7 +410,7 @@ void FlexibleBlock::putIntoState(const double* q, const double* u, State& state)
     frame.setQToFitTransform(state, Transform(R_GB, Vec3(q[4], q[5], q[6])));
     frame.setUToFitVelocity(state,
                             SpatialVec(R_GB * Vec3(u[0], u[1], u[2]), Vec3(u[3], u[4], u[5])));
-    Vector &stateQ = state.updQ(), &stateU = state.updU();
+    Real *const stateQ = &state.updQ()[0], *const stateU = &state.updU()[0];
     for (int i = 0; i < m_n; ++i) {
         stateQ[m_stateQ[i]] = q[7 + i];
         stateU[m_stateU[i]] = u[6 + i];

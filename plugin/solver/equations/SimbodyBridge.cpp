@@ -41,8 +41,7 @@ void SimbodyBridge::setLoadFraction(double fraction) {
 
 void SimbodyBridge::place(double time, const double* q, const double* u) {
     const bool hasSameQ = m_placedTime == time && std::equal(m_placedQ.begin(), m_placedQ.end(), q);
-    const bool hasSameU = std::equal(m_placedU.begin(), m_placedU.end(), u);
-    if (hasSameQ && hasSameU) return;
+    if (isPlaced(time, q, u)) return;
     if (hasSameQ && m_blocks.flexible.empty()) {
         Vector& stateU = m_private.updU();
         for (const RigidTree* tree : m_blocks.rigid) tree->putSpeeds(u + tree->firstU, stateU);

@@ -6,6 +6,7 @@ of mobilizers that only Simbody knows. Within a realization of Simbody's own
 (Topology::Setting::Native) all foreign forces, gravity among them, are given, and Simbody is asked
 on the State that is being realized. **/
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -89,6 +90,10 @@ private:
     /** Writes a point into m_private: no more than is new, so that Simbody evaluates the rest only.
      **/
     void place(double time, const double* q, const double* u);
+    bool isPlaced(double time, const double* q, const double* u) const {
+        return m_placedTime == time && std::equal(m_placedQ.begin(), m_placedQ.end(), q) &&
+               std::equal(m_placedU.begin(), m_placedU.end(), u);
+    }
     /** Asks for forces that no evaluation asks for again. **/
     void updateHeldForces();
     /** Asks for what Motions prescribe at this time, unless it is known. **/

@@ -73,31 +73,35 @@ void TimedLoads::calc(double time, const NewtonFactors& factors, const double* q
     std::fill_n(r, m_topology.numU, 0.0);
     std::fill_n(g, m_topology.numMultipliers, 0.0);
     const TimeValues& values = m_functions.calc(time);
-    if (!m_forces.empty() || m_hasConstraints) {
+    // A step's end, where the equations have been evaluated last, is known.
+    const bool isKnown = m_simbody.isPlaced(time, q, u) && !m_topology.hasForeignZ() &&
+                         m_simbody.m_private.getSystemStage() >= Stage::Velocity;
+    const State& state = isKnown ? m_simbody.m_private : m_state;
+    if (!isKnown && (!m_forces.empty() || m_hasConstraints)) {
         m_blocks.putIntoState(time, q, u, m_state);
         m_topology.system->realize(m_state, Stage::Velocity);
     }
     for (const Force::Custom::Implementation* force : m_forces) {
         m_bodyForces = SpatialVec(Vec3(0), Vec3(0));
         m_mobilityForces = Real(0);
-        force->calcForce(m_state, m_bodyForces, m_particleForces, m_mobilityForces);
+        force->calcForce(state, m_bodyForces, m_particleForces, m_mobilityForces);
         for (const auto& block : m_blocks.all)
             block->subtractSimbodyForces(m_bodyForces, m_mobilityForces, r + block->firstU);
     }
     loads.subtractForcesAt(values, q, r);
     if (prescribed) prescribed->clearResidual(r);
     if (m_hasConstraints) {
-        constraints->calcPositionErrors(m_state, g + m_topology.firstSimbodyRow);
+        constraints->calcPositionErrors(state, g + m_topology.firstSimbodyRow);
         std::vector<double> errors(size_t(constraints->numRows()));
         const auto takeRows = [&](MotionLevel level, double factor) {
             for (int k = 0; k < constraints->numRows(); ++k)
                 if (constraints->getLevel(k) == level)
                     g[m_topology.firstSimbodyRow + k] = factor * errors[size_t(k)];
         };
-        constraints->calcVelocityErrors(m_state, errors.data());
+        constraints->calcVelocityErrors(state, errors.data());
         takeRows(MotionLevel::Velocity, factors.stiffness);
         if (constraints->hasAccelerationRows()) {
-            constraints->calcAccelerationErrors(m_state, m_blocks.calcSimbodyUDot(q, uDot),
+            constraints->calcAccelerationErrors(state, m_blocks.calcSimbodyUDot(q, uDot),
                                                 errors.data());
             takeRows(MotionLevel::Acceleration, factors.stiffness * factors.mass);
         }
