@@ -215,11 +215,15 @@ private:
     void checkParameters(const DeckCard& card) const {
         const std::set<std::string>* known = findParameters(card.keyword);
         if (!known) return;
-        for (const auto& [parameter, value] : card.parameters)
-            if (!known->count(parameter))
-                refuseCard(card, card.title + " with " + parameter +
-                                     " is not known to simflex, so it cannot tell what that "
-                                     "does to K and M; take it out of the deck");
+        for (const auto& [parameter, value] : card.parameters) {
+            if (known->count(parameter)) continue;
+            std::string list;
+            for (const std::string& name : *known) list += (list.empty() ? " but " : ", ") + name;
+            refuseCard(card, card.title + " with " + parameter +
+                                 " is not known to simflex, so it cannot tell what that does to K "
+                                 "and M; it knows none" +
+                                 list + ". Take it out of the deck.");
+        }
     }
 
     void addNodes(const DeckCard& card) {

@@ -30,7 +30,7 @@ const std::map<std::string, std::set<std::string>> Parameters = {
     {"ELASTIC", {"TYPE"}},
     {"DENSITY", {}},
     {"ORIENTATION", {"NAME", "SYSTEM", "DEFINITION"}},
-    {"SOLIDSECTION", {"ELSET", "MATERIAL", "ORIENTATION", "CONTROLS"}},
+    {"SOLIDSECTION", {"ELSET", "MATERIAL", "ORIENTATION", "CONTROLS", "OFFSET"}},
     {"TRANSFORM", {"NSET", "TYPE"}},
     {"MASS", {"ELSET"}},
     {"NODALTHICKNESS", {}},

@@ -23,6 +23,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 RIGID = 6
+FAR = 300  # times a zero mode, the square of which is the error of an eigenvalue
 COLUMNS = ["deck", "class", "frequency", "mass", "seconds", "message"]
 
 
@@ -72,27 +73,31 @@ def run(command, folder, seconds, threads="1"):
 
 
 def calculix_answer(text, folder, num_modes, arguments):
-    """Frequencies of the flexible modes [Hz] and the mass, or None where CalculiX has none."""
+    """Frequencies of the flexible modes [Hz], the largest of those that should be zero, and the mass; None where CalculiX
+    has none."""
     (folder / "free.inp").write_text(free_deck(text, num_modes + RIGID), encoding="latin-1")
     run([arguments.ccx, "free"], folder, arguments.seconds)
     output = folder / "free.dat"
     lines = output.read_text(errors="replace").splitlines() if output.exists() else []
     output.unlink(missing_ok=True)
-    frequencies, mass, table = [], None, ""
+    frequencies, zero, mass, table = [], 0, None, ""
     for k, line in enumerate(lines):
         words = line.split()
         if "E I G E N V A L U E" in line or "P A R T I C I P" in line:
             table = line
         if "E I G E N V A L U E" in table and len(words) == 5 and words[0].isdigit():
             frequencies.append(float(words[3]))
+            if len(frequencies) <= RIGID:
+                zero = max(zero, float(words[3]), float(words[4]))  # of a negative eigenvalue
         if "total mass for set" in line and mass is None:
             mass = float(lines[k + 2])
-    return (frequencies[RIGID:], mass) if any(frequencies) else None
+    return (frequencies[RIGID:], zero, mass) if any(frequencies) else None
 
 
-def worst_difference(part, full):
-    """Of each frequency of the part from the nearest of CalculiX, which may have some more."""
-    return max((min(abs(a / b - 1) for b in full if b > 0) for a in part if a <= max(full)), default=0)
+def worst_difference(part, full, zero):
+    """Of each frequency of the part from the nearest of CalculiX, which may have some more; of those that round-off as in
+    its zero modes leaves five digits. None: there are none."""
+    return max((min(abs(a / b - 1) for b in full if b > 0) for a in part if FAR * zero < a <= max(full)), default=None)
 
 
 def try_deck(path, arguments):
@@ -124,15 +129,17 @@ def try_deck(path, arguments):
         for more in (0, 5, 11):
             answer = calculix_answer(text, folder, arguments.modes + more, arguments)
             if answer:
-                answers.append((worst_difference(info["frequencies"], answer[0]), answer[1]))
-            if answer and answers[-1][0] <= arguments.allowed:
+                frequencies, zero, mass = answer
+                row["mass"] = f"{abs(info['mass'] / mass - 1):.1e}" if mass else ""
+                difference = worst_difference(info["frequencies"], frequencies, zero)
+                if difference is not None:
+                    answers.append(difference)
+            if answers and answers[-1] <= arguments.allowed:
                 break
-        if not answers:
-            row["message"] = "CalculiX gives no free modes of the deck"
-            return row
-        difference, mass = min(answers)
-        row["frequency"] = f"{difference:.1e}"
-        row["mass"] = f"{abs(info['mass'] / mass - 1):.1e}" if mass else ""
+        if answers:
+            row["frequency"] = f"{min(answers):.1e}"
+        else:
+            row["message"] = "CalculiX gives no free modes of the deck to five digits"
     return row
 
 

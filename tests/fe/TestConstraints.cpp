@@ -364,7 +364,9 @@ TEST_F(ConstraintsTest, RigidBodiesThatCannotBeAreRefusedWithTheirLine) {
     EXPECT_EQ(errorOf(text + "*RIGID BODY, NSET=LEFT, REF NODE=1, PIN NSET=RIGHT\n"),
               folder / where +
                   "*RIGID BODY with PINNSET is not known to simflex, so it cannot tell what that "
-                  "does to K and M; take it out of the deck");
+                  "does to K and M; it knows none but ELSET, NSET, REFNODE, ROTNODE, TIENSET. Take "
+                  "it out "
+                  "of the deck.");
     EXPECT_EQ(errorOf(text + "*COUPLING, REF NODE=1, SURFACE=S, CONSTRAINT NAME=C\n"),
               folder / where + "*COUPLING needs *KINEMATIC or *DISTRIBUTING below it");
     EXPECT_EQ(errorOf(text + "*KINEMATIC\n1,3\n"),
