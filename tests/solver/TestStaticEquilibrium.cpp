@@ -1,5 +1,6 @@
 // Equilibria against closed forms; what is free is named.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "simflex/body/FlexibleBody.h"
@@ -173,7 +174,7 @@ TEST(StaticEquilibrium, LoadsAreRaisedInPartsWhereOneStepIsTooLong) {
     for (int i = 0; i < bar.getNumModalMobilizers(); ++i) bar.getModalMobilizer(i).lock(state);
     bar.setPoseByInterface(state, "A", Transform());
     StaticEquilibrium equilibrium(system);
-    equilibrium.setMaximumIterations(8);
+    equilibrium.setMaximumIterations(5);
     equilibrium.solve(state);
     EXPECT_GT(equilibrium.getNumLoadSteps(), 1);
     const Vec3 x = bar.getFramePose(equilibrium.getState()).R().x();
@@ -230,6 +231,29 @@ TEST(StaticEquilibrium, ConicalPendulumTurnsSteadily) {
     EXPECT_NEAR(std::cos(swing.getOneQ(equilibrium.getState(), 0)), Gravity / (Omega * Omega * l),
                 1e-9);
     EXPECT_EQ(turn.getOneU(equilibrium.getState(), 0), Omega);
+}
+
+TEST(StaticEquilibrium, UprightPendulumIsNamedUnstable) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity(forces, matter, -YAxis, Gravity);
+    MobilizedBody::Pin pendulum(matter.Ground(), Transform(),
+                                Body::Rigid(MassProperties(2, Vec3(0), Inertia(0.01))),
+                                Vec3(0, -0.5, 0));
+    State state = system.realizeTopology();
+    for (const bool isUpright : {true, false}) {
+        pendulum.setOneQ(state, 0, isUpright ? 0 : Pi);
+        StaticEquilibrium equilibrium(system);
+        equilibrium.solve(state);
+        EXPECT_EQ(pendulum.getOneQ(equilibrium.getState(), 0), pendulum.getOneQ(state, 0));
+        EXPECT_TRUE(equilibrium.getFreeMotions().empty());
+        ASSERT_EQ(equilibrium.getUnstableMotions().size(), isUpright ? 1u : 0u);
+        if (isUpright) {
+            EXPECT_THAT(equilibrium.getUnstableMotions()[0],
+                        ::testing::EndsWith("falls away from it"));
+        }
+    }
 }
 
 }  // namespace

@@ -38,7 +38,6 @@ RotatingModes calcRotatingModes(double speed) {
         "drive");
     State state = system.realizeTopology();
     beam.setPoseByInterface(state, "root", Transform());
-    setSteadyRotation(system, state, Vec3(0, 0, speed));
     StaticEquilibrium equilibrium(system);
     equilibrium.solveSteadyMotion(state);
     if (!equilibrium.getFreeMotions().empty())

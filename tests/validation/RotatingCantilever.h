@@ -34,7 +34,8 @@ struct RotatingModes {
     std::vector<Eigenmode> all;
     std::vector<double> flap, lag;  ///< [rad/s], ascending
 };
-/** Modes about the steady rotation, by StaticEquilibrium and calcEigenmodes(). Flap is where the
+/** Modes about the steady rotation that its drive asks for, by StaticEquilibrium and
+calcEigenmodes(). Flap is where the
 tip moves along the axis.
 @param speed  [rad/s] **/
 RotatingModes calcRotatingModes(double speed);

@@ -338,6 +338,12 @@ void FrontSolver<Scalar>::solve(Scalar* x, int threads) {
     for (size_t i = 0; i < m_x.size(); ++i) x[m_unknownAt[i]] = m_x[i];
 }
 
+template <>
+int FrontSolver<double>::countNegativePivots() const {
+    return int(std::count_if(m_inversePivots.begin(), m_inversePivots.end(),
+                             [](double inverse) { return inverse < 0; }));
+}
+
 //--------------------------------------------------------------------------------------------------
 // redundancy
 

@@ -38,6 +38,9 @@ public:
     /** Replaces the right-hand side by the solution. **/
     void solve(Scalar* x, int threads);
 
+    /** Of LDLᵀ of a real matrix: as many as it has negative eigenvalues (Sylvester). **/
+    int countNegativePivots() const;
+
     /** Unknowns set aside, ascending. **/
     const std::vector<int>& getRedundantUnknowns() const { return m_redundant; }
 
@@ -89,5 +92,8 @@ private:
     Eigen::SparseMatrix<double> m_nullSpace;  ///< columns by elimination place
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> m_gram;
 };
+
+template <>
+int FrontSolver<double>::countNegativePivots() const;
 
 }  // namespace simflex

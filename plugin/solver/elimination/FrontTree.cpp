@@ -75,11 +75,15 @@ void FrontTree::makeNodes(const CliquePattern& pattern) {
     std::vector<bool> isLast(size_t(pattern.numUnknowns), false);
     for (int unknown : pattern.lastUnknowns) isLast[size_t(unknown)] = true;
 
-    std::map<std::pair<bool, std::vector<int>>, int> nodeOfKey;
+    const int firstMultiplier =
+        pattern.firstMultiplier < 0 ? pattern.numUnknowns : pattern.firstMultiplier;
+    std::map<std::pair<int, std::vector<int>>, int> nodeOfKey;
     m_nodeOf.resize(size_t(pattern.numUnknowns));
     for (size_t unknown = 0; unknown < cliquesOf.size(); ++unknown) {
-        const auto [found, isNew] = nodeOfKey.emplace(
-            std::make_pair(bool(isLast[unknown]), cliquesOf[unknown]), int(m_nodes.size()));
+        const auto [found, isNew] =
+            nodeOfKey.emplace(std::make_pair(isLast[unknown] ? 2 : int(unknown) >= firstMultiplier,
+                                             cliquesOf[unknown]),
+                              int(m_nodes.size()));
         if (isNew) {
             m_nodes.emplace_back();
             m_isLast.push_back(isLast[unknown]);
@@ -110,8 +114,12 @@ void FrontTree::orderNodes(const CliquePattern& pattern) {
         return;
     }
     std::vector<int> number(m_nodes.size(), -1), early, weights;
+    const auto isMultiplier = [&](int v) {
+        return pattern.firstMultiplier >= 0 &&
+               m_nodes[size_t(v)].front() >= pattern.firstMultiplier;
+    };
     for (int v = 0; v < int(m_nodes.size()); ++v) {
-        if (m_isLast[size_t(v)]) continue;
+        if (m_isLast[size_t(v)] || isMultiplier(v)) continue;
         number[size_t(v)] = int(early.size());
         early.push_back(v);
         weights.push_back(int(m_nodes[size_t(v)].size()));
@@ -121,7 +129,26 @@ void FrontTree::orderNodes(const CliquePattern& pattern) {
         for (int w : m_neighbours[size_t(early[k])])
             if (number[size_t(w)] >= 0) neighbours[k].push_back(number[size_t(w)]);
     for (int k : dissect(neighbours, weights)) m_order.push_back(early[size_t(k)]);
+    if (pattern.firstMultiplier >= 0) insertMultipliers();
     appendLastNodes(pattern);
+}
+
+void FrontTree::insertMultipliers() {
+    std::vector<int> place(m_nodes.size(), -1);
+    for (size_t k = 0; k < m_order.size(); ++k) place[size_t(m_order[k])] = int(k);
+    std::vector<std::vector<int>> after(m_order.size() + 1);  // the node before; 0: none
+    for (int v = 0; v < int(m_nodes.size()); ++v) {
+        if (m_isLast[size_t(v)] || place[size_t(v)] >= 0) continue;
+        int last = -1;
+        for (int w : m_neighbours[size_t(v)]) last = std::max(last, place[size_t(w)]);
+        after[size_t(last + 1)].push_back(v);
+    }
+    std::vector<int> order = after[0];
+    for (size_t k = 0; k < m_order.size(); ++k) {
+        order.push_back(m_order[k]);
+        order.insert(order.end(), after[k + 1].begin(), after[k + 1].end());
+    }
+    m_order = std::move(order);
 }
 
 void FrontTree::appendLastNodes(const CliquePattern& pattern) {

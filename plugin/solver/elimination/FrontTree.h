@@ -21,6 +21,9 @@ struct CliquePattern {
     int numUnknowns = 0;
     std::vector<std::vector<int>> cliques;  ///< unknowns of each; an unknown may appear twice
     std::vector<int> lastUnknowns;          ///< eliminated after all others, in this order
+    /** From this unknown on they have no diagonal of their own: each is eliminated right after the
+    last of the others that it shares a clique with; −1: there are none. **/
+    int firstMultiplier = -1;
 };
 
 class FrontTree {
@@ -64,6 +67,7 @@ public:
 private:
     void makeNodes(const CliquePattern& pattern);
     void orderNodes(const CliquePattern& pattern);
+    void insertMultipliers();
     void appendLastNodes(const CliquePattern& pattern);
     void makeFronts();
     void placeCliques(const CliquePattern& pattern);

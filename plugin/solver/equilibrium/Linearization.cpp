@@ -32,6 +32,10 @@ constexpr double SmallTurn = 5e-3;
 constexpr double SmallChange = 1e-3;
 /** How far constraints may come apart meanwhile, of a body's size, and per displacement. **/
 constexpr double SmallGap = 1e-3;
+/** Accelerations besides those of the motion, of all, that count as none; how often forces and
+stiffness are settled by each other, and the rank of constraints. **/
+constexpr double Settled = 1e-5, SettlingRank = 1e-10;
+constexpr int NumSettlings = 2;
 /** How far forces that do not turn along may lead, of a body's size: an unbalance does. **/
 constexpr double LaterGap = 5e-3;
 
@@ -42,6 +46,14 @@ struct Instant : SteadyMotion::Balance {
     MatrixXd D;
     StateTangent states;
 };
+
+/** Whether bodies do not yet bend as the motion will bend them. **/
+bool isUnsettled(const Instant& instant) {
+    if (instant.motion.isAtRest()) return false;
+    const VectorXd uDot = Map<const VectorXd>(instant.point.uDot.data(), instant.M.rows());
+    const VectorXd& more = instant.moreUDot;
+    return more.dot(instant.M * more) > square(Settled) * uDot.dot(instant.M * uDot);
+}
 
 /** Accelerations and matrices at a point's t, q, u and z. **/
 void linearize(Evaluation& equations, const CoordinateScales& scales, const State& state,
@@ -92,14 +104,33 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
                            VectorXd(equations.getTopology().numU).data());
     calcMassAndJacobian(equations, instant.M, instant.G);
     const LoadTerms::Tangent tangent(equations.updLoads());
-    instant.K = differentiateByQ(equations, scales, point.t, point.q, point.u,
-                                 [&](const std::vector<double>& q, VectorXd& r) {
-                                     if (observer) observer();
-                                     calcSpeeds(q);
-                                     equations.realize(point.t, q.data(), u.data());
-                                     equations.calcResidual(q.data(), u.data(), uDot.data(),
-                                                            point.lambda.data(), r.data());
-                                 });
+    const auto calcStiffness = [&] {
+        return differentiateByQ(equations, scales, point.t, point.q, point.u,
+                                [&](const std::vector<double>& q, VectorXd& r) {
+                                    if (observer) observer();
+                                    calcSpeeds(q);
+                                    equations.realize(point.t, q.data(), u.data());
+                                    equations.calcResidual(q.data(), u.data(), uDot.data(),
+                                                           point.lambda.data(), r.data());
+                                });
+    };
+    instant.K = calcStiffness();
+    if (isUnsettled(instant)) {
+        // Forces that the motion has yet to spread through the bodies: those that it will have.
+        const VectorXd lambda = Map<const VectorXd>(point.lambda.data(), instant.G.rows()),
+                       missing = instant.M * instant.moreUDot;
+        for (size_t i = 0; i < n; ++i) {
+            point.uDot[i] -= moreUDot[i];
+            moreUDot[i] = 0;
+        }
+        for (int pass = 0; pass < NumSettlings; ++pass) {
+            const VectorXd forces = missing - instant.K * instant.motion.calcDeparture(instant);
+            if (lambda.size() > 0)
+                Map<VectorXd>(point.lambda.data(), lambda.size()) =
+                    lambda + solveLeastSquares(instant.G.transpose(), forces, SettlingRank);
+            instant.K = calcStiffness();
+        }
+    }
     instant.D = calcDampingMatrix(equations, scales, point);
     instant.states = calcStateTangent(equations, scales, point);
     if (instant.motion.isAtRest()) return;

@@ -24,7 +24,8 @@ the derivative along δ and δ̇ = δu − A δ by the kinematics (guide, theory
     D = ∂r/∂u + M (2X′ − A),   K = d/dδ r(q, X(q), a(q), λ).
 
 These are constant if the motion is steady. If they are not, `unsteady` says so, and there are no
-natural modes.
+natural modes. Bodies that the motion has yet to stretch, as in a State that is placed with its
+speeds, get the accelerations and multipliers λ that they will have.
 
     Linearization linear = calcLinearization(system, state);
     for (const Eigenmode& mode : calcEigenmodes(linear)) std::cout << mode.frequency << " Hz\n";

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/body/Assembly.h"
+#include "simflex/solver/BlockEliminationSolver.h"
 #include "simflex/solver/equations/StateImage.h"
 #include "simflex/solver/equilibrium/SteadyMotion.h"
+#include "simflex/solver/equilibrium/TangentElimination.h"
 
 namespace simflex {
 
@@ -19,11 +22,20 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double StepLimit = 0.3;  // of a body's size
-constexpr double ZeroStiffness = 1e-12;
+constexpr double StepLimit = 0.3;        // of a body's size
+constexpr double ZeroStiffness = 1e-12;  ///< of the softest mode's
 /** Of a force's parts: what the residual along a free motion may be by round-off. **/
 constexpr double ZeroForce = 1e-9;
 constexpr double SmallestLoadStep = 1.0 / 64;
+/** σ of K + σ·softest·M: the least, so small that it matters to next to nothing. **/
+constexpr double LeastShift = 1e-9, LargestShift = 1e6, ShiftGrowth = 30;
+constexpr double SlowestOfRate = 1e-3, SameMotion = 1e-4;
+/** ω² of what is as slow as nothing [1/s²]. **/
+constexpr double LeastStiffness = 1e-10;
+/** Part of the work of a correction that the shift does where something may be free. **/
+constexpr double FreeShare = 1e-3;
+constexpr Eigen::Index MostSoftMotions = 96;
+constexpr int NumSubspacePasses = 6, MaxGmresSteps = 30;
 
 /** @throws std::runtime_error naming a constraint that moves apart. **/
 void refuseUnsteady(const Evaluation& equations, const std::vector<double>& u,
@@ -40,6 +52,43 @@ void refuseUnsteady(const Evaluation& equations, const std::vector<double>& u,
     }
 }
 
+/** Gram and Schmidt's, twice; columns that depend on others are left out. **/
+void orthonormalize(MatrixXd& V) {
+    constexpr double Dependent = 1e-8;
+    Eigen::Index count = 0;
+    for (Eigen::Index j = 0; j < V.cols(); ++j) {
+        VectorXd v = V.col(j);
+        const double size = v.norm();
+        for (int pass = 0; pass < 2; ++pass)
+            v -= V.leftCols(count) * (V.leftCols(count).transpose() * v);
+        if (!(v.norm() > Dependent * size)) continue;
+        V.col(count++) = v.normalized();
+    }
+    V.conservativeResize(Eigen::NoChange, count);
+}
+
+/** λ of least norm with Gᵀλ = −r. **/
+Vector calcMultipliers(Evaluation& equations, const VectorXd& r) {
+    const int m = equations.getTopology().numMultipliers;
+    Vector multipliers(m);
+    if (!equations.getTopology().frictions.empty()) {
+        MatrixXd M, G;
+        calcMassAndJacobian(equations, M, G);
+        const VectorXd lambda = solveLeastSquares(G.transpose(), -r, 1e-10);
+        for (int k = 0; k < m; ++k) multipliers[k] = lambda[k];
+        return multipliers;
+    }
+    NewtonSystem system = equations.getTopology().makeNewtonSystem();
+    equations.formMassSystem(system);
+    std::copy_n(r.data(), r.size(), system.r.begin());
+    std::fill(system.c.begin(), system.c.end(), 0.0);
+    BlockEliminationSolver solver(system);
+    solver.factor(system);
+    solver.solve(system);
+    for (int k = 0; k < m; ++k) multipliers[k] = solver.getDeltaLambda()[k];
+    return multipliers;
+}
+
 }  // namespace
 
 /** Newton's iteration of one system. **/
@@ -50,50 +99,85 @@ public:
         : m_settings(settings),
           m_equations(equations),
           m_scales(equations.getBlocks()),
-          m_free(listFreeSpeeds(equations)),
+          // The speeds of a steady motion depend on where all bodies are.
+          m_graph(equations,
+                  motion.isAtRest() ? BlockGraph::Links::OfJoints : BlockGraph::Links::Everywhere),
+          m_isHeld(equations.getTopology().isPrescribed),
           m_point(start),
-          m_motion(std::move(motion)) {}
+          m_motion(std::move(motion)) {
+        const Topology& topology = equations.getTopology();
+        for (int b = 0; b < topology.numFlexible; ++b)
+            m_places.push_back(equations.getBlock(b).firstU + 3);
+        const SimbodyMatterSubsystem& matter = topology.system->getMatterSubsystem();
+        for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
+            const MobilizedBody& mobod = matter.getMobilizedBody(i);
+            int q0, nq, u0;
+            if (equations.getBlocks().findRigidSlots(topology, i, q0, nq, u0) &&
+                MobilizedBody::Free::isInstanceOf(mobod) &&
+                mobod.getParentMobilizedBody().getMobilizedBodyIndex() == GroundIndex)
+                m_places.push_back(u0 + 3);
+        }
+    }
 
     /** Raises the loads to their full size. @throws as solve(). **/
     void run();
 
     const SolutionPoint& getPoint() const { return m_point; }
-    std::vector<std::string> describeFreeMotions();
+    /** Of the equilibrium. **/
+    void describeMotions(std::vector<std::string>& free, std::vector<std::string>& unstable);
     int numIterations = 0, numLoadSteps = 0;
 
 private:
-    /** What a correction is made of: unknowns x = δ/s of free speeds. **/
+    /** What a correction is made of. Unknowns are x/s of all speeds, s = 0 of held ones. **/
     struct Tangent {
         VectorXd s;
-        MatrixXd K;  ///< scaled
-        MatrixXd G;  ///< scaled columns
+        BlockMatrix<double> K;
+        BlockMass mass;
+        double softest;  ///< a mode's ω²
         VectorXd r, g;
-        StateTangent states;  ///< unscaled
+        StateTangent states;
+    };
+    /** A motion y, scaled, that little resists: yᵀKy = κ·softest·yᵀMy. **/
+    struct SoftMotion {
+        double stiffness;
+        VectorXd y;
     };
 
     bool converge(double fraction);
     Tangent calcTangent();
     void evaluate(const std::vector<double>& q, VectorXd& r);
-    /** Steps downhill where the stiffness is not positive. **/
-    VectorXd solveReduced(const MatrixXd& K, const VectorXd& f) const;
-    double limitStep(const VectorXd& delta) const;
-    /** Onto states that do not change, together with the motions Z y. @returns false if they are
-    not determined. **/
-    bool solveWithStates(const Tangent& tangent, const MatrixXd& Z, const VectorXd& onto,
-                         const VectorXd& force, VectorXd& y, VectorXd& dz) const;
-    VectorXd expand(const Tangent& tangent, const VectorXd& x) const;
+    /** Of K + σ·softest·M with the least σ that makes it positive along the joints. **/
+    double factor(const Tangent& tangent, TangentElimination<double>& elimination) const;
+    void factor(const Tangent& tangent, double sigma,
+                TangentElimination<double>& elimination) const;
+    /** x, Δλ, Δz; downhill where the stiffness is not positive. @returns false if states are not
+    determined. **/
+    bool solve(const Tangent& tangent, VectorXd& x, VectorXd& deltaLambda, VectorXd& dz) const;
+    VectorXd multiplyScaled(const Tangent& tangent, const VectorXd& rowScale,
+                            const VectorXd& y) const;
+    std::vector<SoftMotion> findSoftMotions(const Tangent& tangent,
+                                            TangentElimination<double>& elimination) const;
+    /** Stiffness that is as good as none: of what is much slower than a steady motion, too. **/
+    double calcZero(const Tangent& tangent) const {
+        return std::max(ZeroStiffness,
+                        square(SlowestOfRate * m_motion.getRate()) / tangent.softest);
+    }
+    /** Multipliers that leave the least accelerations of a residual. **/
+    VectorXd balance(const Tangent& tangent, const VectorXd& r) const;
+    double limitStep(VectorXd delta) const;
     /** "'rod'" of the body that moves most in a motion δ. **/
     std::string nameMostMoved(const VectorXd& delta) const;
-    /** Null space of the stiffness, as motions δ. **/
-    std::vector<VectorXd> findFreeMotions(const Tangent& tangent) const;
     [[noreturn]] void fail(double fraction);
 
     const StaticEquilibrium& m_settings;
     Evaluation& m_equations;
     CoordinateScales m_scales;
-    std::vector<int> m_free;
+    const BlockGraph m_graph;
+    const std::vector<char>& m_isHeld;
+    std::vector<int> m_places;  ///< first speed of a body's place, where bodies are free in Ground
     SolutionPoint m_point;
     SteadyMotion m_motion;
+    bool m_goesDownhill = true;
     double m_fraction = 1;    ///< of the loads
     double m_forceScale = 0;  ///< largest part of any force so far, scaled as r
     double m_change = 0, m_error = 0;
@@ -104,6 +188,13 @@ private:
 void StaticEquilibrium::Search::run() {
     const SolutionPoint start = m_point;
     if (converge(1)) return;
+    if (!m_motion.isAtRest()) {
+        // A steady motion is none of least energy, and may be stable at a saddle of it.
+        m_point = start;
+        m_goesDownhill = false;
+        if (converge(1)) return;
+        m_goesDownhill = true;
+    }
     // From nothing in parts.
     const SolutionPoint stuck = m_point;
     m_point = start;
@@ -137,14 +228,14 @@ void StaticEquilibrium::Search::evaluate(const std::vector<double>& q, VectorXd&
 }
 
 StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
-    const int n = int(m_free.size()), m = m_equations.getTopology().numMultipliers;
-    MatrixXd K;
-    Tangent tangent;
+    const int m = m_equations.getTopology().numMultipliers;
+    BlockMatrix<double> K(m_graph);
+    StateTangent states;
     {
         m_equations.realize(m_point.t, m_point.q.data(), m_point.u.data());
         const LoadTerms::Tangent ofLaws(m_equations.updLoads());
-        tangent.states = calcStateTangent(m_equations, m_scales, m_point);
-        K = differentiateByQ(m_equations, m_scales, m_point.t, m_point.q, m_point.u,
+        states = calcStateTangent(m_equations, m_scales, m_point);
+        K = differentiateByQ(m_equations, m_scales, m_graph, m_point.t, m_point.q, m_point.u,
                              [&](const std::vector<double>& q, VectorXd& r) { evaluate(q, r); });
     }
     VectorXd r, withoutJoints, withoutLoads;
@@ -156,116 +247,240 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     m_equations.updSimbody().setLoadFraction(m_fraction);
     std::swap(lambda, m_point.lambda);
     evaluate(m_point.q, r);
-    MatrixXd M, G;
-    calcMassAndJacobian(m_equations, M, G);
-
-    tangent.g.resize(m);
+    Tangent tangent{{},           std::move(K), BlockMass(m_equations), 0,
+                    std::move(r), VectorXd(m),  std::move(states)};
     m_equations.calcPositionErrors(tangent.g.data());
-    tangent.s.resize(n);
-    tangent.r.resize(n);
-    tangent.K.resize(n, n);
-    tangent.G.resize(m, n);
+    const VectorXd stiffness = tangent.K.getDiagonal(), inertia = tangent.mass.getDiagonal();
     // Rigid coordinates, which little may hold, are measured by what the softest mode resists.
-    double softest = 0;
+    double& softest = tangent.softest;
     for (int b = 0; b < m_equations.getTopology().numFlexible; ++b) {
         const Block& block = m_equations.getBlock(b);
         for (int i = block.firstU + 6; i < block.firstU + block.numU; ++i)
-            if (K(i, i) > 0 && (softest == 0 || K(i, i) < softest)) softest = K(i, i);
+            if (stiffness[i] > 0 && (softest == 0 || stiffness[i] < softest))
+                softest = stiffness[i];
     }
-    for (int i : m_free)
-        if (softest == 0 || m_equations.getTopology().numFlexible == 0)
-            softest = std::max(softest, std::abs(K(i, i)) / M(i, i));
-    if (softest == 0) softest = 1;
-    const Map<const VectorXd> lambdas(m_point.lambda.data(), m);
-    for (int i = 0; i < n; ++i) {
-        const int own = m_free[size_t(i)];
-        tangent.s[i] = 1 / std::sqrt(std::abs(K(own, own)) + softest * M(own, own));
-        tangent.r[i] = tangent.s[i] * r[own];
-        const double parts = std::abs(withoutLoads[own]) +
-                             std::abs(withoutJoints[own] - withoutLoads[own]) +
-                             G.col(own).cwiseAbs().dot(lambdas.cwiseAbs()) +
-                             M(own, own) * square(m_motion.getRate()) *
-                                 std::min(1.0, 1 / m_scales.metres[size_t(own)]);
+    const bool isRigid = softest == 0;
+    for (Eigen::Index i = 0; i < stiffness.size() && isRigid; ++i)
+        if (!m_isHeld[size_t(i)]) softest = std::max(softest, std::abs(stiffness[i]) / inertia[i]);
+    if (softest < LeastStiffness) softest = 1;
+    VectorXd reactions = VectorXd::Zero(stiffness.size());
+    for (size_t b = 0; b < tangent.mass.Gt.size(); ++b)
+        for (size_t k = 0; k < tangent.mass.rows[b].size(); ++k)
+            reactions.segment(m_graph.firstU[b], m_graph.sizes[b]) +=
+                std::abs(m_point.lambda[size_t(tangent.mass.rows[b][k])]) *
+                tangent.mass.Gt[b].col(Eigen::Index(k)).cwiseAbs();
+    tangent.s = VectorXd::Zero(stiffness.size());
+    for (Eigen::Index i = 0; i < stiffness.size(); ++i) {
+        if (m_isHeld[size_t(i)]) continue;
+        tangent.s[i] = 1 / std::sqrt(std::abs(stiffness[i]) + softest * inertia[i]);
+        const double parts =
+            std::abs(withoutLoads[i]) + std::abs(withoutJoints[i] - withoutLoads[i]) +
+            reactions[i] +
+            inertia[i] * square(m_motion.getRate()) * std::min(1.0, 1 / m_scales.metres[size_t(i)]);
         m_forceScale = std::max(m_forceScale, tangent.s[i] * parts);
-        tangent.G.col(i) = tangent.s[i] * G.col(own);
     }
-    for (int j = 0; j < n; ++j)
-        for (int i = 0; i < n; ++i)
-            tangent.K(i, j) = tangent.s[i] * tangent.s[j] * K(m_free[size_t(i)], m_free[size_t(j)]);
     return tangent;
 }
 
-VectorXd StaticEquilibrium::Search::solveReduced(const MatrixXd& K, const VectorXd& f) const {
-    const MatrixXd symmetric = 0.5 * (K + K.transpose());
-    if (calcSmallestPivot(symmetric) > 100 * ZeroStiffness) return SquareSystem(K).solve(f);
-    const SymmetricEigen eigen = calcSymmetricEigen(symmetric);
-    const double allowed = ZeroForce * m_forceScale;
-    VectorXd y = VectorXd::Zero(f.size());
-    for (Eigen::Index k = 0; k < f.size(); ++k) {
-        const double stiffness = eigen.values[k];
-        const auto direction = eigen.vectors.col(k);
-        const double force = direction.dot(f);
-        const bool isZero = std::abs(stiffness) < ZeroStiffness;
-        if (isZero && std::abs(force) <= allowed) continue;
-        y += force / std::max(std::abs(stiffness), ZeroStiffness) * direction;
-    }
-    return y;
+void StaticEquilibrium::Search::factor(const Tangent& tangent, double sigma,
+                                       TangentElimination<double>& elimination) const {
+    BlockMatrix<double> A = tangent.K;
+    for (size_t b = 0; b < A.columns.size(); ++b)
+        for (size_t k = 0; k < A.columns[b].size(); ++k)
+            if (m_graph.neighbours[b][k] == int(b))
+                A.columns[b][k] += sigma * tangent.softest * tangent.mass.M[b];
+    elimination.factor(A, tangent.s, TangentElimination<double>::Symmetry::Symmetric);
 }
 
-bool StaticEquilibrium::Search::solveWithStates(const Tangent& tangent, const MatrixXd& Z,
-                                                const VectorXd& onto, const VectorXd& force,
-                                                VectorXd& y, VectorXd& dz) const {
-    const StateTangent& states = tangent.states;
-    const Eigen::Index n = Z.cols(), s = states.F.rows();
-    MatrixXd B(Eigen::Index(m_free.size()), s), C(s, Eigen::Index(m_free.size()));
-    for (size_t i = 0; i < m_free.size(); ++i) {
-        const double scale = tangent.s[Eigen::Index(i)];
-        B.row(Eigen::Index(i)) = scale * states.B.row(m_free[i]);
-        C.col(Eigen::Index(i)) = scale * states.C.col(m_free[i]);
+double StaticEquilibrium::Search::factor(const Tangent& tangent,
+                                         TangentElimination<double>& elimination) const {
+    double sigma = LeastShift;
+    factor(tangent, sigma, elimination);
+    while (m_goesDownhill && elimination.countNegative() > 0 && sigma < LargestShift) {
+        sigma *= ShiftGrowth;
+        factor(tangent, sigma, elimination);
     }
-    MatrixXd A(n + s, n + s);
-    A.topLeftCorner(n, n) = calcCongruent(Z, tangent.K);
-    A.topRightCorner(n, s) = Z.transpose() * B;
-    A.bottomLeftCorner(s, n) = C * Z;
-    A.bottomRightCorner(s, s) = states.F;
-    VectorXd b(n + s);
-    b << Z.transpose() * force, -(states.rates + C * onto);
-    VectorXd columns = VectorXd::Ones(n + s);
-    for (Eigen::Index i = 0; i < n + s; ++i) {
-        const double size = A.row(i).cwiseAbs().maxCoeff();
+    return sigma;
+}
+
+VectorXd StaticEquilibrium::Search::multiplyScaled(const Tangent& tangent, const VectorXd& rowScale,
+                                                   const VectorXd& y) const {
+    const Eigen::Index n = tangent.s.size();
+    const VectorXd x = tangent.s.cwiseProduct(y.head(n)),
+                   lambda = rowScale.cwiseProduct(y.segment(n, rowScale.size()));
+    VectorXd result(n + rowScale.size());
+    result << tangent.s.cwiseProduct(tangent.K.multiply(x) + tangent.mass.multiplyGt(lambda)),
+        rowScale.cwiseProduct(tangent.mass.multiplyG(x));
+    return result;
+}
+
+std::vector<StaticEquilibrium::Search::SoftMotion> StaticEquilibrium::Search::findSoftMotions(
+    const Tangent& tangent, TangentElimination<double>& elimination) const {
+    const Eigen::Index n = tangent.s.size(), m = tangent.g.size(),
+                       numFree = Eigen::Index(std::count(m_isHeld.begin(), m_isHeld.end(), 0));
+    const auto multiplyMass = [&](const VectorXd& y) -> VectorXd {
+        return tangent.softest *
+               tangent.s.cwiseProduct(tangent.mass.multiply(tangent.s.cwiseProduct(y)));
+    };
+    const double zero = calcZero(tangent);
+    std::vector<SoftMotion> soft;
+    for (Eigen::Index count = std::min<Eigen::Index>(6, numFree); count > 0;
+         count = std::min({2 * count, numFree, MostSoftMotions})) {
+        // Subspace iteration: what nothing holds stands out by orders of magnitude.
+        MatrixXd V(n, count);
+        for (Eigen::Index j = 0; j < count; ++j)
+            for (Eigen::Index i = 0; i < n; ++i)
+                V(i, j) =
+                    tangent.s[i] > 0 ? std::cos(1.3 * double((i + 1) * (j + 1)) + double(j)) : 0;
+        SymmetricEigen eigen;
+        for (int pass = 0; pass < NumSubspacePasses; ++pass) {
+            for (Eigen::Index j = 0; j < V.cols(); ++j) {
+                VectorXd y = VectorXd::Zero(n + m);
+                y.head(n) = multiplyMass(V.col(j));
+                elimination.solveScaled(y);
+                V.col(j) = y.head(n).normalized();
+            }
+            orthonormalize(V);
+            if (V.cols() == 0) return {};
+            MatrixXd KV(n, V.cols()), MV(n, V.cols());
+            for (Eigen::Index j = 0; j < V.cols(); ++j) {
+                KV.col(j) =
+                    tangent.s.cwiseProduct(tangent.K.multiply(tangent.s.cwiseProduct(V.col(j))));
+                MV.col(j) = multiplyMass(V.col(j));
+            }
+            MatrixXd stiffness = V.transpose() * KV, inertia = V.transpose() * MV;
+            stiffness = (0.5 * (stiffness + stiffness.transpose())).eval();
+            inertia = (0.5 * (inertia + inertia.transpose())).eval();
+            eigen = calcSymmetricEigen(stiffness, inertia);
+            V = (V * eigen.vectors).eval();
+        }
+        soft.clear();
+        for (Eigen::Index k = 0; k < V.cols() && eigen.values[k] < zero; ++k) {
+            // Where K is indefinite, what has not converged may have any quotient.
+            VectorXd y = VectorXd::Zero(n + m);
+            y.head(n) = multiplyMass(V.col(k));
+            elimination.solveScaled(y);
+            const VectorXd again = y.head(n).normalized(), own = V.col(k).normalized();
+            if (1 - std::abs(again.dot(own)) < SameMotion)
+                soft.push_back({eigen.values[k], V.col(k)});
+        }
+        if (Eigen::Index(soft.size()) < count || count >= std::min(numFree, MostSoftMotions)) break;
+    }
+    return soft;
+}
+
+bool StaticEquilibrium::Search::solve(const Tangent& tangent, VectorXd& x, VectorXd& deltaLambda,
+                                      VectorXd& dz) const {
+    const Eigen::Index n = tangent.s.size(), m = tangent.g.size(), s = tangent.states.F.rows();
+    TangentElimination<double> elimination(m_graph, tangent.mass);
+    const double sigma = factor(tangent, elimination);
+    const VectorXd& rowScale = elimination.getRowScale();
+    VectorXd b(n + m + s);
+    b << -tangent.s.cwiseProduct(tangent.r), -rowScale.cwiseProduct(tangent.g), VectorXd::Zero(s);
+    // States that do not change, in units of their equations.
+    MatrixXd B(n + m, s), C(s, n), F = tangent.states.F;
+    for (Eigen::Index j = 0; j < s; ++j) {
+        B.col(j) << tangent.s.cwiseProduct(tangent.states.B.col(j)), VectorXd::Zero(m);
+        C.row(j) = tangent.states.C.row(j).cwiseProduct(tangent.s.transpose());
+    }
+    for (Eigen::Index j = 0; j < s; ++j) {
+        const double size =
+            std::max(F.row(j).cwiseAbs().maxCoeff(), C.row(j).cwiseAbs().maxCoeff());
         if (!(size > 0)) return false;
-        A.row(i) /= size;
-        b[i] /= size;
+        F.row(j) /= size;
+        C.row(j) /= size;
+        b[n + m + j] = -tangent.states.rates[j] / size;
     }
-    for (Eigen::Index i = 0; i < n + s; ++i) {
-        columns[i] = A.col(i).cwiseAbs().maxCoeff();
-        if (!(columns[i] > 0)) return false;
-        A.col(i) /= columns[i];
+    MatrixXd solvedB = B;
+    for (Eigen::Index j = 0; j < s; ++j) {
+        VectorXd column = B.col(j);
+        elimination.solveScaled(column);
+        solvedB.col(j) = column;
     }
-    const SquareSystem system(A);
-    if (!(system.getSmallestPivot() > ZeroStiffness)) return false;
-    const VectorXd x = system.solve(b).cwiseQuotient(columns);
-    y = x.head(n);
-    dz = x.tail(s);
+    const MatrixXd schur = F - C * solvedB.topRows(n);
+    VectorXd units = schur.colwise().norm();
+    for (double& unit : units) {
+        if (!(unit > 0)) return false;
+        unit = 1 / unit;
+    }
+    std::optional<SquareSystem> states;
+    if (s > 0) states.emplace(schur * units.asDiagonal());
+    if (states && !(states->getSmallestPivot() > ZeroStiffness)) return false;
+    const auto precondition = [&](const VectorXd& right) {
+        VectorXd y = right.head(n + m);
+        elimination.solveScaled(y);
+        if (!states) return y;
+        const VectorXd z = units.cwiseProduct(states->solve(right.tail(s) - C * y.head(n)));
+        VectorXd result(n + m + s);
+        result << y - solvedB * z, z;
+        return result;
+    };
+    const auto multiply = [&](const VectorXd& y) {
+        VectorXd result(n + m + s);
+        result << multiplyScaled(tangent, rowScale, y) + B * y.tail(s),
+            C * y.head(n) + F * y.tail(s);
+        return result;
+    };
+    VectorXd y = precondition(b);
+    const auto multiplyMass = [&](const VectorXd& of) -> VectorXd {
+        return tangent.softest *
+               tangent.s.cwiseProduct(tangent.mass.multiply(tangent.s.cwiseProduct(of)));
+    };
+    std::vector<SoftMotion> free;
+    std::vector<double> forces;
+    const double inertia = sigma * y.head(n).dot(multiplyMass(y.head(n)));
+    if (sigma == LeastShift && s == 0 && inertia > FreeShare * std::abs(y.dot(b)))
+        for (const SoftMotion& motion : findSoftMotions(tangent, elimination))
+            if (std::abs(motion.stiffness) < calcZero(tangent)) free.push_back(motion);
+    for (const SoftMotion& motion : free) {
+        const VectorXd inert = multiplyMass(motion.y);
+        forces.push_back(motion.y.dot(b.head(n)));
+        b.head(n) -= forces.back() / inert.dot(motion.y) * inert;
+    }
+    if (sigma == LeastShift) y = solveByGmres(multiply, precondition, b, MaxGmresSteps);
+    // Motions that nothing holds and no load drives are left alone.
+    for (size_t k = 0; k < free.size(); ++k) {
+        const VectorXd inert = multiplyMass(free[k].y);
+        double moved = -inert.dot(y.head(n));
+        if (std::abs(forces[k]) > ZeroForce * m_forceScale * free[k].y.norm())
+            moved += forces[k] / LeastShift;
+        y.head(n) += moved / inert.dot(free[k].y) * free[k].y;
+    }
+    x = tangent.s.cwiseProduct(y.head(n));
+    deltaLambda = rowScale.cwiseProduct(y.segment(n, m));
+    dz = y.tail(s);
     return true;
 }
 
-VectorXd StaticEquilibrium::Search::expand(const Tangent& tangent, const VectorXd& x) const {
-    VectorXd delta = VectorXd::Zero(m_equations.getTopology().numU);
-    for (size_t i = 0; i < m_free.size(); ++i)
-        delta[m_free[i]] = tangent.s[Eigen::Index(i)] * x[Eigen::Index(i)];
-    return delta;
+VectorXd StaticEquilibrium::Search::balance(const Tangent& tangent, const VectorXd& r) const {
+    BlockMatrix<double> M(m_graph);
+    for (size_t b = 0; b < M.columns.size(); ++b)
+        for (size_t k = 0; k < M.columns[b].size(); ++k)
+            if (m_graph.neighbours[b][k] == int(b)) M.columns[b][k] = tangent.mass.M[b];
+    VectorXd scale = tangent.mass.getDiagonal().cwiseSqrt().cwiseInverse();
+    for (Eigen::Index i = 0; i < scale.size(); ++i)
+        if (m_isHeld[size_t(i)]) scale[i] = 0;
+    TangentElimination<double> elimination(m_graph, tangent.mass);
+    elimination.factor(M, scale, TangentElimination<double>::Symmetry::Symmetric);
+    VectorXd f = -r, g = VectorXd::Zero(tangent.g.size());
+    elimination.solve(f, g);
+    return g;
 }
 
-double StaticEquilibrium::Search::limitStep(const VectorXd& delta) const {
+double StaticEquilibrium::Search::limitStep(VectorXd delta) const {
     double factor = 1;
-    for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
-        const Block& block = m_equations.getBlock(b);
-        const double displacement = block.calcDisplacement(delta.data() + block.firstU);
-        const double allowed =
-            std::min(StepLimit * m_scales.lengths[size_t(b)], double(m_settings.m_maximumStep));
-        if (displacement > allowed) factor = std::min(factor, allowed / displacement);
-    }
+    const auto limit = [&](double part) {
+        for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
+            const Block& block = m_equations.getBlock(b);
+            const double displacement = block.calcDisplacement(delta.data() + block.firstU);
+            const double allowed = part * m_scales.lengths[size_t(b)];
+            if (displacement > allowed) factor = std::min(factor, allowed / displacement);
+        }
+    };
+    if (m_change > m_settings.m_maximumStep) factor = m_settings.m_maximumStep / m_change;
+    // How far bodies turn and bend; where they are free in Ground they may go anywhere.
+    for (const int place : m_places) delta.segment<3>(place).setZero();
+    limit(StepLimit);
     return factor;
 }
 
@@ -282,30 +497,20 @@ bool StaticEquilibrium::Search::converge(double fraction) {
                 m_error = std::abs(tangent.g[k]);
                 m_worstRow = int(k);
             }
-        if (!tangent.r.allFinite() || !tangent.g.allFinite() || !tangent.K.allFinite()) {
+        if (!tangent.r.allFinite() || !tangent.g.allFinite() ||
+            !tangent.K.getDiagonal().allFinite()) {
             m_reason = "forces or positions are not finite numbers";
             return false;
         }
-        // x = Y a + Z y: onto the joints, then along them.
-        const TangentSpace space(tangent.G);
-        const MatrixXd& Z = space.getBasis();
-        const VectorXd onto = space.solveForMotion(-tangent.g);
-        const VectorXd force = -(tangent.r + tangent.K * onto);
-        VectorXd x = onto, y, dz = VectorXd::Zero(tangent.states.F.rows());
-        if (dz.size() > 0) {
-            if (!solveWithStates(tangent, Z, onto, force, y, dz)) {
-                m_reason = "no values of the states keep them from changing";
-                return false;
-            }
-            x += Z * y;
-        } else if (Z.cols() > 0)
-            x += Z * solveReduced(calcCongruent(Z, tangent.K), Z.transpose() * force);
-        VectorXd delta = expand(tangent, x);
+        VectorXd delta, deltaLambda, dz;
+        if (!solve(tangent, delta, deltaLambda, dz)) {
+            m_reason = "no values of the states keep them from changing";
+            return false;
+        }
         m_change = m_equations.getBlocks().calcDisplacement(delta.data(), &m_worstBlock);
         const double factor = limitStep(delta);
         delta *= factor;
-        const VectorXd deltaLambda =
-            space.solveForMultipliers(-(tangent.r + factor * (tangent.K * x)));
+        if (factor < 1) deltaLambda = balance(tangent, tangent.r + tangent.K.multiply(delta));
 
         m_equations.realize(m_point.t, m_point.q.data(), m_point.u.data());
         m_equations.getBlocks().moveQ(delta.data(), m_point.q.data());
@@ -334,30 +539,29 @@ bool StaticEquilibrium::Search::converge(double fraction) {
     return false;
 }
 
-std::vector<VectorXd> StaticEquilibrium::Search::findFreeMotions(const Tangent& tangent) const {
-    const TangentSpace space(tangent.G);
-    const MatrixXd& Z = space.getBasis();
-    std::vector<VectorXd> motions;
-    if (Z.cols() == 0) return motions;
-    const MatrixXd K = calcCongruent(Z, tangent.K);
-    const SymmetricEigen eigen = calcSymmetricEigen(0.5 * (K + K.transpose()));
-    for (Eigen::Index k = 0; k < K.rows(); ++k)
-        if (std::abs(eigen.values[k]) < ZeroStiffness)
-            motions.push_back(expand(tangent, Z * eigen.vectors.col(k)));
-    return motions;
-}
-
 std::string StaticEquilibrium::Search::nameMostMoved(const VectorXd& delta) const {
     int worst = 0;
     m_equations.getBlocks().calcDisplacement(delta.data(), &worst);
     return "'" + m_equations.getBlock(worst).name + "'";
 }
 
-std::vector<std::string> StaticEquilibrium::Search::describeFreeMotions() {
-    std::vector<std::string> names;
-    for (const VectorXd& motion : findFreeMotions(calcTangent()))
-        names.push_back(nameMostMoved(motion) + " is free to move");
-    return names;
+void StaticEquilibrium::Search::describeMotions(std::vector<std::string>& free,
+                                                std::vector<std::string>& unstable) {
+    const Tangent tangent = calcTangent();
+    TangentElimination<double> elimination(m_graph, tangent.mass);
+    const auto name = [&](const SoftMotion& motion) {
+        return nameMostMoved(tangent.s.cwiseProduct(motion.y));
+    };
+    factor(tangent, LeastShift, elimination);
+    for (const SoftMotion& motion : findSoftMotions(tangent, elimination))
+        if (motion.stiffness > -calcZero(tangent))
+            free.push_back(name(motion) + " is free to move");
+    // A steady motion may be stable all the same.
+    if (!m_motion.isAtRest() || elimination.countNegative() <= 0) return;
+    factor(tangent, elimination);
+    for (const SoftMotion& motion : findSoftMotions(tangent, elimination))
+        if (motion.stiffness < -calcZero(tangent))
+            unstable.push_back(name(motion) + " falls away from it");
 }
 
 void StaticEquilibrium::Search::fail(double fraction) {
@@ -367,18 +571,20 @@ void StaticEquilibrium::Search::fail(double fraction) {
     std::ostringstream text;
     text << "no static equilibrium: ";
     const Tangent tangent = calcTangent();
-    if (tangent.K.allFinite() && tangent.r.allFinite())
-        for (const VectorXd& motion : findFreeMotions(tangent)) {
-            double force = 0;
-            for (size_t i = 0; i < m_free.size(); ++i)
-                force +=
-                    motion[m_free[i]] / tangent.s[Eigen::Index(i)] * tangent.r[Eigen::Index(i)];
-            if (std::abs(force) <= 1e-6 * m_forceScale) continue;
-            text << nameMostMoved(motion)
+    if (tangent.K.getDiagonal().allFinite() && tangent.r.allFinite()) {
+        TangentElimination<double> elimination(m_graph, tangent.mass);
+        factor(tangent, LeastShift, elimination);
+        for (const SoftMotion& motion : findSoftMotions(tangent, elimination)) {
+            const double force = motion.y.dot(tangent.s.cwiseProduct(tangent.r));
+            if (std::abs(motion.stiffness) > calcZero(tangent) ||
+                std::abs(force) <= 1e-6 * m_forceScale * motion.y.norm())
+                continue;
+            text << nameMostMoved(tangent.s.cwiseProduct(motion.y))
                  << " is free to move and loads act along that motion; hold it by a joint or lock, "
                     "or give it a spring";
             throw std::runtime_error(text.str());
         }
+    }
     text << m_reason << "; the largest correction is " << m_change << " m at '"
          << m_equations.getBlock(m_worstBlock).name << "' (allowed " << m_settings.m_tolerance
          << " m)";
@@ -416,6 +622,7 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     requireTopology(m_system, state, "StaticEquilibrium::solve()");
     m_numIterations = m_numLoadSteps = 0;
     m_freeMotions.clear();
+    m_unstableMotions.clear();
     State start = state;
     m_system.realize(start, Stage::Velocity);
     if (speeds == Speeds::Zero) start.updU() = 0;
@@ -448,7 +655,7 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     search.run();
     m_numIterations = search.numIterations;
     m_numLoadSteps = search.numLoadSteps;
-    m_freeMotions = search.describeFreeMotions();
+    search.describeMotions(m_freeMotions, m_unstableMotions);
 
     // Multipliers of least norm, as the integrators give them.
     point = search.getPoint();
@@ -460,14 +667,11 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     }
     m_multipliers.resize(m);
     if (m > 0) {
-        MatrixXd M, G;
-        calcMassAndJacobian(equations, M, G);
         VectorXd r(n);
         std::fill(point.lambda.begin(), point.lambda.end(), 0.0);
         equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(),
                                point.lambda.data(), r.data());
-        const VectorXd lambda = solveLeastSquares(G.transpose(), -r, 1e-10);
-        for (int k = 0; k < m; ++k) m_multipliers[k] = lambda[k];
+        m_multipliers = calcMultipliers(equations, r);
     }
     m_firstRows.clear();
     if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system))

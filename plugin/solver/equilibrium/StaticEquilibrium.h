@@ -5,20 +5,22 @@ Positions in which a multibody system stays at rest, or in which it turns steadi
     M u̇ + b(q, u) − f(q, u, t) + G(q)ᵀλ = 0,   g(q, t) = 0
 
 with u = u̇ = 0, or with the speeds of the State and the accelerations of a steady motion. Newton's
-iteration on q and λ in the null space of G, with the whole stiffness: ∂(Gᵀλ)/∂q and ∂(Mu̇)/∂q
-included. Where that is not positive it steps downhill instead, so that a pendulum is found hanging
-(but if it starts exactly upright, where nothing tells it which way is down).
+iteration on q and λ with the whole stiffness, ∂(Gᵀλ)/∂q and ∂(Mu̇)/∂q included, in blocks: those
+of bodies that a joint or force element joins, eliminated one after the other. Where it is not
+positive along the joints it is stiffened until a step leads downhill, so that a pendulum is found
+hanging (but if it starts exactly upright, where nothing tells it which way is down: see
+getUnstableMotions()).
 
     StaticEquilibrium equilibrium(system);
     equilibrium.solve(state);
     const State& atRest = equilibrium.getState();
     Vector forces = equilibrium.getMultipliers(pin);
 
-A step is at most 0.3 of a body's size. Loads are applied at once; if that does not converge, they,
-and the squares of speeds, are raised from zero in parts, each starting from the last. Loads are
-gravity, AttachmentForces, DistributedLoads and all of Simbody's force elements, its springs too;
-springs and bushings between attachment frames act in full. They are those of the State's time and
-of the speeds given.
+A step turns and bends a body by at most 0.3 of its size. Loads are applied at once; if that does
+not converge, they, and the squares of speeds, are raised from zero in parts, each starting from the
+last. Loads are gravity, AttachmentForces, DistributedLoads and all of Simbody's force elements, its
+springs too; springs and bushings between attachment frames act in full. They are those of the
+State's time and of the speeds given.
 
 A motion that nothing holds is left alone if no load acts along it (see getFreeMotions()) and
 refused by name otherwise. **/
@@ -42,7 +44,7 @@ public:
     void setTolerance(SimTK::Real tolerance) { m_tolerance = tolerance; }
     /** Largest position error left in joints [m, rad]; default 1e-10. **/
     void setConstraintTolerance(SimTK::Real tolerance) { m_constraintTolerance = tolerance; }
-    /** Longest step of any body [m]; default 0.3 of its own size. **/
+    /** Longest step of any body [m]; default: no limit but that of turning and bending. **/
     void setMaximumStep(SimTK::Real step) { m_maximumStep = step; }
     /** Newton iterations of one load step; default 60. **/
     void setMaximumIterations(int iterations) { m_maximumIterations = iterations; }
@@ -78,6 +80,9 @@ public:
     SimTK::Vector getMultipliers(const Joint& joint) const;  ///< [N, N m]
     /** Motions that nothing holds and no load drives: each the body that moves most in it. **/
     const std::vector<std::string>& getFreeMotions() const { return m_freeMotions; }
+    /** Motions in which it falls away at the least push, of an equilibrium at rest: each the body
+    that moves most in it. **/
+    const std::vector<std::string>& getUnstableMotions() const { return m_unstableMotions; }
     int getNumIterations() const { return m_numIterations; }
     int getNumLoadSteps() const { return m_numLoadSteps; }
     /**@}**/
@@ -98,7 +103,7 @@ private:
     SimTK::State m_state;
     SimTK::Vector m_multipliers;
     std::vector<int> m_firstRows;  ///< by JointIndex
-    std::vector<std::string> m_freeMotions;
+    std::vector<std::string> m_freeMotions, m_unstableMotions;
     int m_numIterations = 0, m_numLoadSteps = 0;
 };
 

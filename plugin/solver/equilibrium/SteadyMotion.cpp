@@ -21,6 +21,8 @@ constexpr double SlowestRate = 1e-8;
 constexpr double TurnStep = 5e-3;
 /** What a turn by a body's size costs where loops are closed, in moves of places by as much. **/
 constexpr double TurnCost = 1e4;
+/** What speeds that a State was given leave, of the fastest [m/s, rad/s]. **/
+constexpr double SmallError = 1e-7;
 constexpr double ClosureRank = 1e-10, ClosedLoop = 1e-15;
 constexpr int NumClosings = 12, NumFlowPieces = 16;
 /** Displacements at which it is tried whether loops need closing [m], and what may come of them.
@@ -64,9 +66,14 @@ SteadyMotion::SteadyMotion(Evaluation& equations, const State& state, double t,
         const Block& block = equations.getBlock(b);
         std::fill_n(m_u.begin() + block.firstU + 6, block.numU - 6, 0.0);
     }
-    if (std::all_of(m_u.begin(), m_u.end(), [](double speed) { return speed == 0; })) return;
+    const bool isDriven = findDriven(q);
+    if (!isDriven && std::all_of(m_u.begin(), m_u.end(), [](double speed) { return speed == 0; }))
+        return;
     findRoots(state);
     putTwists(calcTwists(given, m_u), q, m_u);
+    equations.realize(t, q.data(), m_u.data());
+    m_links = listLinks(equations);
+    if (isDriven) followMotions(q);
     equations.realize(t, q.data(), m_u.data());
     equations.calcVelocityErrors(m_errors.data());
     if (!m_errors.empty()) {
@@ -75,7 +82,6 @@ SteadyMotion::SteadyMotion(Evaluation& equations, const State& state, double t,
         equations.realize(t, q.data(), m_u.data());
     }
     m_twists = calcTwists(q, m_u);
-    m_links = listLinks(equations);
     findReaches();
 
     Real fastest = 0;
@@ -220,6 +226,56 @@ void SteadyMotion::findReaches() {
     }
 }
 
+bool SteadyMotion::findDriven(const std::vector<double>& q) const {
+    std::vector<double> errors(m_errors.size(), 0), driven = m_u;
+    for (size_t i = 0; i < driven.size(); ++i)
+        if (!m_equations->getTopology().isPrescribed[i]) driven[i] = 0;
+    m_equations->realize(m_t, q.data(), driven.data());
+    m_equations->calcVelocityErrors(errors.data());
+    return std::any_of(errors.begin(), errors.end(), [](double error) { return error != 0; });
+}
+
+void SteadyMotion::followMotions(const std::vector<double>& q) {
+    Evaluation& equations = *m_equations;
+    const Topology& topology = equations.getTopology();
+    // Twists of links in the order in which they are reached, each with all that hangs on it, and
+    // speeds of trees.
+    SteadyMotion unit = *this;
+    unit.m_twists.assign(m_roots.size(), SpatialVec(Vec3(0), Vec3(0)));
+    unit.findReaches();
+    std::fill(unit.m_u.begin(), unit.m_u.end(), 0.0);
+    for (Reach& reach : unit.m_reaches) reach.S = SpatialVec(Vec3(0), Vec3(0));
+    std::vector<std::vector<double>> columns;
+    std::vector<double> u;
+    const auto add = [&](double& speed) {
+        speed = 1;
+        unit.calcX(q, u);
+        columns.push_back(u);
+        speed = 0;
+    };
+    for (Reach& reach : unit.m_reaches)
+        for (int i = 0; i < 6; ++i) add(reach.S[i / 3][i % 3]);
+    for (int b = topology.numFlexible; b < topology.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        for (int i = block.firstU; i < block.firstU + block.numU; ++i)
+            if (findRoot(b) < 0 && !topology.isPrescribed[size_t(i)]) add(unit.m_u[size_t(i)]);
+    }
+    const Eigen::Index n = Eigen::Index(m_u.size()), m = Eigen::Index(m_errors.size());
+    MatrixXd motions(n, Eigen::Index(columns.size()));
+    for (size_t k = 0; k < columns.size(); ++k)
+        motions.col(Eigen::Index(k)) = Map<const VectorXd>(columns[k].data(), n);
+    std::vector<double> lambda(size_t(m), 0), uDot(size_t(n), 0), r(static_cast<size_t>(n));
+    equations.realize(m_t, q.data(), m_u.data());
+    equations.calcResidual(q.data(), m_u.data(), uDot.data(), lambda.data(), r.data());
+    MatrixXd M, G;
+    calcMassAndJacobian(equations, M, G);
+    VectorXd errors(m);
+    equations.calcVelocityErrors(errors.data());
+    const double fastest = Map<VectorXd>(m_u.data(), n).lpNorm<Eigen::Infinity>();
+    if (errors.lpNorm<Eigen::Infinity>() <= SmallError * (1 + fastest)) return;
+    Map<VectorXd>(m_u.data(), n) -= motions * solveLeastSquares(G * motions, errors, ClosureRank);
+}
+
 void SteadyMotion::prepareClosing(const std::vector<double>& q) {
     Evaluation& equations = *m_equations;
     const int n = equations.getTopology().numU, m = equations.getTopology().numMultipliers;
@@ -262,8 +318,7 @@ void SteadyMotion::close(MatrixXd& delta) const {
     if (m_closing.size() > 0) delta += m_closing * (m_G * delta);
 }
 
-std::string SteadyMotion::findDeparture(const CoordinateScales& scales, const Balance& balance,
-                                        double allowed) const {
+VectorXd SteadyMotion::calcDeparture(const Balance& balance) const {
     const MatrixXd &M = balance.M, &K = balance.K;
     const double inertia = square(m_factor * m_rate);
     const std::vector<int> free = listFreeSpeeds(*m_equations);
@@ -272,21 +327,27 @@ std::string SteadyMotion::findDeparture(const CoordinateScales& scales, const Ba
         directions(free[k], Eigen::Index(k)) =
             1 / std::sqrt(std::abs(K(free[k], free[k])) + inertia * M(free[k], free[k]));
     const MatrixXd Z = directions * TangentSpace(balance.G * directions).getBasis();
-    if (Z.cols() == 0) return "";
+    if (Z.cols() == 0) return VectorXd::Zero(M.rows());
     // Springs resist and inertia, however the motion softens the springs.
     const MatrixXd reduced = calcCongruent(Z, K);
     const SymmetricEigen modes =
         calcSymmetricEigen(0.5 * (reduced + reduced.transpose()), calcCongruent(Z, M));
     VectorXd y = modes.vectors.transpose() * (Z.transpose() * (M * balance.moreUDot));
     for (Eigen::Index k = 0; k < y.size(); ++k) y[k] /= std::abs(modes.values[k]) + inertia;
-    const VectorXd delta = Z * (modes.vectors * y);
+    return Z * (modes.vectors * y);
+}
+
+std::string SteadyMotion::findDeparture(const CoordinateScales& scales, const Balance& balance,
+                                        double allowed) const {
+    const VectorXd delta = calcDeparture(balance);
     for (int b = 0; b < m_equations->getTopology().numBlocks(); ++b) {
         const Block& block = m_equations->getBlock(b);
         const double departure = block.calcDisplacement(delta.data() + block.firstU);
         if (departure <= allowed * scales.lengths[size_t(b)]) continue;
         std::ostringstream text;
         text << "forces that do not turn with it lead '" << block.name << "' " << departure
-             << " m away";
+             << " m away; begin at rest, or at a steady motion near by (start: steady, or "
+                "StaticEquilibrium::solveSteadyMotion())";
         return text.str();
     }
     return "";

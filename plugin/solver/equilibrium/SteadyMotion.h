@@ -9,7 +9,9 @@ twist S that it has in the State, in the axes of its inboard frame F:
     V_M = V_F + R_GF S          a pin that is tilted with its hub spins about the tilted axis
 
 from body to body along the joints, those that hold most first, beginning at Ground; a body that no
-joint, spring or constraint links to Ground keeps its own twist, in Ground. Mobilizers other than
+joint, spring or constraint links to Ground keeps its own twist, in Ground. Where motions drive the
+system otherwise than the State says, relative twists change as little as they ask for: what hangs
+on a driven joint goes along. Mobilizers other than
 Free on Ground keep their u, flexible bodies their shape. What loops ask for besides is added by
 turning the moving bodies as little as possible, so that G X + ∂g/∂t = 0. **/
 
@@ -56,6 +58,8 @@ public:
         Eigen::MatrixXd M, K, G;
         Eigen::VectorXd moreUDot;
     };
+    /** The δ to which the forces besides lead, held by springs and inertia. **/
+    Eigen::VectorXd calcDeparture(const Balance& balance) const;
     /** Says which body the forces besides lead away while the motion turns by a radian, and how
     far; empty if none by more than what is allowed, of its size. **/
     std::string findDeparture(const CoordinateScales& scales, const Balance& balance,
@@ -85,6 +89,9 @@ private:
     SimTK::Rotation calcAxes(const Root& root, const std::vector<double>& q) const;
     SimTK::Vec3 calcPlace(const Root& root, const std::vector<double>& q) const;
     void findReaches();
+    /** Whether constraints would move apart if nothing moved but what is prescribed. **/
+    bool findDriven(const std::vector<double>& q) const;
+    void followMotions(const std::vector<double>& q);
     void prepareClosing(const std::vector<double>& q);
     void closeLoops(const std::vector<double>& q, std::vector<double>& u) const;
     int findRoot(int block) const;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/solver/equilibrium/BlockTangent.h"
 
 namespace simflex {
 
@@ -15,9 +16,9 @@ namespace {
 
 constexpr double RankTolerance = 1e-10;
 
-/** Weights of f(−2h), f(−h), f(h), f(2h) in h·f′. **/
+/** DifferenceWeights of f(−2h), f(−h), f(h), f(2h) in h·f′. **/
 constexpr int Places[] = {-2, -1, 1, 2};
-constexpr double Weights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+constexpr double DifferenceWeights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
 
 /** A force that bends by more than this part of its change, or of this part of the largest change,
 may have a kink: a stop that closes. **/
@@ -27,17 +28,20 @@ constexpr double KinkBend = 0.1, SmallForceChange = 1e-3;
 constexpr double KinkAgreement = 0.02, StepRefinement = 1.0 / 16;
 constexpr int MaxRefinements = 4;
 
-/** Of differences, where round-off is none: what does not depend on a state shall not seem to. **/
+/** Of what is differenced, the part that may be round-off: what does not depend on a state shall
+not seem to. **/
+constexpr double Certain = 16 * std::numeric_limits<double>::epsilon();
+
+/** Of differences, without round-off. **/
 class Slope {
 public:
     explicit Slope(Eigen::Index size)
         : m_sum(VectorXd::Zero(size)), m_largest(VectorXd::Zero(size)) {}
     void add(int place, const VectorXd& f) {
-        m_sum += Weights[place] * f;
+        m_sum += DifferenceWeights[place] * f;
         m_largest = m_largest.cwiseMax(f.cwiseAbs());
     }
     VectorXd get(double h) const {
-        constexpr double Certain = 16 * std::numeric_limits<double>::epsilon();
         VectorXd slope = m_sum / h;
         for (Eigen::Index i = 0; i < slope.size(); ++i)
             if (std::abs(m_sum[i]) <= Certain * m_largest[i]) slope[i] = 0;
@@ -66,83 +70,192 @@ std::vector<int> listFreeSpeeds(const Evaluation& equations) {
 }
 
 void calcMassAndJacobian(Evaluation& equations, MatrixXd& M, MatrixXd& G) {
-    NewtonSystem system = equations.getTopology().makeNewtonSystem();
-    equations.formMassSystem(system);
+    const BlockMass mass(equations);
     M.setZero(equations.getTopology().numU, equations.getTopology().numU);
-    G.setZero(equations.getTopology().numMultipliers, equations.getTopology().numU);
-    for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
-        const NewtonSystem::Block& block = system.blocks[size_t(b)];
-        const int first = equations.getBlock(b).firstU, n = block.size;
-        if (block.form == NewtonSystem::Block::Form::Arrow) {
-            const NewtonSystem::Part& part = system.parts[size_t(block.part)];
-            const Eigen::Map<const MatrixXd> coupling(block.coupling.data(), n - 6, 3);
-            M.block(first, first, 6, 6) = Eigen::Map<const MatrixXd>(block.head.data(), 6, 6);
-            M.block(first + 6, first, n - 6, 3) = coupling;
-            M.block(first, first + 6, 3, n - 6) = coupling.transpose();
-            for (int i = 0; i < n - 6; ++i)
-                M(first + 6 + i, first + 6 + i) = part.diagonal[size_t(i)];
-        } else {
-            M.block(first, first, n, n) = Eigen::Map<const MatrixXd>(block.matrix.data(), n, n);
-        }
-        MatrixXd Gt(n, block.numColumns());
-        system.expandGt(block, Gt.data());
-        // Rows beyond those of constraints stand for force elements.
-        for (int column = 0; column < block.numColumns(); ++column)
-            if (block.rows[size_t(column)] < equations.getTopology().numMultipliers)
-                G.row(block.rows[size_t(column)]).segment(first, n) += Gt.col(column).transpose();
+    G.setZero(mass.numMultipliers, M.rows());
+    for (size_t b = 0; b < mass.M.size(); ++b) {
+        const Eigen::Index first = mass.firstU[b], n = mass.M[b].rows();
+        M.block(first, first, n, n) = mass.M[b];
+        for (size_t k = 0; k < mass.rows[b].size(); ++k)
+            G.row(mass.rows[b][k]).segment(first, n) = mass.Gt[b].col(Eigen::Index(k)).transpose();
     }
 }
+
+namespace {
+
+/** A column, the rows of f that it may change, and where its slope goes. **/
+struct DifferenceColumn {
+    int speed;
+    std::vector<std::pair<int, int>> rows;  ///< first and number
+    std::function<void(const VectorXd& slope)> take;
+};
+
+/** Differences along columns, those of a group together: no row belongs to two of them.
+@param weights  that make rows comparable **/
+void differentiate(Evaluation& equations, const CoordinateScales& scales, double t,
+                   const std::vector<double>& q, const std::vector<double>& u,
+                   const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate,
+                   const VectorXd& middle, const VectorXd& weights,
+                   const std::vector<std::vector<DifferenceColumn>>& groups) {
+    std::vector<double> delta(size_t(equations.getTopology().numU), 0), moved;
+    const auto gather = [](const DifferenceColumn& column, const VectorXd& f) {
+        Eigen::Index size = 0;
+        for (const auto& range : column.rows) size += range.second;
+        VectorXd own(size);
+        size = 0;
+        for (const auto& [first, count] : column.rows) {
+            own.segment(size, count) = f.segment(first, count);
+            size += count;
+        }
+        return own;
+    };
+    struct Active {
+        const DifferenceColumn* column;
+        double h;
+        VectorXd middle, weights, slope, rise, bend, least, most;
+        bool isStraight() const {
+            const VectorXd change = weights.cwiseProduct(rise);
+            return areAlike(change + weights.cwiseProduct(bend), change, KinkBend);
+        }
+    };
+    std::vector<Active> active;
+    VectorXd f(middle.size());
+    const auto difference = [&] {
+        for (Active& one : active) {
+            one.slope = VectorXd::Zero(one.middle.size());
+            one.rise = one.slope;
+            one.bend = -2 * one.middle;
+            one.least = one.most = one.middle;
+        }
+        for (int k = 0; k < 4; ++k) {
+            if (equations.getTopology().needsSimbody)
+                equations.realize(t, q.data(), u.data());  // for its N(q)
+            for (const Active& one : active) delta[size_t(one.column->speed)] = Places[k] * one.h;
+            moved = q;
+            equations.getBlocks().moveQ(delta.data(), moved.data());
+            evaluate(moved, f);
+            for (Active& one : active) {
+                const VectorXd own = gather(*one.column, f);
+                one.slope += DifferenceWeights[k] / one.h * own;
+                one.least = one.least.cwiseMin(own);
+                one.most = one.most.cwiseMax(own);
+                delta[size_t(one.column->speed)] = 0;
+                if (std::abs(Places[k]) < 2) continue;  // the outer ones see most
+                one.rise += Places[k] / 2 * own;
+                one.bend += own;
+            }
+        }
+        for (Active& one : active)
+            for (Eigen::Index i = 0; i < one.slope.size(); ++i)
+                if (one.least[i] == one.most[i]) one.slope[i] = 0;  // but for the weights
+    };
+    for (const std::vector<DifferenceColumn>& group : groups) {
+        active.clear();
+        for (const DifferenceColumn& column : group)
+            active.push_back({&column,
+                              scales.step[size_t(column.speed)],
+                              gather(column, middle),
+                              gather(column, weights),
+                              {},
+                              {},
+                              {},
+                              {},
+                              {}});
+        difference();
+        const auto dropStraight = [&] {
+            for (const Active& one : active)
+                if (one.isStraight()) one.column->take(one.slope);
+            active.erase(std::remove_if(active.begin(), active.end(),
+                                        [](const Active& one) { return one.isStraight(); }),
+                         active.end());
+        };
+        dropStraight();
+        for (int k = 0; !active.empty() && k < MaxRefinements; ++k) {
+            std::vector<VectorXd> before;
+            for (Active& one : active) {
+                before.push_back(one.slope);
+                one.h *= StepRefinement;
+            }
+            difference();
+            for (size_t i = 0; i < active.size(); ++i) {
+                // Of two that agree the longer step's is the sharper one; the finer one's counts
+                // where it is straight.
+                Active& one = active[i];
+                const VectorXd& w = one.weights;
+                if (!one.isStraight() ||
+                    areAlike(w.cwiseProduct(before[i]), w.cwiseProduct(one.slope), KinkAgreement))
+                    one.slope = before[i];
+            }
+            dropStraight();
+        }
+        for (const Active& one : active) one.column->take(one.slope);
+    }
+}
+
+/** Of residuals. **/
+VectorXd weighRows(const CoordinateScales& scales, Eigen::Index count) {
+    VectorXd weights = VectorXd::Ones(count);
+    if (count == Eigen::Index(scales.metres.size()))
+        for (Eigen::Index i = 0; i < count; ++i)
+            weights[i] = 1 / std::max(scales.metres[size_t(i)], 1e-12);
+    return weights;
+}
+
+}  // namespace
 
 MatrixXd differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, double t, const std::vector<double>& q,
     const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate) {
-    const int n = equations.getTopology().numU;
-    std::vector<double> delta(size_t(n), 0), moved;
-    VectorXd f(n), middle(n), rise, bend;
+    VectorXd middle(equations.getTopology().numU);
     evaluate(q, middle);
-    MatrixXd derivative = MatrixXd::Zero(middle.size(), n);
-    VectorXd weights = VectorXd::Ones(middle.size());  // that make rows comparable
-    if (middle.size() == n)
-        for (int i = 0; i < n; ++i) weights[i] = 1 / std::max(scales.metres[size_t(i)], 1e-12);
-    const auto differentiate = [&](int column, double h) {
-        VectorXd slope = VectorXd::Zero(middle.size());
-        rise = VectorXd::Zero(middle.size());
-        bend = -2 * middle;
-        for (int k = 0; k < 4; ++k) {
-            if (equations.getTopology().needsSimbody)
-                equations.realize(t, q.data(), u.data());  // for its N(q)
-            delta[size_t(column)] = Places[k] * h;
-            moved = q;
-            equations.getBlocks().moveQ(delta.data(), moved.data());
-            evaluate(moved, f);
-            slope += Weights[k] / h * f;
-            if (std::abs(Places[k]) < 2) continue;  // the outer ones see most
-            rise += Places[k] / 2 * f;
-            bend += f;
+    MatrixXd derivative = MatrixXd::Zero(middle.size(), equations.getTopology().numU);
+    std::vector<std::vector<DifferenceColumn>> groups;
+    for (const int column : listFreeSpeeds(equations))
+        groups.push_back(
+            {{column, {{0, int(middle.size())}}, [&derivative, column](const VectorXd& slope) {
+                  derivative.col(column) = slope;
+              }}});
+    differentiate(equations, scales, t, q, u, evaluate, middle, weighRows(scales, middle.size()),
+                  groups);
+    equations.realize(t, q.data(), u.data());
+    return derivative;
+}
+
+BlockMatrix<double> differentiateByQ(
+    Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph, double t,
+    const std::vector<double>& q, const std::vector<double>& u,
+    const std::function<void(const std::vector<double>& q, VectorXd& r)>& evaluate) {
+    VectorXd middle(equations.getTopology().numU);
+    evaluate(q, middle);
+    BlockMatrix<double> derivative(graph);
+    std::vector<std::vector<DifferenceColumn>> groups;
+    for (const std::vector<int>& blocks : graph.groups) {
+        int largest = 0;
+        for (const int b : blocks) largest = std::max(largest, graph.sizes[size_t(b)]);
+        for (int i = 0; i < largest; ++i) {
+            std::vector<DifferenceColumn> group;
+            for (const int b : blocks) {
+                const int speed = graph.firstU[size_t(b)] + i;
+                if (i >= graph.sizes[size_t(b)] ||
+                    equations.getTopology().isPrescribed[size_t(speed)])
+                    continue;
+                DifferenceColumn column{speed, {}, [&derivative, b, i](const VectorXd& slope) {
+                                            Eigen::Index first = 0;
+                                            for (MatrixXd& part : derivative.columns[size_t(b)]) {
+                                                part.col(i) = slope.segment(first, part.rows());
+                                                first += part.rows();
+                                            }
+                                        }};
+                for (const int row : graph.neighbours[size_t(b)])
+                    column.rows.emplace_back(graph.firstU[size_t(row)], graph.sizes[size_t(row)]);
+                group.push_back(std::move(column));
+            }
+            groups.push_back(std::move(group));
         }
-        delta[size_t(column)] = 0;
-        return slope;
-    };
-    for (int column : listFreeSpeeds(equations)) {
-        double h = scales.step[size_t(column)];
-        const auto isStraight = [&] {
-            const VectorXd change = weights.cwiseProduct(rise);
-            return areAlike(change + weights.cwiseProduct(bend), change, KinkBend);
-        };
-        VectorXd slope = differentiate(column, h);
-        bool isKinkFree = isStraight();
-        for (int k = 0; !isKinkFree && k < MaxRefinements; ++k) {
-            h *= StepRefinement;
-            const VectorXd finer = differentiate(column, h);
-            isKinkFree = isStraight();
-            // Of two that agree the longer step's is the sharper one.
-            if (isKinkFree &&
-                !areAlike(weights.cwiseProduct(slope), weights.cwiseProduct(finer), KinkAgreement))
-                slope = finer;
-        }
-        derivative.col(column) = slope;
     }
+    differentiate(equations, scales, t, q, u, evaluate, middle, weighRows(scales, middle.size()),
+                  groups);
     equations.realize(t, q.data(), u.data());
     return derivative;
 }
@@ -168,7 +281,7 @@ MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales
             equations.realize(point.t, point.q.data(), u.data());
             equations.calcResidual(point.q.data(), u.data(), point.uDot.data(), point.lambda.data(),
                                    r.data());
-            D.col(column) += Weights[k] / h * r;
+            D.col(column) += DifferenceWeights[k] / h * r;
         }
         u[i] = point.u[i];
     }
@@ -251,7 +364,7 @@ MatrixXd calcRateMatrix(Evaluation& equations, const CoordinateScales& scales,
         for (int k = 0; k < 4; ++k) {
             std::vector<double> q = point.q;
             for (int i = 0; i < numQ; ++i) q[size_t(i)] += Places[k] * h * along[i];
-            derivative += Weights[k] / h * calcQDot(q, u);
+            derivative += DifferenceWeights[k] / h * calcQDot(q, u);
         }
         return derivative;
     };
