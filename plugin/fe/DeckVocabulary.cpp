@@ -208,7 +208,10 @@ const std::set<std::string> MaterialCardsLeftOut = {"EXPANSION",
 
 /** What it changes that some of these are left out. **/
 const std::string NeverYields = "the part is elastic, however much it is loaded";
+const std::string OwnHourglass = "elements have CalculiX's own hourglass control";
 const std::map<std::string, std::string> Consequences = {
+    {"SECTIONCONTROLS", OwnHourglass},
+    {"HOURGLASSSTIFFNESS", OwnHourglass},
     {"DAMPING", "a part has no damping but what the model gives it"},
     {"PLASTIC", NeverYields},
     {"CREEP", NeverYields},

@@ -202,6 +202,12 @@ TEST_F(CalculixDeckTest, DampingAndYieldingThatAreLeftOutAreWarnedOf) {
     EXPECT_EQ(model.K.values, read(brick.text()).K.values);
 }
 
+TEST_F(CalculixDeckTest, HourglassControlThatIsLeftOutIsWarnedOf) {
+    const FeModel model =
+        read(brick.text() + "*SECTION CONTROLS, NAME=C, HOURGLASS=ENHANCED\n1.\n");
+    EXPECT_THAT(model.warnings, ::testing::Contains(HasSubstr("CalculiX's own hourglass")));
+}
+
 TEST_F(CalculixDeckTest, SurfaceElementsOfAMesherAreDropped) {
     const FeModel model =
         read(brick.text() +
