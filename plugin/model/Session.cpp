@@ -282,9 +282,11 @@ Session::Equilibrium Session::settle(const std::function<bool()>& goesOn) {
     State state = equilibrium.getState();
     state.updU() = 0;
     setState(state);
-    Equilibrium found{equilibrium.getNumIterations(), {}};
+    Equilibrium found{equilibrium.getNumIterations(), {}, {}};
     for (const std::string& motion : equilibrium.getFreeMotions())
         found.freeMotions.push_back(nameBodies(*m_model, motion));
+    for (const std::string& motion : equilibrium.getUnstableMotions())
+        found.unstableMotions.push_back(nameBodies(*m_model, motion));
     return found;
 }
 

@@ -95,7 +95,8 @@ public:
     void reset();
     struct Equilibrium {
         int numIterations = 0;
-        std::vector<std::string> freeMotions;  ///< that nothing holds, in words
+        std::vector<std::string> freeMotions;      ///< that nothing holds, in words
+        std::vector<std::string> unstableMotions;  ///< in which it falls away, in words
     };
     /** Goes to the static equilibrium near by, at rest; the time stays.
     @param goesOn  asked every now and then

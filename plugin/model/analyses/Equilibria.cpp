@@ -64,7 +64,7 @@ Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
         return calcLinearization(model.getSystem(), findStart(model, observer), observer);
     StaticEquilibrium equilibrium(model.getSystem());
     equilibrium.setObserver(observer);
-    equilibrium.solveSteadyMotion(assembleState(model, model.makeInitialState()));
+    equilibrium.solveSteadyMotion(model.makeInitialState());
     return calcLinearization(model.getSystem(), equilibrium.getState(), observer);
 }
 
@@ -91,6 +91,11 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     m_writer->add(results);
     const std::string rubbing = nameRubbingJoints(*m_model);
     if (!rubbing.empty()) warn(name, "is found without the friction of " + rubbing);
+    for (const auto& [motion, count] : countEqual(equilibrium.unstableMotions))
+        warn(name, "the equilibrium is unstable: " + nameBodies(*m_model, motion) +
+                       (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
+                       " at the least push; begin elsewhere, or let a damped motion lead to one "
+                       "that lasts");
     for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
         m_remarks[name].push_back(nameBodies(*m_model, motion) +
                                   (count > 1 ? " in " + std::to_string(count) + " ways" : "") +

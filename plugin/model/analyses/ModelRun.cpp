@@ -339,7 +339,7 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
     }
     Equilibrium& equilibrium = m_equilibria[analysis.getName()];
     equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
-                   solver.getFreeMotions()};
+                   solver.getFreeMotions(), solver.getUnstableMotions()};
     // A copy of a State is not realized.
     m_model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
     checkLinearRange(analysis.getName(), equilibrium.state);

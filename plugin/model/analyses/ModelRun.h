@@ -74,7 +74,7 @@ private:
         SimTK::State state;
         SimTK::Vector multipliers;
         int numIterations = 0;
-        std::vector<std::string> freeMotions;
+        std::vector<std::string> freeMotions, unstableMotions;
     };
 
     /** Tells where the work is. @throws Cancelled if it is to stop; between analyses and where they
