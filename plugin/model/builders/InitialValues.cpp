@@ -12,9 +12,9 @@ using namespace SimTK;
 
 namespace {
 
-constexpr double kPlaceTolerance = 1e-7;  ///< of a mobilizer's body [m, rad]
-constexpr double kLargestTurn = 0.15;     ///< of one assembly [rad]
-constexpr double kLargestShift = 0.05;    ///< of one assembly [m]
+constexpr double PlaceTolerance = 1e-7;  ///< of a mobilizer's body [m, rad]
+constexpr double LargestTurn = 0.15;     ///< of one assembly [rad]
+constexpr double LargestShift = 0.05;    ///< of one assembly [m]
 
 int readMode(const ModelValue& modes, const std::string& key, int count) {
     const int mode = std::stoi(key);  // the schema lets whole numbers pass
@@ -80,7 +80,7 @@ void placeBody(const ModelValue& bodies, int i, const ModelFrames& frames,
     const Transform off = ~X_GB * body.mobod.getBodyTransform(state);
     const double angle = std::abs(off.R().convertRotationToAngleAxis()[0]);
     const ModelValue place = bodies.get(body.name).get("place");
-    if (place.isGiven() && off.p().norm() + angle > kPlaceTolerance)
+    if (place.isGiven() && off.p().norm() + angle > PlaceTolerance)
         place.fail("its mobilizer of type " + placement.getMobilizer(i).type +
                    " cannot put it there: it comes as near as " + std::to_string(off.p().norm()) +
                    " m and " + std::to_string(angle) + " rad");
@@ -184,31 +184,31 @@ void JointLeader::addTo(ModelSystem& system, const std::vector<JointStart>& star
             addJointMotion(joint, *pair, start.coordinate, motion, "start of " + name, frames,
                            system);
         });
-        _entries.push_back({start, joint, course});
+        m_entries.push_back({start, joint, course});
     }
 }
 
 void JointLeader::lead(const ModelSystem& system, State& state) const {
     system.system.realize(state, Stage::Velocity);
     int steps = 1;
-    for (const Entry& entry : _entries) {
+    for (const Entry& entry : m_entries) {
         Course& course = *entry.course;
         course.from = entry.joint.calcCoordinates(state)[entry.start.coordinate];
         course.to = entry.start.value.value_or(course.from);
         course.rate = entry.start.rate.value_or(0);
         const bool isAngle =
             Joint::Coordinate(entry.joint, entry.start.coordinate).getCoordinate().isAngle();
-        const double most = isAngle ? kLargestTurn : kLargestShift;
+        const double most = isAngle ? LargestTurn : LargestShift;
         steps = std::max(steps, int(std::ceil(std::abs(course.to - course.from) / most)));
     }
     steps = std::min(steps, 10000);
     for (int i = 1; i <= steps; ++i) {
-        for (const Entry& entry : _entries) entry.course->done = double(i) / steps;
+        for (const Entry& entry : m_entries) entry.course->done = double(i) / steps;
         state.updTime();  // what depends on the courses is no longer valid
         try {
             system.flexible.initializeNative(state);
         } catch (const std::runtime_error& error) {
-            _entries.front().start.joint.fail(
+            m_entries.front().start.joint.fail(
                 std::string("the model cannot be assembled with these coordinates or rates: ") +
                 error.what());
         }

@@ -42,7 +42,7 @@ private:
         Joint joint;
         std::shared_ptr<Course> course;
     };
-    std::vector<Entry> _entries;
+    std::vector<Entry> m_entries;
 };
 
 }  // namespace model

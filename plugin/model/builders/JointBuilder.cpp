@@ -50,8 +50,8 @@ FramePair readBetween(const ModelValue& between, const ModelFrames& frames) {
 }
 
 const FramePair* JointBuilder::findFrames(const std::string& name) const {
-    const auto found = _pairs.find(name);
-    return found == _pairs.end() ? nullptr : &found->second;
+    const auto found = m_pairs.find(name);
+    return found == m_pairs.end() ? nullptr : &found->second;
 }
 
 FramePair JointBuilder::turn(const ModelValue& axis, const std::string& type,
@@ -68,7 +68,7 @@ FramePair JointBuilder::turn(const ModelValue& axis, const std::string& type,
     else if (cosine < 0)
         R_GJ = Rotation(Pi, YAxis);
     const auto turned = [&](const FrameOnBody& frame) {
-        return frame.moved(Transform(~_placement.calcPose(frame).R() * R_GJ));
+        return frame.moved(Transform(~m_placement.calcPose(frame).R() * R_GJ));
     };
     return {turned(pair.F), turned(pair.M)};
 }
@@ -76,13 +76,13 @@ FramePair JointBuilder::turn(const ModelValue& axis, const std::string& type,
 Joint JointBuilder::addJoint(const ModelValue& value, const std::string& type,
                              ModelSystem& system) {
     const std::string& name = value.getName();
-    FramePair pair = turn(value.get("axis"), type, readBetween(value.get("between"), _frames));
+    FramePair pair = turn(value.get("axis"), type, readBetween(value.get("between"), m_frames));
     if (value.get("as_placed").getBool())
-        pair.M = pair.M.moved(~_placement.calcPose(pair.M) * _placement.calcPose(pair.F));
-    _pairs[name] = pair;
+        pair.M = pair.M.moved(~m_placement.calcPose(pair.M) * m_placement.calcPose(pair.F));
+    m_pairs[name] = pair;
     FlexibleBodySubsystem& flexible = system.flexible;
     return withPlace(value.get("between"), [&]() -> Joint {
-        const Attachment F = _frames.attach(pair.F, system), M = _frames.attach(pair.M, system);
+        const Attachment F = m_frames.attach(pair.F, system), M = m_frames.attach(pair.M, system);
         if (type == "ball") return Joint::Ball(flexible, F, M, name);
         if (type == "pin") return Joint::Pin(flexible, F, M, name);
         if (type == "slider") return Joint::Slider(flexible, F, M, name);
@@ -94,7 +94,8 @@ Joint JointBuilder::addJoint(const ModelValue& value, const std::string& type,
         if (type == "point_in_plane") return Joint::PointInPlane(flexible, F, M, name);
         if (type == "screw")
             return Joint::Screw(flexible, F, M, readNonZero(value.get("pitch")), name);
-        double length = (_placement.calcPose(pair.F).p() - _placement.calcPose(pair.M).p()).norm();
+        double length =
+            (m_placement.calcPose(pair.F).p() - m_placement.calcPose(pair.M).p()).norm();
         const ModelValue given = value.get("length");
         if (value.has("length"))
             length = given.getNumber();
@@ -110,7 +111,7 @@ Joint JointBuilder::addCoupling(const ModelValue& value, const std::string& type
     const auto readCoordinate = [&](const ModelValue& of) {
         const ModelValue joint = of.isMap() ? of.get("joint") : of;
         if (joint.getText() == name) joint.fail("a joint cannot couple itself");
-        if (!_pairs.count(joint.getText()) && _joints.has(joint.getText()))
+        if (!m_pairs.count(joint.getText()) && m_joints.has(joint.getText()))
             joint.fail("'" + joint.getText() + "' is a gear or coupler: name the joint it turns");
         const Joint& of_joint = findEntry(system.joints, "joint", joint.getText(), joint).joint;
         return withPlace(of, [&] {
@@ -139,8 +140,8 @@ Joint JointBuilder::addCoupling(const ModelValue& value, const std::string& type
 
 void JointBuilder::addTo(ModelSystem& system) {
     for (const bool couplings : {false, true})
-        for (const std::string& name : _joints.getKeys()) {
-            const ModelValue value = _joints.get(name);
+        for (const std::string& name : m_joints.getKeys()) {
+            const ModelValue value = m_joints.get(name);
             const std::string type = value.get("type").getText();
             if (isCoupling(type) != couplings) continue;
             const Joint joint =
@@ -149,7 +150,7 @@ void JointBuilder::addTo(ModelSystem& system) {
             if (value.has("friction")) addFriction(value.get("friction"), joint, system);
         }
     // As in the file.
-    const std::vector<std::string> keys = _joints.getKeys();
+    const std::vector<std::string> keys = m_joints.getKeys();
     const auto rank = [&](const Model::JointEntry& entry) {
         return std::find(keys.begin(), keys.end(), entry.name);
     };

@@ -18,7 +18,7 @@ FramePair readBetween(const ModelValue& between, const ModelFrames& frames);
 class JointBuilder {
 public:
     JointBuilder(const ModelValue& file, const ModelFrames& frames, const Placement& placement)
-        : _joints(file.get("joints")), _frames(frames), _placement(placement) {}
+        : m_joints(file.get("joints")), m_frames(frames), m_placement(placement) {}
 
     /** All joints, in the file's order but for gears and couplers, which come last. **/
     void addTo(ModelSystem& system);
@@ -31,10 +31,10 @@ private:
     Joint addCoupling(const ModelValue& value, const std::string& type, ModelSystem& system);
     FramePair turn(const ModelValue& axis, const std::string& type, const FramePair& pair) const;
 
-    ModelValue _joints;
-    const ModelFrames& _frames;
-    const Placement& _placement;
-    std::map<std::string, FramePair> _pairs;
+    ModelValue m_joints;
+    const ModelFrames& m_frames;
+    const Placement& m_placement;
+    std::map<std::string, FramePair> m_pairs;
 };
 
 }  // namespace model

@@ -18,46 +18,46 @@ using namespace SimTK;
 
 namespace {
 
-constexpr double kFarApart = 1e-3;  ///< error of a joint, as a part of the model's size
+constexpr double FarApart = 1e-3;  ///< error of a joint, as a part of the model's size
 
 }  // namespace
 
 ModelBuilder::ModelBuilder(const ModelValue& file, const ModelOptions& options)
-    : _file(file),
-      _options(options),
-      _parts(makeParts(file, options)),
-      _frames(file, _parts),
-      _placement(file, _frames) {
+    : m_file(file),
+      m_options(options),
+      m_parts(makeParts(file, options)),
+      m_frames(file, m_parts),
+      m_placement(file, m_frames) {
     // Frames that nothing uses are to be right, too.
     const ModelValue frames = file.get("frames");
-    for (const std::string& name : frames.getKeys()) _frames.find(frames.get(name));
+    for (const std::string& name : frames.getKeys()) m_frames.find(frames.get(name));
 }
 
 std::unique_ptr<ModelSystem> ModelBuilder::build(const std::vector<JointStart>& starts,
                                                  JointLeader* leader) const {
     auto system = std::make_unique<ModelSystem>();
-    const Vec3 gravity = readVec3(_file.get("gravity"));
+    const Vec3 gravity = readVec3(m_file.get("gravity"));
     if (gravity.norm() > 0) Force::Gravity(system->forces, system->matter, gravity);
-    addBodies(_file, _frames, _placement, _parts, _options, *system);
-    JointBuilder joints(_file, _frames, _placement);
+    addBodies(m_file, m_frames, m_placement, m_parts, m_options, *system);
+    JointBuilder joints(m_file, m_frames, m_placement);
     joints.addTo(*system);
-    addMotions(_file, _frames, joints, *system);
-    SignalBuilder signals(_file, _frames, *system);
-    addEventCounts(_file, signals);
+    addMotions(m_file, m_frames, joints, *system);
+    SignalBuilder signals(m_file, m_frames, *system);
+    addEventCounts(m_file, signals);
     signals.addStates();
-    addLoads(_file, _frames, signals, *system);
-    addConnectors(_file, _frames, _placement, signals, *system);
-    addEvents(_file, signals, *system);
-    if (leader) leader->addTo(*system, starts, _frames, joints);
-    if (_options.extend) _options.extend(*system);
+    addLoads(m_file, m_frames, signals, *system);
+    addConnectors(m_file, m_frames, m_placement, signals, *system);
+    addEvents(m_file, signals, *system);
+    if (leader) leader->addTo(*system, starts, m_frames, joints);
+    if (m_options.extend) m_options.extend(*system);
     system->system.realizeTopology();
     return system;
 }
 
 State ModelBuilder::makeInitialState(const ModelSystem& system) const {
     State state = system.system.getDefaultState();
-    placeBodies(_file, _frames, _placement, system, state);
-    std::vector<JointStart> starts = readJointStarts(_file), values;
+    placeBodies(m_file, m_frames, m_placement, system, state);
+    std::vector<JointStart> starts = readJointStarts(m_file), values;
     if (starts.empty()) return state;
     for (const JointStart& start : starts)
         if (start.value) values.push_back({start.joint, start.coordinate, start.value, {}});
@@ -94,28 +94,28 @@ State ModelBuilder::makeInitialState(const ModelSystem& system) const {
 void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) const {
     std::set<int> held;
     for (const std::string section : {"joints", "motions", "connectors"})
-        for (const std::string& name : _file.get(section).getKeys()) {
-            const ModelValue value = _file.get(section).get(name);
+        for (const std::string& name : m_file.get(section).getKeys()) {
+            const ModelValue value = m_file.get(section).get(name);
             for (int i = 0; value.has("between") && i < value.get("between").getSize(); ++i)
-                held.insert(_frames.find(value.get("between").at(i)).body);
+                held.insert(m_frames.find(value.get("between").at(i)).body);
         }
     for (size_t i = 0; i < system.bodies.size(); ++i)
         if (MobilizedBody::Free::isInstanceOf(system.bodies[i].mobod) && !held.count(int(i)))
-            _options.listener.tellNote("body '" + system.bodies[i].name +
-                                       "' is held by no joint or connector: it is free");
-    const double size = _placement.calcSize();
+            m_options.listener.tellNote("body '" + system.bodies[i].name +
+                                        "' is held by no joint or connector: it is free");
+    const double size = m_placement.calcSize();
     for (const Model::JointEntry& joint : system.joints) {
-        const ModelValue value = _file.get("joints").get(joint.name);
+        const ModelValue value = m_file.get("joints").get(joint.name);
         if (!value.has("between")) continue;  // gears mesh anyhow
         const std::string type = value.get("type").getText();
         const Vector errors = joint.joint.calcPositionErrors(state);
         double largest = 0;
         for (int i = 0; i < errors.size(); ++i) largest = std::max(largest, std::abs(errors[i]));
-        if (!(largest > kFarApart * std::min(size, 1.0))) continue;
+        if (!(largest > FarApart * std::min(size, 1.0))) continue;
         const Transform X_FM = ~joint.joint.getFrameF().calcMotion(state).X *
                                joint.joint.getFrameM().calcMotion(state).X;
         const double angle = std::abs(X_FM.R().convertRotationToAngleAxis()[0]);
-        _options.listener.tellWarning(
+        m_options.listener.tellWarning(
             "joint '" + joint.name + "' is not closed as placed: its error is " +
             writeGeneral(largest, 3) + ", its frames are " + writeGeneral(X_FM.p().norm(), 3) +
             " m apart and turned by " + writeGeneral(angle * 180 / Pi, 3) +

@@ -13,8 +13,8 @@ public:
     /** @throws ModelError. **/
     ModelBuilder(const ModelValue& file, const ModelOptions& options);
 
-    const ModelValue& getFile() const { return _file; }
-    const ModelFrames& getFrames() const { return _frames; }
+    const ModelValue& getFile() const { return m_file; }
+    const ModelFrames& getFrames() const { return m_frames; }
 
     /** The system, with its topology realized.
     @param leader  if not null, gets an equation for each of `starts` **/
@@ -27,11 +27,11 @@ public:
     void noteDoubts(const ModelSystem& system, const SimTK::State& state) const;
 
 private:
-    ModelValue _file;
-    ModelOptions _options;
-    Parts _parts;
-    ModelFrames _frames;
-    Placement _placement;
+    ModelValue m_file;
+    ModelOptions m_options;
+    Parts m_parts;
+    ModelFrames m_frames;
+    Placement m_placement;
 };
 
 }  // namespace model

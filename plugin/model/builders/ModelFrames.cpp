@@ -35,29 +35,29 @@ FrameOnBody FrameOnBody::moved(const Transform& X) const {
     return result;
 }
 
-ModelFrames::ModelFrames(const ModelValue& file, const Parts& parts) : _file(file) {
+ModelFrames::ModelFrames(const ModelValue& file, const Parts& parts) : m_file(file) {
     const ModelValue bodies = file.get("bodies");
     for (const std::string& name : bodies.getKeys()) {
-        _names.push_back(name);
+        m_names.push_back(name);
         const ModelValue part = bodies.get(name).get("part");
         if (!part.isGiven()) {
-            _parts.emplace_back();
+            m_parts.emplace_back();
             continue;
         }
         const auto found = parts.find(part.getText());
         if (found == parts.end())
             part.failUnknown("part", part.getText(), file.get("parts").getKeys());
-        _parts.push_back(found->second);
+        m_parts.push_back(found->second);
     }
     for (const std::string& name : file.get("frames").getKeys())
-        if (std::find(_names.begin(), _names.end(), name) != _names.end())
+        if (std::find(m_names.begin(), m_names.end(), name) != m_names.end())
             file.get("frames").get(name).fail("there is a body of this name too");
 }
 
 int ModelFrames::findBody(const ModelValue& name) const {
-    const auto found = std::find(_names.begin(), _names.end(), name.getText());
-    if (found == _names.end()) name.failUnknown("body", name.getText(), _names);
-    return int(found - _names.begin());
+    const auto found = std::find(m_names.begin(), m_names.end(), name.getText());
+    if (found == m_names.end()) name.failUnknown("body", name.getText(), m_names);
+    return int(found - m_names.begin());
 }
 
 std::vector<std::string> ModelFrames::listKnown(int own) const {
@@ -65,12 +65,12 @@ std::vector<std::string> ModelFrames::listKnown(int own) const {
     if (own >= 0 && getPart(own))
         for (const std::string& interface : listInterfaces(*getPart(own)))
             known.push_back(interface);
-    for (const std::string& frame : _file.get("frames").getKeys()) known.push_back(frame);
-    for (size_t i = 0; i < _names.size(); ++i) {
-        known.push_back(_names[i]);
-        if (!_parts[i]) continue;
-        for (const std::string& interface : listInterfaces(*_parts[i]))
-            known.push_back(_names[i] + "." + interface);
+    for (const std::string& frame : m_file.get("frames").getKeys()) known.push_back(frame);
+    for (size_t i = 0; i < m_names.size(); ++i) {
+        known.push_back(m_names[i]);
+        if (!m_parts[i]) continue;
+        for (const std::string& interface : listInterfaces(*m_parts[i]))
+            known.push_back(m_names[i] + "." + interface);
     }
     return known;
 }
@@ -83,23 +83,23 @@ FrameOnBody ModelFrames::find(const std::string& name, const Unknown& fail, int 
         frame.interface = name;
         return frame;
     }
-    if (_file.get("frames").has(name)) {
-        const ModelValue value = _file.get("frames").get(name);
-        if (std::find(_open.begin(), _open.end(), name) != _open.end()) {
+    if (m_file.get("frames").has(name)) {
+        const ModelValue value = m_file.get("frames").get(name);
+        if (std::find(m_open.begin(), m_open.end(), name) != m_open.end()) {
             std::string cycle;
-            for (const std::string& open : _open) cycle += open + " -> ";
-            _open.clear();
+            for (const std::string& open : m_open) cycle += open + " -> ";
+            m_open.clear();
             value.fail("frames are on each other: " + cycle + name);
         }
-        _open.push_back(name);
+        m_open.push_back(name);
         frame = find(value);
-        _open.pop_back();
+        m_open.pop_back();
         return frame;
     }
     const size_t dot = name.find('.');
-    const auto body = std::find(_names.begin(), _names.end(), name.substr(0, dot));
-    if (body == _names.end()) fail("frame", name, listKnown(own));
-    frame.body = int(body - _names.begin());
+    const auto body = std::find(m_names.begin(), m_names.end(), name.substr(0, dot));
+    if (body == m_names.end()) fail("frame", name, listKnown(own));
+    frame.body = int(body - m_names.begin());
     if (dot == std::string::npos) return frame;
     frame.interface = name.substr(dot + 1);
     const ReducedBody* part = getPart(frame.body);
@@ -118,7 +118,7 @@ FrameOnBody ModelFrames::findMap(const ModelValue& value, int own) const {
         frame.node = node.getInteger();
         const std::vector<int>& numbers = getPart(frame.body)->mesh.nodeNumbers;
         if (std::find(numbers.begin(), numbers.end(), *frame.node) == numbers.end())
-            node.fail("'" + _names[size_t(frame.body)] + "' has no node " +
+            node.fail("'" + m_names[size_t(frame.body)] + "' has no node " +
                       std::to_string(*frame.node) + "; they are from " +
                       std::to_string(*std::min_element(numbers.begin(), numbers.end())) + " to " +
                       std::to_string(*std::max_element(numbers.begin(), numbers.end())));
@@ -168,7 +168,7 @@ Attachment ModelFrames::attach(const FrameOnBody& frame, const ModelSystem& syst
 
 std::string ModelFrames::describe(const FrameOnBody& frame) const {
     if (frame.body < 0) return "ground";
-    const std::string& name = _names[size_t(frame.body)];
+    const std::string& name = m_names[size_t(frame.body)];
     if (!frame.interface.empty()) return name + "." + frame.interface;
     return frame.node ? name + " node " + std::to_string(*frame.node) : name;
 }

@@ -33,9 +33,9 @@ public:
     /** Reads names only: frames are resolved when they are asked for. **/
     ModelFrames(const ModelValue& file, const Parts& parts);
 
-    const std::vector<std::string>& getBodyNames() const { return _names; }
+    const std::vector<std::string>& getBodyNames() const { return m_names; }
     /** Null for a rigid body. **/
-    const ReducedBody* getPart(int body) const { return _parts[size_t(body)].get(); }
+    const ReducedBody* getPart(int body) const { return m_parts[size_t(body)].get(); }
     /** @throws ModelError. **/
     int findBody(const ModelValue& name) const;
 
@@ -61,10 +61,10 @@ private:
     FrameOnBody findMap(const ModelValue& frame, int own) const;
     std::vector<std::string> listKnown(int own) const;
 
-    ModelValue _file;
-    std::vector<std::string> _names;
-    std::vector<std::shared_ptr<const ReducedBody>> _parts;
-    mutable std::vector<std::string> _open;  ///< under `frames`, being resolved
+    ModelValue m_file;
+    std::vector<std::string> m_names;
+    std::vector<std::shared_ptr<const ReducedBody>> m_parts;
+    mutable std::vector<std::string> m_open;  ///< under `frames`, being resolved
 };
 
 }  // namespace model

@@ -10,15 +10,15 @@ namespace model {
 using namespace SimTK;
 
 Placement::Placement(const ModelValue& file, const ModelFrames& frames)
-    : _bodies(file.get("bodies")), _frames(frames) {
+    : m_bodies(file.get("bodies")), m_frames(frames) {
     const size_t count = frames.getBodyNames().size();
-    _poses.resize(count);
-    _mobilizers.resize(count);
-    _marks.resize(count, Mark::Open);
+    m_poses.resize(count);
+    m_mobilizers.resize(count);
+    m_marks.resize(count, Mark::Open);
     for (size_t i = 0; i < count; ++i) {
-        const ModelValue body = _bodies.get(frames.getBodyNames()[i]);
+        const ModelValue body = m_bodies.get(frames.getBodyNames()[i]);
         if (!frames.getPart(int(i)))
-            _mobilizers[i] = readMobilizer(body.get("mobilizer"), frames);
+            m_mobilizers[i] = readMobilizer(body.get("mobilizer"), frames);
         else if (body.has("mobilizer"))
             body.get("mobilizer").fail("flexible bodies have none: hold it by a joint");
     }
@@ -26,24 +26,24 @@ Placement::Placement(const ModelValue& file, const ModelFrames& frames)
 }
 
 void Placement::place(int body) {
-    if (_marks[size_t(body)] == Mark::Placed) return;
-    const std::string& name = _frames.getBodyNames()[size_t(body)];
-    if (_marks[size_t(body)] == Mark::Placing) {
+    if (m_marks[size_t(body)] == Mark::Placed) return;
+    const std::string& name = m_frames.getBodyNames()[size_t(body)];
+    if (m_marks[size_t(body)] == Mark::Placing) {
         std::string circle;
-        for (auto i = std::find(_path.begin(), _path.end(), body); i != _path.end(); ++i)
-            circle += _frames.getBodyNames()[size_t(*i)] + " -> ";
-        const ModelValue value = _bodies.get(name);
+        for (auto i = std::find(m_path.begin(), m_path.end(), body); i != m_path.end(); ++i)
+            circle += m_frames.getBodyNames()[size_t(*i)] + " -> ";
+        const ModelValue value = m_bodies.get(name);
         const ModelValue place = value.get("place");
         (place.isGiven() ? place : value)
             .fail("the places of bodies go in a circle: " + circle + name +
                   "; give one of them a position");
     }
-    _marks[size_t(body)] = Mark::Placing;
-    _path.push_back(body);
-    _poses[size_t(body)] = calcPlace(body);
-    _path.pop_back();
-    _marks[size_t(body)] = Mark::Placed;
-    _order.push_back(body);
+    m_marks[size_t(body)] = Mark::Placing;
+    m_path.push_back(body);
+    m_poses[size_t(body)] = calcPlace(body);
+    m_path.pop_back();
+    m_marks[size_t(body)] = Mark::Placed;
+    m_order.push_back(body);
 }
 
 Transform Placement::follow(const FrameOnBody& frame) {
@@ -52,9 +52,9 @@ Transform Placement::follow(const FrameOnBody& frame) {
 }
 
 Transform Placement::calcPlace(int body) {
-    const ModelValue value = _bodies.get(_frames.getBodyNames()[size_t(body)]);
+    const ModelValue value = m_bodies.get(m_frames.getBodyNames()[size_t(body)]);
     const ModelValue place = value.get("place");
-    const Mobilizer& mobilizer = _mobilizers[size_t(body)];
+    const Mobilizer& mobilizer = m_mobilizers[size_t(body)];
     const Transform X_GP = follow(mobilizer.parent);  // places the parent first in any case
     if (!place.isGiven())
         return mobilizer.isFree() ? Transform() : X_GP * mobilizer.X_PF * ~mobilizer.X_BM;
@@ -63,19 +63,19 @@ Transform Placement::calcPlace(int body) {
     if (!hasFrame && !hasAt) return offset;
     FrameOnBody own;
     own.body = body;
-    if (hasFrame) own = _frames.find(place.get("frame"), body);
+    if (hasFrame) own = m_frames.find(place.get("frame"), body);
     if (own.body != body)
-        place.get("frame").fail("it is on " + _frames.describe(own) +
+        place.get("frame").fail("it is on " + m_frames.describe(own) +
                                 "; `frame` is one of the body's own, `at` the other");
     FrameOnBody other;
-    if (hasAt) other = _frames.find(place.get("at"));
+    if (hasAt) other = m_frames.find(place.get("at"));
     if (other.body == body) place.get("at").fail("a body cannot be placed at a frame of its own");
-    return follow(other) * offset * ~_frames.calcPose(own);
+    return follow(other) * offset * ~m_frames.calcPose(own);
 }
 
 Transform Placement::calcPose(const FrameOnBody& frame) const {
-    const Transform X = _frames.calcPose(frame);
-    return frame.body < 0 ? X : _poses[size_t(frame.body)] * X;
+    const Transform X = m_frames.calcPose(frame);
+    return frame.body < 0 ? X : m_poses[size_t(frame.body)] * X;
 }
 
 double Placement::calcSize() const {
@@ -84,17 +84,17 @@ double Placement::calcSize() const {
         for (int a = 0; a < 3; ++a)
             low[a] = std::min(low[a], p[a]), high[a] = std::max(high[a], p[a]);
     };
-    for (size_t i = 0; i < _poses.size(); ++i) {
-        add(_poses[i] * _frames.calcBodyFrame(int(i)).p());
-        if (!_frames.getPart(int(i))) continue;
-        for (const ReducedBody::Interface& interface : _frames.getPart(int(i))->interfaces) {
+    for (size_t i = 0; i < m_poses.size(); ++i) {
+        add(m_poses[i] * m_frames.calcBodyFrame(int(i)).p());
+        if (!m_frames.getPart(int(i))) continue;
+        for (const ReducedBody::Interface& interface : m_frames.getPart(int(i))->interfaces) {
             FrameOnBody frame;
             frame.body = int(i);
             frame.interface = interface.name;
             add(calcPose(frame).p());
         }
     }
-    return _poses.empty() ? 1e-3 : std::max(1e-3, (high - low).norm());
+    return m_poses.empty() ? 1e-3 : std::max(1e-3, (high - low).norm());
 }
 
 }  // namespace model

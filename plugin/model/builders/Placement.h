@@ -14,13 +14,13 @@ public:
     Placement(const ModelValue& file, const ModelFrames& frames);
 
     /** Of the body's own coordinates D in Ground. **/
-    const SimTK::Transform& getPose(int body) const { return _poses[size_t(body)]; }
+    const SimTK::Transform& getPose(int body) const { return m_poses[size_t(body)]; }
     /** Of a frame in Ground, undeformed. **/
     SimTK::Transform calcPose(const FrameOnBody& frame) const;
     /** Of a rigid body. **/
-    const Mobilizer& getMobilizer(int body) const { return _mobilizers[size_t(body)]; }
+    const Mobilizer& getMobilizer(int body) const { return m_mobilizers[size_t(body)]; }
     /** Bodies in such an order that parents come before what they carry. **/
-    const std::vector<int>& getOrder() const { return _order; }
+    const std::vector<int>& getOrder() const { return m_order; }
 
     /** Diagonal of the box about bodies' origins and interfaces, at least 1e-3 m. **/
     double calcSize() const;
@@ -31,13 +31,13 @@ private:
     SimTK::Transform follow(const FrameOnBody& frame);
 
     enum class Mark { Open, Placing, Placed };
-    ModelValue _bodies;
-    const ModelFrames& _frames;
-    std::vector<SimTK::Transform> _poses;
-    std::vector<Mobilizer> _mobilizers;
-    std::vector<Mark> _marks;
-    std::vector<int> _path;  ///< bodies being placed
-    std::vector<int> _order;
+    ModelValue m_bodies;
+    const ModelFrames& m_frames;
+    std::vector<SimTK::Transform> m_poses;
+    std::vector<Mobilizer> m_mobilizers;
+    std::vector<Mark> m_marks;
+    std::vector<int> m_path;  ///< bodies being placed
+    std::vector<int> m_order;
 };
 
 }  // namespace model

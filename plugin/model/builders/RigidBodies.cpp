@@ -18,7 +18,7 @@ using namespace SimTK;
 
 namespace {
 
-const std::map<std::string, Vec3> kNamedColors = {
+const std::map<std::string, Vec3> NamedColors = {
     {"steel", Vec3(0.62, 0.66, 0.71)},  {"aluminium", Vec3(0.80, 0.82, 0.84)},
     {"brass", Vec3(0.80, 0.68, 0.36)},  {"copper", Vec3(0.76, 0.48, 0.33)},
     {"black", Vec3(0.10, 0.10, 0.11)},  {"gray", Vec3(0.50, 0.50, 0.50)},
@@ -127,15 +127,15 @@ MassProperties makeMassProperties(const ModelValue& value, const std::vector<Sha
 
 std::vector<std::string> listColors() {
     std::vector<std::string> names;
-    for (const auto& color : kNamedColors) names.push_back(color.first);
+    for (const auto& color : NamedColors) names.push_back(color.first);
     return names;
 }
 
 Vec3 readColor(const ModelValue& value) {
     if (!value.isScalar()) return value.getVec3();
     const std::string text = value.getText();
-    const auto found = kNamedColors.find(text);
-    if (found != kNamedColors.end()) return found->second;
+    const auto found = NamedColors.find(text);
+    if (found != NamedColors.end()) return found->second;
     if (text.empty() || text[0] != '#') value.failUnknown("colour", text, listColors());
     if (text.size() != 7 || text.find_first_not_of("0123456789abcdefABCDEF", 1) != text.npos)
         value.fail("'" + text + "' is no colour: write '#rrggbb' with hexadecimal digits");

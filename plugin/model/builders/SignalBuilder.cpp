@@ -136,7 +136,7 @@ public:
             limitRate(input);
         } else if (m_kind == "sample_and_hold") {
             const double period = m_block.get("period").getNumber();
-            signals._samplings.push_back({m_indices[0], m_indices[1], period, input});
+            signals.m_samplings.push_back({m_indices[0], m_indices[1], period, input});
             m_system.followers.push_back({m_indices[0], input});
             m_system.followers.push_back(
                 {m_indices[1], Signal::function({}, [period](Real time, const Real*, Real*) {
@@ -342,7 +342,7 @@ private:
 };
 
 SignalBuilder::SignalBuilder(const ModelValue& file, const ModelFrames& frames, ModelSystem& system)
-    : _file(file), _frames(frames), _system(system) {}
+    : m_file(file), m_frames(frames), m_system(system) {}
 
 SignalBuilder::~SignalBuilder() = default;
 
@@ -354,12 +354,12 @@ std::pair<ModelValue, int> readJointCoordinate(const ModelValue& value) {
 
 void SignalBuilder::addEntry(const ModelValue& entry) {
     const std::string name = entry.getName();
-    if (_file.get("probes").has(name))
+    if (m_file.get("probes").has(name))
         entry.fail("a probe has the name '" + name +
                    "' already, and laws would not know which is meant");
-    for (const auto& other : _states)
+    for (const auto& other : m_states)
         if (other->getName() == name) entry.fail("a state has the name '" + name + "' already");
-    _states.push_back(std::make_unique<StateEntry>(_system, entry));
+    m_states.push_back(std::make_unique<StateEntry>(m_system, entry));
 }
 
 void SignalBuilder::addEventStates(const ModelValue& event) {
@@ -369,7 +369,7 @@ void SignalBuilder::addEventStates(const ModelValue& event) {
 int SignalBuilder::findState(const ModelValue& name) const {
     const std::string wanted = name.isMap() ? name.getName() : name.getText();
     std::vector<std::string> known;
-    for (const auto& state : _states) {
+    for (const auto& state : m_states) {
         if (state->getName() == wanted && state->getSettable() >= 0) return state->getSettable();
         if (state->getSettable() >= 0) known.push_back(state->getName());
     }
@@ -377,21 +377,21 @@ int SignalBuilder::findState(const ModelValue& name) const {
 }
 
 void SignalBuilder::addStates() {
-    const ModelValue states = _file.get("states");
+    const ModelValue states = m_file.get("states");
     for (const std::string& name : states.getKeys()) addEntry(states.get(name));
-    for (const auto& state : _states) {
+    for (const auto& state : m_states) {
         state->setRates(*this);
         for (const std::string& output : state->listOutputs())
-            _system.states[output] = find(output, state->getValue());
+            m_system.states[output] = find(output, state->getValue());
         if (state->getSettable() >= 0)
-            _system.settableStates[state->getName()] = state->getSettable();
+            m_system.settableStates[state->getName()] = state->getSettable();
     }
-    addSamplings(_samplings, _system);
+    addSamplings(m_samplings, m_system);
 }
 
 Attachment SignalBuilder::attach(const ModelValue& frame) {
-    const FrameOnBody found = _frames.find(frame);
-    return withPlace(frame, [&] { return _frames.attach(found, _system); });
+    const FrameOnBody found = m_frames.find(frame);
+    return withPlace(frame, [&] { return m_frames.attach(found, m_system); });
 }
 
 std::array<Attachment, 2> SignalBuilder::readTwoFrames(const ModelValue& list) {
@@ -431,7 +431,7 @@ Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Val
             return formula.calcMargin(time, x);
         });
     const std::string place = value.getPlace() + ": " + value.getPath();
-    return Signal::function(arguments, [formula, place, failure = _system.lawFailure](
+    return Signal::function(arguments, [formula, place, failure = m_system.lawFailure](
                                            Real time, const Real* x, Real* slopes) {
         // Where there is no slope, Newton's method goes without.
         const double result =
@@ -448,7 +448,7 @@ Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Val
 std::string SignalBuilder::findUnit(const std::string& name, bool isLocal) const {
     if (isLocal)
         return name == "length" ? "m" : name == "rate" ? "m/s" : name == "angle" ? "rad" : "rad/s";
-    const ModelValue probes = _file.get("probes");
+    const ModelValue probes = m_file.get("probes");
     const std::string owner = name.substr(0, name.find('.'));
     if (!probes.has(owner)) return "";
     const ModelValue probe = probes.get(owner);
@@ -462,7 +462,7 @@ std::string SignalBuilder::findUnit(const std::string& name, bool isLocal) const
         if (value.isMap() && value.has("body")) {
             const std::string body = value.get("body").getText();
             isAngle = MobilizedBody::Pin::isInstanceOf(
-                findEntry(_system.bodies, "body", body, value.get("body")).mobod);
+                findEntry(m_system.bodies, "body", body, value.get("body")).mobod);
         } else {
             const auto [joint, coordinate] = findCoordinateOf(value);
             isAngle = withPlace(value, [&, joint = joint, coordinate = coordinate] {
@@ -475,18 +475,18 @@ std::string SignalBuilder::findUnit(const std::string& name, bool isLocal) const
 }
 
 void SignalBuilder::checkOwnName(const std::string& name, const ModelValue& law) const {
-    const ModelValue probes = _file.get("probes");
+    const ModelValue probes = m_file.get("probes");
     if (probes.has(name)) {
         // A motor and a probe may mean the same coordinate.
         const std::string path = law.getPath();  // connectors.NAME.law
         const size_t begin = path.find('.') + 1;
         const ModelValue probe = probes.get(name),
-                         joint = _file.get("connectors")
+                         joint = m_file.get("connectors")
                                      .get(path.substr(begin, path.rfind('.') - begin))
                                      .get("joint");
         const char* key = name == "angle" || name == "length" ? "coordinate" : "rate";
         if (probe.has(key) && joint.isGiven() && isSameCoordinate(probe.get(key), joint)) return;
-    } else if (!_file.get("states").has(name) && !_file.get("events").has(name)) {
+    } else if (!m_file.get("states").has(name) && !m_file.get("events").has(name)) {
         return;
     }
     law.fail("'" + name +
@@ -497,30 +497,31 @@ void SignalBuilder::checkOwnName(const std::string& name, const ModelValue& law)
 Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
     const size_t dot = name.find('.');
     const std::string owner = name.substr(0, dot);
-    if (std::find(_open.begin(), _open.end(), owner) != _open.end()) {
+    if (std::find(m_open.begin(), m_open.end(), owner) != m_open.end()) {
         std::string ring;
-        for (auto link = std::find(_open.begin(), _open.end(), owner); link != _open.end(); ++link)
+        for (auto link = std::find(m_open.begin(), m_open.end(), owner); link != m_open.end();
+             ++link)
             ring += "'" + *link + "' → ";
         law.fail("it depends on itself: " + ring + "'" + owner +
                  "'; a state in the ring, such as a low_pass, takes it apart");
     }
-    const auto state = std::find_if(_states.begin(), _states.end(), [&](const auto& entry) {
+    const auto state = std::find_if(m_states.begin(), m_states.end(), [&](const auto& entry) {
         const std::vector<std::string> outputs = entry->listOutputs();
         return std::find(outputs.begin(), outputs.end(), name) != outputs.end();
     });
-    const ModelValue probes = _file.get("probes");
-    if (state == _states.end() && !probes.has(owner)) {
+    const ModelValue probes = m_file.get("probes");
+    if (state == m_states.end() && !probes.has(owner)) {
         std::vector<std::string> known = probes.getKeys();
-        for (const auto& entry : _states)
+        for (const auto& entry : m_states)
             for (const std::string& output : entry->listOutputs()) known.push_back(output);
         if (law.getPath().compare(0, 11, "connectors.") == 0) failOwnNameOfOthers(law, name);
         law.failUnknown("probe or state", name, known);
     }
-    _open.push_back(owner);
+    m_open.push_back(owner);
     const int component = dot == std::string::npos ? -1 : name[dot + 1] - 'x';
-    const Signal signal = state != _states.end() ? (*state)->getOutput(name, *this)
-                                                 : makeOfProbe(probes.get(owner), component);
-    _open.pop_back();
+    const Signal signal = state != m_states.end() ? (*state)->getOutput(name, *this)
+                                                  : makeOfProbe(probes.get(owner), component);
+    m_open.pop_back();
     return signal;
 }
 
@@ -554,7 +555,7 @@ Signal SignalBuilder::makeOfFrame(const ModelValue& probe, const std::string& ki
     const ModelValue reference = probe.get("relative_to");
     const Attachment M = attach(probe.get(kind)), F = reference.isGiven()
                                                           ? attach(reference)
-                                                          : Attachment(_system.matter.Ground());
+                                                          : Attachment(m_system.matter.Ground());
     const auto take = [&](int axis) {
         const CoordinateAxis along(axis);
         return kind == "position"   ? Signal::displacement(F, M, along)
@@ -579,7 +580,7 @@ Signal SignalBuilder::makeOfFrame(const ModelValue& probe, const std::string& ki
 
 std::pair<Joint, int> SignalBuilder::findCoordinateOf(const ModelValue& value) const {
     const auto [name, number] = readJointCoordinate(value);
-    const Joint& joint = findEntry(_system.joints, "joint", name.getText(), name).joint;
+    const Joint& joint = findEntry(m_system.joints, "joint", name.getText(), name).joint;
     if (number < 0 && joint.getNumCoordinates() > 1)
         value.fail("joint '" + joint.getName() + "' has " +
                    std::to_string(joint.getNumCoordinates()) +
@@ -591,8 +592,8 @@ Signal SignalBuilder::makeCoordinate(const ModelValue& value) {
     if (value.isMap() && value.has("body")) return makeOfMobilizer(value, false);
     return withPlace(value, [&, found = findCoordinateOf(value)] {
         const std::string joint = readJointCoordinate(value).first.getText();
-        return Signal::turnedAngle(_system.flexible, found.first, found.second,
-                                   findStartValue(_file, joint, found.second));
+        return Signal::turnedAngle(m_system.flexible, found.first, found.second,
+                                   findStartValue(m_file, joint, found.second));
     });
 }
 
@@ -605,7 +606,7 @@ Signal SignalBuilder::makeCoordinateRate(const ModelValue& value) {
 
 Signal SignalBuilder::makeOfMobilizer(const ModelValue& map, bool isRate) {
     const Model::BodyEntry& body =
-        findEntry(_system.bodies, "body", map.get("body").getText(), map.get("body"));
+        findEntry(m_system.bodies, "body", map.get("body").getText(), map.get("body"));
     const MobilizedBody& mobod = body.mobod;
     JointCoordinate coordinate;
     if (MobilizedBody::Pin::isInstanceOf(mobod))
@@ -621,8 +622,8 @@ Signal SignalBuilder::makeOfMobilizer(const ModelValue& map, bool isRate) {
     const Attachment F(mobod.getParentMobilizedBody(), mobod.getDefaultInboardFrame()),
         M(mobod, mobod.getDefaultOutboardFrame());
     if (isRate) return Signal::coordinateRate(coordinate, F, M);
-    const ModelValue given = _file.get("initial").get("bodies").get(body.name).get("coordinates");
-    return Signal::turnedAngle(_system.flexible, coordinate, F, M,
+    const ModelValue given = m_file.get("initial").get("bodies").get(body.name).get("coordinates");
+    return Signal::turnedAngle(m_system.flexible, coordinate, F, M,
                                "turns of body '" + body.name + "'",
                                given.isGiven() ? given.getNumbers().at(0) : 0);
 }

@@ -67,12 +67,12 @@ private:
     std::array<Attachment, 2> readTwoFrames(const ModelValue& list);
     Attachment attach(const ModelValue& frame);
 
-    ModelValue _file;
-    const ModelFrames& _frames;
-    ModelSystem& _system;
-    std::vector<std::unique_ptr<StateEntry>> _states;
-    std::vector<Sampling> _samplings;
-    std::vector<std::string> _open;  ///< probes and states that are being made
+    ModelValue m_file;
+    const ModelFrames& m_frames;
+    ModelSystem& m_system;
+    std::vector<std::unique_ptr<StateEntry>> m_states;
+    std::vector<Sampling> m_samplings;
+    std::vector<std::string> m_open;  ///< probes and states that are being made
 };
 
 /** The joint's name and number of a joint or {joint:, coordinate:}. **/

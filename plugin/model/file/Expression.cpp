@@ -29,7 +29,7 @@ Expression::Expression(double constant) {
     auto contents = std::make_shared<Contents>();
     contents->text = writeNumber(constant);
     contents->constant = constant;
-    _contents = contents;
+    m_contents = contents;
 }
 
 Expression::Expression(const std::string& text, const formula::Scope& scope,
@@ -44,22 +44,22 @@ Expression::Expression(const std::string& text, const formula::Scope& scope,
         else
             contents->formula = std::move(formula);
     }
-    _contents = contents;
+    m_contents = contents;
 }
 
 double Expression::calcValue(double time) const {
-    if (isConstant()) return _contents->constant;
-    const double value = _contents->formula->calc(&time);
+    if (isConstant()) return m_contents->constant;
+    const double value = m_contents->formula->calc(&time);
     if (!std::isfinite(value))
         fail("'" + getText() + "' has no finite value at t = " + writeNumber(time) + ": " +
-             _contents->formula->explain(&time));
+             m_contents->formula->explain(&time));
     return value;
 }
 
 std::array<double, 3> Expression::calcMotion(double time) const {
-    if (isConstant()) return {_contents->constant, 0, 0};
+    if (isConstant()) return {m_contents->constant, 0, 0};
     const auto now = formula::Jet<double>::makeVariable(time);
-    const formula::Jet<double> motion = _contents->formula->calc(&now);
+    const formula::Jet<double> motion = m_contents->formula->calc(&now);
     if (!std::isfinite(motion.value)) calcValue(time);
     if (!std::isfinite(motion.first) || !std::isfinite(motion.second))
         fail("'" + getText() + "' has no finite " +
@@ -70,7 +70,7 @@ std::array<double, 3> Expression::calcMotion(double time) const {
 
 std::vector<double> Expression::findSwitches(double from, double to) const {
     if (isConstant()) return {};
-    return _contents->formula->findSwitches(from, to);
+    return m_contents->formula->findSwitches(from, to);
 }
 
 std::optional<Expression::Kink> Expression::findKink(double from, double to) const {
@@ -82,7 +82,7 @@ std::optional<Expression::Kink> Expression::findKink(double from, double to) con
     using Motion = formula::Jet<double>;
     const auto calc = [this](double time) {
         const Motion now = Motion::makeVariable(time);
-        return _contents->formula->calc(&now);
+        return m_contents->formula->calc(&now);
     };
     const std::vector<double> switches = findSwitches(from, to);
     for (std::size_t i = 0; i < switches.size(); ++i) {
@@ -123,14 +123,14 @@ std::optional<Expression::Kink> Expression::findKink(double from, double to) con
 }
 
 bool Expression::isConstant() const {
-    return !_contents->formula;
+    return !m_contents->formula;
 }
 const std::string& Expression::getText() const {
-    return _contents->text;
+    return m_contents->text;
 }
 
 void Expression::fail(const std::string& message) const {
-    throw ModelError(_contents->place + (_contents->place.empty() ? "" : ": ") + message);
+    throw ModelError(m_contents->place + (m_contents->place.empty() ? "" : ": ") + message);
 }
 
 }  // namespace model

@@ -52,7 +52,7 @@ public:
 
 private:
     struct Contents;
-    std::shared_ptr<const Contents> _contents;
+    std::shared_ptr<const Contents> m_contents;
 };
 
 }  // namespace model

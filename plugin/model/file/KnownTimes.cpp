@@ -14,13 +14,13 @@ namespace model {
 
 namespace {
 
-const double kInfinity = std::numeric_limits<double>::infinity();
+const double Never = std::numeric_limits<double>::infinity();
 /** Length of the first stretch [s]; beyond the largest nothing is looked for. **/
-const double kFirstLength = 1e-3, kLargestLength = 1e12;
+const double FirstLength = 1e-3, LargestLength = 1e12;
 /** Stretches grow as long as they hold fewer times. **/
-const std::size_t kFewTimes = 1000;
+const std::size_t FewTimes = 1000;
 /** Where a function ends to have a value is found so far, of the time. **/
-const double kShortest = 1e-9;
+const double Shortest = 1e-9;
 
 /** Functions in a value and all below it. **/
 void visitFunctions(const ModelValue& value,
@@ -38,21 +38,21 @@ using Search = std::function<std::vector<double>(double from, double to)>;
 
 struct KnownTimes::Stretch {
     std::vector<Search> functions;
-    double from = kInfinity, to = -kInfinity, length = kFirstLength;
+    double from = Never, to = -Never, length = FirstLength;
     std::vector<double> times;  ///< in (from, to], increasing
 
     void look(double begin) {
         from = begin;
         to = begin + length;
         while (!lookWithin()) {
-            if (to - from < kShortest * std::max(1.0, std::abs(from))) {
+            if (to - from < Shortest * std::max(1.0, std::abs(from))) {
                 times = {to};
                 return;
             }
             to = from + (to - from) / 2;
         }
         std::sort(times.begin(), times.end());
-        if (times.size() < kFewTimes) length *= 2;
+        if (times.size() < FewTimes) length *= 2;
     }
 
     /** @returns false if a function has no value somewhere in (from, to]: who comes that far will
@@ -71,28 +71,28 @@ struct KnownTimes::Stretch {
     }
 };
 
-KnownTimes::KnownTimes(const ModelValue& file) : _stretch(std::make_shared<Stretch>()) {
+KnownTimes::KnownTimes(const ModelValue& file) : m_stretch(std::make_shared<Stretch>()) {
     const auto add = [&](const ModelValue& value) {
         const auto find = [](const auto& function) {
             return [function](double from, double to) { return function.findSwitches(from, to); };
         };
         if (value.isLaw())
-            _stretch->functions.push_back(find(VariableFormula(value)));
+            m_stretch->functions.push_back(find(VariableFormula(value)));
         else if (!value.getExpression().isConstant())
-            _stretch->functions.push_back(find(value.getExpression()));
+            m_stretch->functions.push_back(find(value.getExpression()));
     };
     for (const char* key : {"loads", "motions", "connectors", "states", "events"})
         visitFunctions(file.get(key), add);
 }
 
 double KnownTimes::operator()(double time) const {
-    Stretch& stretch = *_stretch;
-    if (stretch.functions.empty()) return kInfinity;
+    Stretch& stretch = *m_stretch;
+    if (stretch.functions.empty()) return Never;
     if (!(time >= stretch.from && time < stretch.to)) stretch.look(time);
     for (;;) {
         const auto next = std::upper_bound(stretch.times.begin(), stretch.times.end(), time);
         if (next != stretch.times.end()) return *next;
-        if (stretch.length > kLargestLength) return kInfinity;
+        if (stretch.length > LargestLength) return Never;
         stretch.look(stretch.to);
     }
 }

@@ -23,7 +23,7 @@ public:
 
 private:
     struct Stretch;
-    std::shared_ptr<Stretch> _stretch;
+    std::shared_ptr<Stretch> m_stretch;
 };
 
 /** @throws ModelError if a motion jumps, or its speed does, between these times. **/

@@ -24,17 +24,18 @@ using Form = SchemaForm::Kind;
 using Node = ModelValue::Node;
 using NodePointer = std::shared_ptr<const Node>;
 
-const std::size_t kMaxMistakes = 10;  // that are told at once
+const std::size_t MaxMistakes = 10;  // that are told at once
 
 class Checker {
 public:
-    explicit Checker(std::shared_ptr<const ModelFile> file) : _file(std::move(file)) {}
-    explicit Checker(const std::shared_ptr<ModelFile>& file) : _file(file), _newFile(file.get()) {}
+    explicit Checker(std::shared_ptr<const ModelFile> file) : m_file(std::move(file)) {}
+    explicit Checker(const std::shared_ptr<ModelFile>& file)
+        : m_file(file), m_newFile(file.get()) {}
 
     NodePointer check(const YamlTree& tree, const std::vector<SchemaForm>& forms,
                       const SchemaKey* key, const std::string& path, const std::string& name) {
         auto node = std::make_shared<Node>();
-        node->file = _file;
+        node->file = m_file;
         node->place = tree.place;
         node->path = path;
         node->name = name;
@@ -73,9 +74,9 @@ public:
     }
 
 private:
-    std::shared_ptr<const ModelFile> _file;
-    ModelFile* _newFile = nullptr;  ///< while parameters and tables are read
-    std::vector<ModelError> _mistakes;
+    std::shared_ptr<const ModelFile> m_file;
+    ModelFile* m_newFile = nullptr;  ///< while parameters and tables are read
+    std::vector<ModelError> m_mistakes;
 
     struct AllMistakes : ModelError {
         using ModelError::ModelError;
@@ -90,27 +91,27 @@ private:
             throw;
         } catch (const ModelError& mistake) {
             if (mistake.getMistakes().empty()) throw;  // it has no place
-            _mistakes.push_back(mistake);
+            m_mistakes.push_back(mistake);
         }
-        if (_mistakes.size() >= kMaxMistakes) throwMistakes();
+        if (m_mistakes.size() >= MaxMistakes) throwMistakes();
     }
 
     void throwMistakes() {
-        if (_mistakes.empty()) return;
+        if (m_mistakes.empty()) return;
         const auto getPlace = [](const ModelError& mistake) {
             const ModelPlace& place = mistake.getMistakes().at(0).place;
             return std::make_pair(place.line, place.column);
         };
         std::stable_sort(
-            _mistakes.begin(), _mistakes.end(),
+            m_mistakes.begin(), m_mistakes.end(),
             [&](const ModelError& a, const ModelError& b) { return getPlace(a) < getPlace(b); });
         std::string text;
         std::vector<ModelError::Mistake> mistakes;
-        for (const ModelError& mistake : _mistakes) {
+        for (const ModelError& mistake : m_mistakes) {
             text += (text.empty() ? "" : "\n") + std::string(mistake.what());
             mistakes.push_back(mistake.getMistakes()[0]);
         }
-        if (_mistakes.size() >= kMaxMistakes) text += "\nThere may be more mistakes than these.";
+        if (m_mistakes.size() >= MaxMistakes) text += "\nThere may be more mistakes than these.";
         throw AllMistakes(text, mistakes);
     }
 
@@ -153,7 +154,7 @@ private:
     void checkMap(const YamlTree& tree, Node& node) {
         const SchemaForm& form = *node.form;
         // parameters and tables come first, since formulas name them
-        if (node.path.empty() && _newFile) {
+        if (node.path.empty() && m_newFile) {
             for (const char* name : {"parameters", "tables"})
                 if (const YamlTree* child = tree.find(name); child && isGiven(*child))
                     check(*child, findSchemaKey(form, name)->forms, findSchemaKey(form, name), name,
@@ -165,7 +166,7 @@ private:
                         if (isName(entry.key, false) &&
                             (!isFormulaWord(entry.key) || isTaken(entry.key)) &&
                             entry.key.find('-') == std::string::npos)
-                            (isTaken(entry.key) ? _newFile->ambiguous : _newFile->quantities)
+                            (isTaken(entry.key) ? m_newFile->ambiguous : m_newFile->quantities)
                                 .push_back(entry.key);
             if (const YamlTree* states = tree.find("states"))
                 for (const YamlTree::Entry& entry : states->entries)
@@ -173,8 +174,9 @@ private:
                         if (const YamlTree* outputs = space->find("outputs"))
                             for (const YamlTree& output : outputs->items)
                                 if (isName(output.scalar, false))
-                                    _newFile->quantities.push_back(entry.key + "." + output.scalar);
-            _newFile = nullptr;
+                                    m_newFile->quantities.push_back(entry.key + "." +
+                                                                    output.scalar);
+            m_newFile = nullptr;
             throwMistakes();  // or formulas would miss what is wrong here
         }
         bool isKnown = true;
@@ -280,7 +282,7 @@ private:
     }
 
     bool isTaken(const std::string& name) const {
-        return _newFile->scope.constants.count(name) > 0 || _newFile->scope.hasTable(name);
+        return m_newFile->scope.constants.count(name) > 0 || m_newFile->scope.hasTable(name);
     }
 
     // --- Entries ---
@@ -301,13 +303,13 @@ private:
                         [](const SchemaForm& f) { return f.kind == Form::Map; });
         if (!isGiven(entry.value) && !canBeEmpty)
             throw ModelError(entry.place, path, "the value is missing");
-        const std::size_t numMistakes = _mistakes.size();
+        const std::size_t numMistakes = m_mistakes.size();
         const NodePointer child = check(isGiven(entry.value) ? entry.value : nothing, form.items,
                                         nullptr, path, entry.key);
         node.entries.emplace_back(entry.key, child);
-        if (!_newFile || _mistakes.size() > numMistakes) return;
+        if (!m_newFile || m_mistakes.size() > numMistakes) return;
         if (node.path == "parameters")
-            _newFile->scope.constants[entry.key] = child->expression.calcValue(0);
+            m_newFile->scope.constants[entry.key] = child->expression.calcValue(0);
         if (node.path == "tables") addTable(child);
     }
 
@@ -355,7 +357,7 @@ private:
     /** Adds it to the names that formulas know. **/
     void addTable(const NodePointer& node) const {
         const ModelValue table(node);
-        if (_newFile->scope.constants.count(node->name) > 0)
+        if (m_newFile->scope.constants.count(node->name) > 0)
             node->fail("a parameter has the name '" + node->name + "' already");
         const ModelValue culprit = table.has("file") ? table.get("file")
                                    : table.has("z")  ? table
@@ -363,11 +365,11 @@ private:
         const auto interpolation = readInterpolation(table);
         const auto extrapolation = readExtrapolation(table);
         const auto addCurve = [&](const std::vector<double>& x, const std::vector<double>& y) {
-            _newFile->scope.tables[node->name] =
+            m_newFile->scope.tables[node->name] =
                 std::make_shared<formula::Table>(node->name, x, y, interpolation, extrapolation);
         };
         const auto addSurface = [&](formula::SurfaceTable surface) {
-            _newFile->scope.surfaces[node->name] =
+            m_newFile->scope.surfaces[node->name] =
                 std::make_shared<formula::SurfaceTable>(std::move(surface));
         };
         try {

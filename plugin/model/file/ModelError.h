@@ -27,16 +27,16 @@ public:
         std::string key;  ///< "joints.bearing.axis"; may be empty
     };
     explicit ModelError(const std::string& message, std::vector<Mistake> mistakes = {})
-        : std::runtime_error(message), _mistakes(std::move(mistakes)) {}
+        : std::runtime_error(message), m_mistakes(std::move(mistakes)) {}
     ModelError(const ModelPlace& place, const std::string& key, const std::string& message)
         : ModelError(place.getText() + ": " + (key.empty() ? "" : key + ": ") + message,
                      {{place, key}}) {}
 
     /** One for each line of the text that tells of one; empty if they have no place. **/
-    const std::vector<Mistake>& getMistakes() const { return _mistakes; }
+    const std::vector<Mistake>& getMistakes() const { return m_mistakes; }
 
 private:
-    std::vector<Mistake> _mistakes;
+    std::vector<Mistake> m_mistakes;
 };
 
 }  // namespace simflex

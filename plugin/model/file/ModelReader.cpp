@@ -2,6 +2,7 @@
 #include "simflex/base/NumberText.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -17,11 +18,10 @@ namespace model {
 
 namespace {
 
-const double kPi = 3.14159265358979323846;
-const double kGravity = 9.80665;
-const int kFormat = 1;
-const std::string kHdf5 = "\x89HDF\r\n";
-const std::uintmax_t kLargestFile = 16000000;
+const double StandardGravity = 9.80665;
+const int Format = 1;
+const std::string Hdf5 = "\x89HDF\r\n";
+const std::uintmax_t LargestFile = 16000000;
 
 /** Refuses files of newer formats before anything else of them is judged. **/
 void checkFormat(const YamlTree& tree, const std::string& path) {
@@ -39,11 +39,11 @@ void checkFormat(const YamlTree& tree, const std::string& path) {
     if (version->kind != YamlTree::Kind::Scalar ||
         !formula::readPlainNumber(version->scalar, number))
         return;
-    if (number > kFormat)
+    if (number > Format)
         throw ModelError(version->place, "",
                          "the file has format " + version->scalar +
                              " and needs a newer simflex; this one reads format " +
-                             std::to_string(kFormat));
+                             std::to_string(Format));
 }
 
 /** A setting changes parameters that are there: others would change nothing. **/
@@ -145,16 +145,16 @@ ModelText loadModelText(const std::string& path, const std::vector<std::string>&
     char block[65536];
     while (file.read(block, sizeof block) || file.gcount() > 0) {
         text.append(block, static_cast<std::size_t>(file.gcount()));
-        if (text.size() > kLargestFile)
+        if (text.size() > LargestFile)
             throw std::runtime_error("the model file " + path + " has more than " +
-                                     std::to_string(kLargestFile) +
+                                     std::to_string(LargestFile) +
                                      " bytes (large tables belong in CSV files)");
     }
     return {path, text, settings};
 }
 
 ModelValue readModel(const ModelText& text) {
-    if (text.text.compare(0, kHdf5.size(), kHdf5) == 0)
+    if (text.text.compare(0, Hdf5.size(), Hdf5) == 0)
         throw ModelError({text.path}, "",
                          "this is an HDF5 file, such as results and parts are, and no model: a "
                          "model is a text that begins with 'simflex: 1'");
@@ -167,7 +167,7 @@ ModelValue readModel(const ModelText& text) {
     checkFormat(tree, text.path);
     auto file = std::make_shared<ModelFile>();
     file->path = text.path;
-    file->scope.constants = {{"pi", kPi}, {"deg", kPi / 180}, {"g", kGravity}};
+    file->scope.constants = {{"pi", M_PI}, {"deg", M_PI / 180}, {"g", StandardGravity}};
     const ModelValue model(checkModel(file, tree));
     checkProbeNames(model);
     return model;

@@ -55,80 +55,80 @@ NodePointer makeMissing(const NodePointer& parent, const std::string& name,
 
 }  // namespace
 
-ModelValue::ModelValue(std::shared_ptr<const Node> node) : _node(std::move(node)) {}
+ModelValue::ModelValue(std::shared_ptr<const Node> node) : m_node(std::move(node)) {}
 
 ModelValue::Kind ModelValue::getKind() const {
-    return _node->kind;
+    return m_node->kind;
 }
 
 bool ModelValue::has(const std::string& key) const {
-    return _node->find(key) != nullptr;
+    return m_node->find(key) != nullptr;
 }
 
 ModelValue ModelValue::get(const std::string& key) const {
-    const NodePointer contents = getContents(_node);
+    const NodePointer contents = getContents(m_node);
     if (contents)
         if (const NodePointer child = contents->find(key)) return ModelValue(child);
-    for (const SchemaForm& form : *_node->forms) {
+    for (const SchemaForm& form : *m_node->forms) {
         if (form.kind == SchemaForm::Kind::Entries)
-            return ModelValue(makeMissing(_node, key, form.items, nullptr));
+            return ModelValue(makeMissing(m_node, key, form.items, nullptr));
         if (const SchemaKey* known = findSchemaKey(form, key))
-            return ModelValue(makeMissing(_node, key, known->forms, known));
+            return ModelValue(makeMissing(m_node, key, known->forms, known));
     }
-    throw std::logic_error("the schema has no key '" + key + "' in '" + _node->path + "'");
+    throw std::logic_error("the schema has no key '" + key + "' in '" + m_node->path + "'");
 }
 
 std::vector<std::string> ModelValue::getKeys() const {
     std::vector<std::string> keys;
-    if (const NodePointer contents = getContents(_node))
+    if (const NodePointer contents = getContents(m_node))
         for (const auto& entry : contents->entries) keys.push_back(entry.first);
     return keys;
 }
 
 int ModelValue::getSize() const {
-    const NodePointer contents = getContents(_node);
+    const NodePointer contents = getContents(m_node);
     if (!contents) return 0;
     return contents->kind == Kind::List ? static_cast<int>(contents->items.size()) : 1;
 }
 
 ModelValue ModelValue::at(int index) const {
-    const NodePointer contents = needContents(_node);
+    const NodePointer contents = needContents(m_node);
     if (index < 0 || index >= getSize())
-        throw std::logic_error("'" + _node->path + "' has no item " + std::to_string(index));
+        throw std::logic_error("'" + m_node->path + "' has no item " + std::to_string(index));
     return contents->kind == Kind::List
                ? ModelValue(contents->items[static_cast<std::size_t>(index)])
                : ModelValue(contents);
 }
 
 double ModelValue::getNumber() const {
-    const NodePointer contents = needContents(_node);
-    if (!isNumeric(*contents)) _node->fail("a number is expected here");
+    const NodePointer contents = needContents(m_node);
+    if (!isNumeric(*contents)) m_node->fail("a number is expected here");
     contents->isRead = true;
-    if (!contents->expression.isConstant()) _node->fail("this number must not depend on time");
+    if (!contents->expression.isConstant()) m_node->fail("this number must not depend on time");
     return contents->expression.calcValue(0);
 }
 
 int ModelValue::getInteger() const {
     const double value = std::round(getNumber());
-    if (!(std::fabs(value) <= 2147483647.0)) _node->fail("the number is too large");
+    if (!(std::fabs(value) <= 2147483647.0)) m_node->fail("the number is too large");
     return static_cast<int>(value);
 }
 
 bool ModelValue::getBool() const {
     const std::string text = getText();
-    if (text != "true" && text != "false") _node->fail("write true or false");
+    if (text != "true" && text != "false") m_node->fail("write true or false");
     return text == "true";
 }
 
 std::string ModelValue::getText() const {
-    const NodePointer contents = needContents(_node);
-    if (contents->kind != Kind::Scalar) _node->fail("a single value is expected here");
+    const NodePointer contents = needContents(m_node);
+    if (contents->kind != Kind::Scalar) m_node->fail("a single value is expected here");
     contents->isRead = true;
     return contents->scalar;
 }
 
 std::vector<double> ModelValue::getNumbers() const {
-    const NodePointer contents = needContents(_node);
+    const NodePointer contents = needContents(m_node);
     std::vector<double> numbers;
     if (contents->kind == Kind::Map && contents->find("from") && contents->find("to") &&
         contents->find("count")) {
@@ -140,14 +140,14 @@ std::vector<double> ModelValue::getNumbers() const {
                                                : from + (to - from) * i / (count - 1));
         return numbers;
     }
-    if (contents->kind == Kind::Map) _node->fail("a list of numbers is expected here");
+    if (contents->kind == Kind::Map) m_node->fail("a list of numbers is expected here");
     for (int i = 0; i < getSize(); ++i) numbers.push_back(at(i).getNumber());
     return numbers;
 }
 
 std::vector<std::string> ModelValue::getTexts() const {
-    const NodePointer contents = needContents(_node);
-    if (contents->kind == Kind::Map) _node->fail("a list is expected here");
+    const NodePointer contents = needContents(m_node);
+    if (contents->kind == Kind::Map) m_node->fail("a list is expected here");
     std::vector<std::string> texts;
     for (int i = 0; i < getSize(); ++i) texts.push_back(at(i).getText());
     return texts;
@@ -155,25 +155,25 @@ std::vector<std::string> ModelValue::getTexts() const {
 
 SimTK::Vec3 ModelValue::getVec3() const {
     const std::vector<double> numbers = getNumbers();
-    if (numbers.size() != 3) _node->fail("a vector [x, y, z] is expected here");
+    if (numbers.size() != 3) m_node->fail("a vector [x, y, z] is expected here");
     return SimTK::Vec3(numbers[0], numbers[1], numbers[2]);
 }
 
 bool ModelValue::isLaw() const {
-    return _node->isLaw;
+    return m_node->isLaw;
 }
 
 Expression ModelValue::getExpression() const {
     if (isLaw()) fail("it depends on quantities of the motion, which is not possible here");
-    const NodePointer contents = needContents(_node);
-    if (!isNumeric(*contents)) _node->fail("a function of time is expected here");
+    const NodePointer contents = needContents(m_node);
+    if (!isNumeric(*contents)) m_node->fail("a function of time is expected here");
     contents->isRead = true;
     return contents->expression;
 }
 
 std::vector<Expression> ModelValue::getExpressions() const {
-    const NodePointer contents = needContents(_node);
-    if (contents->kind == Kind::Map) _node->fail("a list of functions of time is expected here");
+    const NodePointer contents = needContents(m_node);
+    if (contents->kind == Kind::Map) m_node->fail("a list of functions of time is expected here");
     std::vector<Expression> expressions;
     for (int i = 0; i < getSize(); ++i) expressions.push_back(at(i).getExpression());
     return expressions;
@@ -182,17 +182,17 @@ std::vector<Expression> ModelValue::getExpressions() const {
 std::string ModelValue::getFilePath() const {
     const std::filesystem::path path(getText());
     if (path.is_absolute()) return path.string();
-    return (std::filesystem::path(_node->file->path).parent_path() / path).string();
+    return (std::filesystem::path(m_node->file->path).parent_path() / path).string();
 }
 
 std::string ModelValue::getPath() const {
-    return _node->path;
+    return m_node->path;
 }
 std::string ModelValue::getName() const {
-    return _node->name;
+    return m_node->name;
 }
 std::string ModelValue::getPlace() const {
-    return _node->place.getText();
+    return m_node->place.getText();
 }
 
 std::vector<ModelValue> ModelValue::findUnread() const {
@@ -201,9 +201,9 @@ std::vector<ModelValue> ModelValue::findUnread() const {
         const std::vector<ModelValue> more = ModelValue(child).findUnread();
         unread.insert(unread.end(), more.begin(), more.end());
     };
-    if (_node->kind == Kind::Scalar && !_node->isRead) unread.push_back(*this);
-    for (const NodePointer& item : _node->items) add(item);
-    for (const auto& entry : _node->entries) add(entry.second);
+    if (m_node->kind == Kind::Scalar && !m_node->isRead) unread.push_back(*this);
+    for (const NodePointer& item : m_node->items) add(item);
+    for (const auto& entry : m_node->entries) add(entry.second);
     return unread;
 }
 
@@ -219,16 +219,16 @@ void ModelValue::checkRead() const {
 }
 
 void ModelValue::fail(const std::string& message) const {
-    _node->fail(message);
+    m_node->fail(message);
 }
 
 void ModelValue::failUnknown(const std::string& what, const std::string& name,
                              const std::vector<std::string>& known) const {
     const std::string proposal = proposeName(name, known);
-    _node->fail("there is no " + what + " '" + name + "'" +
-                (!proposal.empty() ? "; " + proposal
-                 : known.empty()   ? "; there are none"
-                                   : ""));
+    m_node->fail("there is no " + what + " '" + name + "'" +
+                 (!proposal.empty() ? "; " + proposal
+                  : known.empty()   ? "; there are none"
+                                    : ""));
 }
 
 double calcConstant(const ModelValue& model, const std::string& text) {
@@ -269,14 +269,14 @@ VariableFormula::VariableFormula(const ModelValue& text,
     } catch (const formula::SyntaxError& error) {
         text.getNode().failAt(error.position, error.what());
     }
-    _shared = shared;
+    m_shared = shared;
 }
 
 VariableFormula::VariableFormula(const ModelValue& law)
     : VariableFormula(law, listLawVariables(*law.getNode().file, *law.getNode().form)) {}
 
 const std::vector<std::string>& VariableFormula::getUsed() const {
-    return _shared->used;
+    return m_shared->used;
 }
 
 namespace {
@@ -286,39 +286,39 @@ template <class Number>
 class Inputs {
 public:
     Inputs(double time, const double* values, std::size_t count) {
-        if (count >= kFew) _many.resize(count + 1);
-        _begin = count >= kFew ? _many.data() : _few;
-        _begin[0] = time;
-        for (std::size_t i = 0; i < count; ++i) _begin[i + 1] = values[i];
+        if (count >= Few) m_many.resize(count + 1);
+        m_begin = count >= Few ? m_many.data() : m_few;
+        m_begin[0] = time;
+        for (std::size_t i = 0; i < count; ++i) m_begin[i + 1] = values[i];
     }
-    Number* get() { return _begin; }
+    Number* get() { return m_begin; }
 
 private:
-    static constexpr std::size_t kFew = 12;
-    Number _few[kFew];
-    std::vector<Number> _many;
-    Number* _begin;
+    static constexpr std::size_t Few = 12;
+    Number m_few[Few];
+    std::vector<Number> m_many;
+    Number* m_begin;
 };
 
 }  // namespace
 
 double VariableFormula::calcValue(double time, const double* values) const {
-    return _shared->formula->calc(Inputs<double>(time, values, getUsed().size()).get());
+    return m_shared->formula->calc(Inputs<double>(time, values, getUsed().size()).get());
 }
 
 bool VariableFormula::isComparison() const {
-    return _shared->formula->isComparison();
+    return m_shared->formula->isComparison();
 }
 
 double VariableFormula::calcMargin(double time, const double* values) const {
-    return _shared->formula->calcMargin(Inputs<double>(time, values, getUsed().size()).get());
+    return m_shared->formula->calcMargin(Inputs<double>(time, values, getUsed().size()).get());
 }
 
 double VariableFormula::calcSlopes(double time, const double* values, double* slopes) const {
     const std::size_t count = getUsed().size();
     Inputs<double> all(0, values, count);
-    const double value = _shared->formula->calcSlopes(Inputs<double>(time, values, count).get(),
-                                                      all.get(), static_cast<int>(count) + 1);
+    const double value = m_shared->formula->calcSlopes(Inputs<double>(time, values, count).get(),
+                                                       all.get(), static_cast<int>(count) + 1);
     std::copy_n(all.get() + 1, count, slopes);
     return value;
 }
@@ -328,18 +328,18 @@ void VariableFormula::checkUnits(const ModelValue& text,
     std::vector<std::string> all = units;
     all.insert(all.begin(), "s");  // of the time
     try {
-        _shared->formula->checkUnits(all);
+        m_shared->formula->checkUnits(all);
     } catch (const formula::SyntaxError& error) {
         text.getNode().failAt(error.position, error.what());
     }
 }
 
 std::string VariableFormula::explain(double time, const double* values) const {
-    return _shared->formula->explain(Inputs<double>(time, values, getUsed().size()).get());
+    return m_shared->formula->explain(Inputs<double>(time, values, getUsed().size()).get());
 }
 
 std::vector<double> VariableFormula::findSwitches(double from, double to) const {
-    return _shared->formula->findSwitches(from, to);
+    return m_shared->formula->findSwitches(from, to);
 }
 
 }  // namespace model

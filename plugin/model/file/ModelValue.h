@@ -88,10 +88,10 @@ public:
 
     struct Node;  ///< what the reader made
     explicit ModelValue(std::shared_ptr<const Node> node);
-    const Node& getNode() const { return *_node; }
+    const Node& getNode() const { return *m_node; }
 
 private:
-    std::shared_ptr<const Node> _node;
+    std::shared_ptr<const Node> m_node;
 };
 
 /** A constant as typed by a user (`30*deg`, `L/2`), with the parameters of `model`.

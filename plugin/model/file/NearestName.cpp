@@ -7,14 +7,14 @@ namespace model {
 
 namespace {
 
-const std::size_t kFewNames = 16;  // are listed all
+const std::size_t FewNames = 16;  // are listed all
 
 }  // namespace
 
 std::string proposeName(const std::string& name, const std::vector<std::string>& known) {
     const std::string nearest = findNearestName(name, known);
     if (!nearest.empty()) return "did you mean '" + nearest + "'?";
-    if (known.empty() || known.size() > kFewNames) return "";
+    if (known.empty() || known.size() > FewNames) return "";
     return "there " + std::string(known.size() == 1 ? "is " : "are ") + joinNames(known);
 }
 

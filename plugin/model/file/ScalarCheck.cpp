@@ -18,7 +18,7 @@ namespace {
 using Form = SchemaForm::Kind;
 using Node = ModelValue::Node;
 
-const double kWholeTolerance = 1e-9;
+const double WholeTolerance = 1e-9;
 
 bool isNameCharacter(char c) {
     return isLetter(c) || isDigit(c) || c == '_' || c == '-';
@@ -106,7 +106,7 @@ void checkNumber(Node& node, const SchemaForm& form) {
     const double value = node.expression.calcValue(0);
     const std::string found =
         writeNumber(value) + (text == writeNumber(value) ? "" : " ('" + shorten(text) + "')");
-    if (form.kind == Form::Integer && std::fabs(value - std::round(value)) > kWholeTolerance)
+    if (form.kind == Form::Integer && std::fabs(value - std::round(value)) > WholeTolerance)
         node.fail("found " + found + "; expected a whole number");
     if (value < form.minimum || value > form.maximum || (form.isOpen && value <= form.minimum))
         node.fail("found " + found + "; allowed is " + describeRange(form));

@@ -43,7 +43,7 @@ public:
 
 private:
     struct Shared;
-    std::shared_ptr<const Shared> _shared;
+    std::shared_ptr<const Shared> m_shared;
 };
 
 }  // namespace model

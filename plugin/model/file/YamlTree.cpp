@@ -18,9 +18,9 @@ namespace model {
 
 namespace {
 
-const std::size_t kMaxBytes = 16000000;
-const int kMaxValues = 200000;
-const int kMaxDepth = 64;
+const std::size_t MaxBytes = 16000000;
+const int MaxValues = 200000;
+const int MaxDepth = 64;
 
 [[noreturn]] void fail(const ModelPlace& place, const std::string& message) {
     throw ModelError(place, "", message);
@@ -36,22 +36,22 @@ std::string explainKey(const std::string& key) {
 /** Makes a YamlTree of what yaml-cpp's parser tells. **/
 class TreeMaker : public YAML::EventHandler {
 public:
-    TreeMaker(const std::string& text, const std::string& name) : _text(text), _name(name) {
-        _lines.push_back(0);
+    TreeMaker(const std::string& text, const std::string& name) : m_text(text), m_name(name) {
+        m_lines.push_back(0);
         for (std::size_t i = 0; i < text.size(); ++i)
-            if (text[i] == '\n') _lines.push_back(i + 1);
+            if (text[i] == '\n') m_lines.push_back(i + 1);
     }
 
-    YamlTree takeRoot() { return std::move(_root); }
+    YamlTree takeRoot() { return std::move(m_root); }
 
     ModelPlace makePlace(const YAML::Mark& mark) const {
-        if (mark.is_null()) return {_name, 0, 0};
-        return {_name, mark.line + 1, mark.column + 1};
+        if (mark.is_null()) return {m_name, 0, 0};
+        return {m_name, mark.line + 1, mark.column + 1};
     }
 
     void OnDocumentStart(const YAML::Mark& mark) override {
-        if (++_numDocuments == 1) return;
-        if (_text.compare(findByte(mark), 3, "---") == 0)
+        if (++m_numDocuments == 1) return;
+        if (m_text.compare(findByte(mark), 3, "---") == 0)
             fail(makePlace(mark), "a second document begins here; a model file has one");
         fail(makePlace(mark), "what begins here has no meaning");
     }
@@ -81,15 +81,15 @@ public:
         begin(makeTree(YamlTree::Kind::Map, mark, tag), anchor);
     }
     void OnMapEnd() override {
-        mergeBases(_open.back());
+        mergeBases(m_open.back());
         end();
     }
 
     void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-        const auto found = _anchors.find(anchor);
-        if (found == _anchors.end())
+        const auto found = m_anchors.find(anchor);
+        if (found == m_anchors.end())
             fail(makePlace(mark), "this alias stands within what it means");
-        checkDepth(found->second, static_cast<int>(_open.size()));
+        checkDepth(found->second, static_cast<int>(m_open.size()));
         add(copy(found->second), 0);
     }
 
@@ -104,17 +104,17 @@ private:
         std::vector<YamlTree> bases;  ///< of `<<`
     };
 
-    const std::string& _text;
-    std::string _name;
-    std::vector<std::size_t> _lines;
-    YamlTree _root;
-    std::vector<Open> _open;
-    std::map<YAML::anchor_t, YamlTree> _anchors;
-    int _numDocuments = 0, _numValues = 0;
+    const std::string& m_text;
+    std::string m_name;
+    std::vector<std::size_t> m_lines;
+    YamlTree m_root;
+    std::vector<Open> m_open;
+    std::map<YAML::anchor_t, YamlTree> m_anchors;
+    int m_numDocuments = 0, m_numValues = 0;
 
     void countValue(const ModelPlace& place) {
-        if (++_numValues > kMaxValues)
-            fail(place, "the file has more than " + std::to_string(kMaxValues) +
+        if (++m_numValues > MaxValues)
+            fail(place, "the file has more than " + std::to_string(MaxValues) +
                             " values once its aliases are expanded (large tables belong in CSV "
                             "files)");
     }
@@ -140,33 +140,33 @@ private:
     }
 
     static void checkDepth(const YamlTree& tree, int depth) {
-        if (depth > kMaxDepth)
-            fail(tree.place, "values are nested more than " + std::to_string(kMaxDepth) + " deep");
+        if (depth > MaxDepth)
+            fail(tree.place, "values are nested more than " + std::to_string(MaxDepth) + " deep");
         for (const YamlTree& item : tree.items) checkDepth(item, depth + 1);
         for (const YamlTree::Entry& entry : tree.entries) checkDepth(entry.value, depth + 1);
     }
 
     void begin(YamlTree tree, YAML::anchor_t anchor) {
-        if (static_cast<int>(_open.size()) >= kMaxDepth)
-            fail(tree.place, "values are nested more than " + std::to_string(kMaxDepth) + " deep");
+        if (static_cast<int>(m_open.size()) >= MaxDepth)
+            fail(tree.place, "values are nested more than " + std::to_string(MaxDepth) + " deep");
         Open open;
         open.tree = std::move(tree);
         open.anchor = anchor;
-        _open.push_back(std::move(open));
+        m_open.push_back(std::move(open));
     }
     void end() {
-        Open open = std::move(_open.back());
-        _open.pop_back();
+        Open open = std::move(m_open.back());
+        m_open.pop_back();
         add(std::move(open.tree), open.anchor);
     }
 
     void add(YamlTree tree, YAML::anchor_t anchor) {
-        if (anchor != 0) _anchors[anchor] = copy(tree);
-        if (_open.empty()) {
-            _root = std::move(tree);
+        if (anchor != 0) m_anchors[anchor] = copy(tree);
+        if (m_open.empty()) {
+            m_root = std::move(tree);
             return;
         }
-        Open& open = _open.back();
+        Open& open = m_open.back();
         if (open.tree.kind == YamlTree::Kind::List) {
             open.tree.items.push_back(std::move(tree));
             return;
@@ -204,20 +204,20 @@ private:
 
     /** Where a mark stands in the text; its end for what stands nowhere. **/
     std::size_t findByte(const YAML::Mark& mark) const {
-        if (mark.is_null() || mark.line < 0 || mark.column < 0) return _text.size();
-        if (static_cast<std::size_t>(mark.line) >= _lines.size()) return _text.size();
-        return std::min(_text.size(), _lines[static_cast<std::size_t>(mark.line)] +
-                                          static_cast<std::size_t>(mark.column));
+        if (mark.is_null() || mark.line < 0 || mark.column < 0) return m_text.size();
+        if (static_cast<std::size_t>(mark.line) >= m_lines.size()) return m_text.size();
+        return std::min(m_text.size(), m_lines[static_cast<std::size_t>(mark.line)] +
+                                           static_cast<std::size_t>(mark.column));
     }
 
     /** A text in quotes must end, which yaml-cpp does not ask for. **/
     void checkQuote(const YAML::Mark& mark) const {
         std::size_t at = findByte(mark);
-        if (at >= _text.size() || (_text[at] != '"' && _text[at] != '\'')) return;
-        const char quote = _text[at];
-        for (++at; at < _text.size(); ++at) {
-            if (_text[at] == quote) return;
-            if (quote == '"' && _text[at] == '\\') ++at;
+        if (at >= m_text.size() || (m_text[at] != '"' && m_text[at] != '\'')) return;
+        const char quote = m_text[at];
+        for (++at; at < m_text.size(); ++at) {
+            if (m_text[at] == quote) return;
+            if (quote == '"' && m_text[at] == '\\') ++at;
         }
         fail(makePlace(mark), std::string("the text that begins here has no closing ") + quote);
     }
@@ -225,10 +225,10 @@ private:
     /** Sees whether the scalar stands in the file as it is. **/
     void findText(const YAML::Mark& mark, YamlTree& tree) const {
         std::size_t at = findByte(mark);
-        if (at >= _text.size()) return;
-        const bool hasQuote = _text[at] == '"' || _text[at] == '\'';
+        if (at >= m_text.size()) return;
+        const bool hasQuote = m_text[at] == '"' || m_text[at] == '\'';
         if (hasQuote) ++at;
-        if (_text.compare(at, tree.scalar.size(), tree.scalar) != 0) return;
+        if (m_text.compare(at, tree.scalar.size(), tree.scalar) != 0) return;
         tree.isPlainText = true;
         if (hasQuote) ++tree.place.column;
     }
@@ -389,9 +389,9 @@ YamlTree* YamlTree::find(const std::string& key) {
 }
 
 YamlTree parseYaml(const std::string& text, const std::string& name) {
-    if (text.size() > kMaxBytes)
+    if (text.size() > MaxBytes)
         fail({name, 0, 0}, "the file has " + std::to_string(text.size()) + " bytes; at most " +
-                               std::to_string(kMaxBytes) +
+                               std::to_string(MaxBytes) +
                                " are read (large tables belong in CSV files)");
     checkEncoding(text, name);
     try {

@@ -199,7 +199,7 @@ public:
             case Operation::Ramp: {
                 const S t[] = {operand(0), operand(1), operand(2), operand(3), operand(4)};
                 for (const S& x : t)
-                    if (hasNoValue(x)) return S(kNoNumber);
+                    if (hasNoValue(x)) return S(NoNumber);
                 if (operation == Operation::Ramp) return rise(t, [](const S& s) { return s; });
                 return rise(t, [](const S& s) {
                     return chain(
@@ -213,7 +213,7 @@ public:
                 return makeTruth<S>(both(negate(isBelow(t - operand(1))), isBelow(t - operand(2))));
             }
         }
-        return S(kNoNumber);
+        return S(NoNumber);
     }
 
 private:
@@ -228,7 +228,7 @@ private:
     static T cubeOf(const T& x) {
         return x * x * x;
     }
-    static double decimalLogarithm(double x) { return x > 0 ? std::log10(x) : kNoNumber; }
+    static double decimalLogarithm(double x) { return x > 0 ? std::log10(x) : NoNumber; }
     static Interval decimalLogarithm(const Interval& x) { return log10(x); }
     static double calcTangent(double x) { return std::tan(x); }
     static Interval calcTangent(const Interval& x) { return sin(x) / cos(x); }
@@ -287,7 +287,7 @@ private:
         if constexpr (isOfBounds)
             return hull(operand(1), operand(2));
         else
-            return S(kNoNumber);
+            return S(NoNumber);
     }
 
     static S calcAtan(const S& x) {

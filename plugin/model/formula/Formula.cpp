@@ -38,28 +38,28 @@ int copyPart(const Tree& from, int number, Tree& to) {
 }  // namespace
 
 Formula::Formula(std::string text, const Scope& scope, const std::vector<std::string>& variables)
-    : _text(std::move(text)),
-      _tree(std::make_unique<const Tree>(parse(_text, scope, variables))),
-      _program(*_tree) {
+    : m_text(std::move(text)),
+      m_tree(std::make_unique<const Tree>(parse(m_text, scope, variables))),
+      m_program(*m_tree) {
     std::vector<bool> isUsed(variables.size(), false);
-    _numVariables = variables.size();
-    for (const Node& node : _tree->nodes)
+    m_numVariables = variables.size();
+    for (const Node& node : m_tree->nodes)
         if (node.variable >= 0) isUsed[static_cast<std::size_t>(node.variable)] = true;
     for (std::size_t i = 0; i < variables.size(); ++i)
-        if (isUsed[i]) _used.push_back(variables[i]);
+        if (isUsed[i]) m_used.push_back(variables[i]);
 }
 
 double Formula::calc(const double* values) const {
-    return _program.calc(values);
+    return m_program.calc(values);
 }
 
 Jet<double> Formula::calc(const Jet<double>* values) const {
-    return _program.calc(values);
+    return m_program.calc(values);
 }
 
 double Formula::calcSlopes(const double* values, double* slopes, int count) const {
-    if (const auto value = _program.calcSlopes(values, slopes, count)) return *value;
-    std::vector<Jet<double>> inputs(values, values + _numVariables);
+    if (const auto value = m_program.calcSlopes(values, slopes, count)) return *value;
+    std::vector<Jet<double>> inputs(values, values + m_numVariables);
     for (int i = 0; i < count; ++i) {
         Jet<double>& input = inputs[static_cast<std::size_t>(i)];
         input = Jet<double>::makeVariable(values[i]);
@@ -70,40 +70,40 @@ double Formula::calcSlopes(const double* values, double* slopes, int count) cons
 }
 
 bool Formula::isComparison() const {
-    return isComparison(_tree->getRoot());
+    return isComparison(m_tree->getRoot());
 }
 
 bool Formula::isComparison(int number) const {
-    const Node& node = (*_tree)[number];
+    const Node& node = (*m_tree)[number];
     if (node.operation == Operation::And || node.operation == Operation::Or)
         return isComparison(node.operands[0]) && isComparison(node.operands[1]);
     return node.operation == Operation::Less || node.operation == Operation::LessOrEqual;
 }
 
 double Formula::calcMargin(const double* values) const {
-    return calcMargin(_tree->getRoot(), values);
+    return calcMargin(m_tree->getRoot(), values);
 }
 
 double Formula::calcMargin(int number, const double* values) const {
-    const Node& node = (*_tree)[number];
+    const Node& node = (*m_tree)[number];
     if (node.operation == Operation::And || node.operation == Operation::Or) {
         const double first = calcMargin(node.operands[0], values),
                      second = calcMargin(node.operands[1], values);
         return node.operation == Operation::And ? std::min(first, second) : std::max(first, second);
     }
-    const double low = evaluate(*_tree, node.operands[0], values),
-                 high = evaluate(*_tree, node.operands[1], values);
+    const double low = evaluate(*m_tree, node.operands[0], values),
+                 high = evaluate(*m_tree, node.operands[1], values);
     return (high - low) / std::max({1.0, std::abs(low), std::abs(high)});
 }
 
 std::string Formula::explain(const double* values) const {
-    return explain(_tree->getRoot(), values);
+    return explain(m_tree->getRoot(), values);
 }
 
 std::string Formula::explain(int number, const double* values) const {
-    const Node& node = (*_tree)[number];
+    const Node& node = (*m_tree)[number];
     const auto calcOperand = [&](std::size_t i) {
-        return evaluate(*_tree, node.operands[i], values);
+        return evaluate(*m_tree, node.operands[i], values);
     };
     // The first operand without a value is to blame, unless it is a branch that is not taken.
     double x = 0;
@@ -113,10 +113,10 @@ std::string Formula::explain(int number, const double* values) const {
         if (!std::isfinite(value)) return explain(node.operands[i], values);
         if (i == 0) x = value;
     }
-    const std::string text = _text.substr(static_cast<std::size_t>(node.begin),
-                                          static_cast<std::size_t>(node.end - node.begin));
+    const std::string text = m_text.substr(static_cast<std::size_t>(node.begin),
+                                           static_cast<std::size_t>(node.end - node.begin));
     const std::string at = writeGeneral(x, 9);
-    const std::string in = text == _text ? "" : " in '" + text + "'";
+    const std::string in = text == m_text ? "" : " in '" + text + "'";
     switch (node.operation) {
         case Operation::Divide:
         case Operation::Mod:
@@ -132,7 +132,7 @@ std::string Formula::explain(int number, const double* values) const {
             return "no angle has the " +
                    std::string(node.operation == Operation::Asin ? "sine " : "cosine ") + at + in;
         case Operation::Power:
-            if (std::isnan(evaluate(*_tree, number, values)) || x == 0)
+            if (std::isnan(evaluate(*m_tree, number, values)) || x == 0)
                 return at + " to the power of " + writeGeneral(calcOperand(1), 9) + in;
             break;
         case Operation::Lookup:
@@ -148,12 +148,12 @@ std::string Formula::explain(int number, const double* values) const {
 }
 
 void Formula::checkUnits(const std::vector<std::string>& units) const {
-    findUnit(_tree->getRoot(), units);
+    findUnit(m_tree->getRoot(), units);
 }
 
 /** Empty if it is not known: a factor may have any. **/
 std::string Formula::findUnit(int number, const std::vector<std::string>& units) const {
-    const Node& node = (*_tree)[number];
+    const Node& node = (*m_tree)[number];
     if (node.operation == Operation::Variable)
         return units[static_cast<std::size_t>(node.variable)];
     std::vector<std::string> found;
@@ -161,8 +161,8 @@ std::string Formula::findUnit(int number, const std::vector<std::string>& units)
     const auto unite = [&](std::size_t first, std::size_t second) {
         const std::string &a = found[first], &b = found[second];
         if (!a.empty() && !b.empty() && a != b) {
-            const std::string text = _text.substr(static_cast<std::size_t>(node.begin),
-                                                  static_cast<std::size_t>(node.end - node.begin));
+            const std::string text = m_text.substr(static_cast<std::size_t>(node.begin),
+                                                   static_cast<std::size_t>(node.end - node.begin));
             throw SyntaxError("'" + text + "' takes " + a + " and " + b +
                                   " together; if one of them has a factor of 1, write it: 1*...",
                               node.begin);
@@ -201,12 +201,12 @@ std::string Formula::findUnit(int number, const std::vector<std::string>& units)
 
 std::vector<double> Formula::findSwitches(double from, double to) const {
     std::vector<int> parts;
-    if (collectTimed(*_tree, _tree->getRoot(), parts))
-        return formula::findSwitches(*_tree, from, to);
+    if (collectTimed(*m_tree, m_tree->getRoot(), parts))
+        return formula::findSwitches(*m_tree, from, to);
     std::vector<double> times;
     for (int part : parts) {
         Tree timed;
-        copyPart(*_tree, part, timed);
+        copyPart(*m_tree, part, timed);
         const std::vector<double> found = formula::findSwitches(timed, from, to);
         times.insert(times.end(), found.begin(), found.end());
     }

@@ -43,18 +43,18 @@ public:
     std::vector<double> findSwitches(double from, double to) const;
 
     /** Those of the variables that occur in the text. **/
-    const std::vector<std::string>& getUsedVariables() const { return _used; }
-    const std::string& getText() const { return _text; }
+    const std::vector<std::string>& getUsedVariables() const { return m_used; }
+    const std::string& getText() const { return m_text; }
 
 private:
     bool isComparison(int node) const;
     double calcMargin(int node, const double* values) const;
 
-    std::string _text;
-    std::unique_ptr<const Tree> _tree;
-    Program _program;
-    std::size_t _numVariables = 0;
-    std::vector<std::string> _used;
+    std::string m_text;
+    std::unique_ptr<const Tree> m_tree;
+    Program m_program;
+    std::size_t m_numVariables = 0;
+    std::vector<std::string> m_used;
 
     std::string findUnit(int node, const std::vector<std::string>& units) const;
     std::string explain(int node, const double* values) const;

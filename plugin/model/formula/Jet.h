@@ -36,7 +36,7 @@ struct Jet {
 
 enum class Truth { No, Yes, Unknown };
 
-const double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+const double NoNumber = std::numeric_limits<double>::quiet_NaN();
 
 //---------------------------------------------------------------------------------------------------------
 // arithmetic
@@ -72,21 +72,21 @@ Jet<T> operator*(const Jet<T>& a, const Jet<T>& b) {
 }
 
 inline double divide(double a, double b) {
-    return b == 0 ? kNoNumber : a / b;  // an infinite value would come to look like a finite one
+    return b == 0 ? NoNumber : a / b;  // an infinite value would come to look like a finite one
 }
 inline Interval divide(const Interval& a, const Interval& b) {
     return a / b;
 }
 /** Likewise; and what has no value has no power, not even the zeroth. **/
 inline double logarithm(double x) {
-    return x > 0 ? std::log(x) : kNoNumber;
+    return x > 0 ? std::log(x) : NoNumber;
 }
 inline Interval logarithm(const Interval& x) {
     return log(x);
 }
 inline double power(double x, double p) {
     if (p == 2) return x * x;  // the same, at a tenth of the cost
-    return std::isnan(x) || std::isnan(p) || (x == 0 && p < 0) ? kNoNumber : std::pow(x, p);
+    return std::isnan(x) || std::isnan(p) || (x == 0 && p < 0) ? NoNumber : std::pow(x, p);
 }
 inline Interval power(const Interval& x, double p) {
     return pow(x, p);
@@ -229,7 +229,7 @@ inline Truth negate(Truth truth) {
 /** 1, 0, or what stands for either: NaN, all between them. **/
 template <class S>
 S makeTruth(Truth truth) {
-    const double number = truth == Truth::Unknown ? kNoNumber : truth == Truth::Yes ? 1 : 0;
+    const double number = truth == Truth::Unknown ? NoNumber : truth == Truth::Yes ? 1 : 0;
     if constexpr (std::is_same<S, double>::value) {
         return number;
     } else if constexpr (std::is_same<S, Jet<double>>::value) {
@@ -245,10 +245,10 @@ S makeTruth(Truth truth) {
 // tables: NaN, or no bounds, where they refuse
 
 inline double lookUp(const Table& table, double x) {
-    return table.covers(x) ? table.calc(x) : kNoNumber;
+    return table.covers(x) ? table.calc(x) : NoNumber;
 }
 inline Jet<double> lookUp(const Table& table, const Jet<double>& x) {
-    if (!table.covers(x.value)) return kNoNumber;
+    if (!table.covers(x.value)) return NoNumber;
     const Table::Side side =
         signAfter(Jet<double>(x.first, x.second, 0)) < 0 ? Table::Side::Left : Table::Side::Right;
     return chain(
@@ -268,7 +268,7 @@ inline Jet<Interval> lookUp(const Table& table, const Jet<Interval>& x) {
 }
 
 inline double lookUp(const SurfaceTable& table, double x, double y) {
-    return table.covers(x, y) ? table.calc(x, y) : kNoNumber;
+    return table.covers(x, y) ? table.calc(x, y) : NoNumber;
 }
 /** f(x, y) by the chain rule. @param f  f(i, j): ∂^(i+j) f/∂x^i ∂y^j **/
 template <class T, class F>
@@ -284,7 +284,7 @@ Jet<T> chainTwo(const Jet<T>& x, const Jet<T>& y, const F& f) {
     return result;
 }
 inline Jet<double> lookUp(const SurfaceTable& table, const Jet<double>& x, const Jet<double>& y) {
-    if (!table.covers(x.value, y.value)) return kNoNumber;
+    if (!table.covers(x.value, y.value)) return NoNumber;
     const auto findSide = [](const Jet<double>& z) {
         return signAfter(Jet<double>(z.first, z.second, 0)) < 0 ? Table::Side::Left
                                                                 : Table::Side::Right;

@@ -13,17 +13,17 @@ namespace formula {
 
 namespace {
 
-const std::size_t kMaxLength = 10000;
-const int kMaxNesting = 200;  // of parentheses, signs, powers and choices
-const int kMaxDepth = 1000;   // of the tree: terms in a row
+const std::size_t MaxLength = 10000;
+const int MaxNesting = 200;  // of parentheses, signs, powers and choices
+const int MaxDepth = 1000;   // of the tree: terms in a row
 
 struct Function {
     const char* name;
     Operation operation;
     int fewest, most;  ///< arguments
 };
-const int kAny = 1000;
-const Function kFunctions[] = {
+const int Any = 1000;
+const Function FormulaFunctions[] = {
     {"sin", Operation::Sin, 1, 1},     {"cos", Operation::Cos, 1, 1},
     {"tan", Operation::Tan, 1, 1},     {"asin", Operation::Asin, 1, 1},
     {"acos", Operation::Acos, 1, 1},   {"atan", Operation::Atan, 1, 1},
@@ -36,12 +36,12 @@ const Function kFunctions[] = {
     {"floor", Operation::Floor, 1, 1}, {"ceil", Operation::Ceil, 1, 1},
     {"step", Operation::Step, 5, 5},   {"ramp", Operation::Ramp, 5, 5},
     {"pulse", Operation::Pulse, 3, 3}, {"if", Operation::If, 3, 3},
-    {"min", Operation::Min, 1, kAny},  {"max", Operation::Max, 1, kAny},
+    {"min", Operation::Min, 1, Any},   {"max", Operation::Max, 1, Any},
     {"mod", Operation::Mod, 2, 2},     {"atan2", Operation::Atan2, 2, 2},
     {"hypot", Operation::Hypot, 2, 2}};
 
 const Function* findFunction(const std::string& name) {
-    for (const Function& function : kFunctions)
+    for (const Function& function : FormulaFunctions)
         if (name == function.name) return &function;
     return nullptr;
 }
@@ -53,8 +53,8 @@ bool isWordCharacter(char c) {
 class Parser {
 public:
     Parser(const std::string& text, const Scope& scope, const std::vector<std::string>& variables)
-        : _text(text), _scope(scope), _variables(variables) {
-        _hasDots = std::any_of(variables.begin(), variables.end(), [](const std::string& name) {
+        : m_text(text), m_scope(scope), m_variables(variables) {
+        m_hasDots = std::any_of(variables.begin(), variables.end(), [](const std::string& name) {
             return name.find('.') != std::string::npos;
         });
     }
@@ -70,28 +70,28 @@ public:
     }
 
 private:
-    const std::string& _text;
-    const Scope& _scope;
-    const std::vector<std::string>& _variables;
-    bool _hasDots = false;
-    Tree _tree;
-    std::size_t _at = 0, _end = 0;  ///< of what is read next; of what was read last
-    int _nesting = 0;
+    const std::string& m_text;
+    const Scope& m_scope;
+    const std::vector<std::string>& m_variables;
+    bool m_hasDots = false;
+    Tree m_tree;
+    std::size_t m_at = 0, m_end = 0;  ///< of what is read next; of what was read last
+    int m_nesting = 0;
 
     /** Counts what calls itself. **/
     class Nesting {
     public:
-        explicit Nesting(Parser& parser) : _parser(parser) {
-            if (++_parser._nesting > kMaxNesting)
-                _parser.fail("parentheses are nested more than " + std::to_string(kMaxNesting) +
-                             " deep");
+        explicit Nesting(Parser& parser) : m_parser(parser) {
+            if (++m_parser.m_nesting > MaxNesting)
+                m_parser.fail("parentheses are nested more than " + std::to_string(MaxNesting) +
+                              " deep");
         }
-        ~Nesting() { --_parser._nesting; }
+        ~Nesting() { --m_parser.m_nesting; }
         Nesting(const Nesting&) = delete;
         Nesting& operator=(const Nesting&) = delete;
 
     private:
-        Parser& _parser;
+        Parser& m_parser;
     };
 
     //-----------------------------------------------------------------------------------------------------
@@ -100,18 +100,18 @@ private:
     [[noreturn]] void fail(const std::string& message, std::size_t position) const {
         throw SyntaxError(message, static_cast<int>(position));
     }
-    [[noreturn]] void fail(const std::string& message) const { fail(message, _at); }
+    [[noreturn]] void fail(const std::string& message) const { fail(message, m_at); }
 
     void checkCharacters() const {
-        if (_text.size() > kMaxLength)
-            fail("the formula has " + std::to_string(_text.size()) + " characters; at most " +
-                     std::to_string(kMaxLength) + " are read",
+        if (m_text.size() > MaxLength)
+            fail("the formula has " + std::to_string(m_text.size()) + " characters; at most " +
+                     std::to_string(MaxLength) + " are read",
                  0);
-        if (_text.find_first_not_of(" \t\r\n") == std::string::npos)
+        if (m_text.find_first_not_of(" \t\r\n") == std::string::npos)
             fail("a number or formula is missing here", 0);
         const std::string allowed = "+-*/^()<>=!&|?:,._ \t\r\n";
-        for (std::size_t i = 0; i < _text.size(); ++i) {
-            const char c = _text[i];
+        for (std::size_t i = 0; i < m_text.size(); ++i) {
+            const char c = m_text[i];
             if (static_cast<unsigned char>(c) >= 128)
                 fail("a formula has no characters such as this one", i);
             if (!isLetter(c) && !isDigit(c) && allowed.find(c) == std::string::npos)
@@ -122,16 +122,16 @@ private:
     /** What stands here stands in a wrong place. **/
     [[noreturn]] void failAtToken() {
         skipBlanks();
-        if (_at >= _text.size()) fail("the formula ends too early", _text.size());
-        const char c = _text[_at];
+        if (m_at >= m_text.size()) fail("the formula ends too early", m_text.size());
+        const char c = m_text[m_at];
         if (c == ',') fail("a comma has no meaning here (decimals are written with a point)");
         if (c == ')') fail("there is a ')' too many");
         if (c == ':') fail("there is a ':' without its '?'");
         if (c == '=') fail("a formula assigns nothing; to compare, write ==");
         if (isWordCharacter(c)) {
-            std::size_t end = _at;
-            while (end < _text.size() && isWordCharacter(_text[end])) ++end;
-            fail("an operator is missing before '" + _text.substr(_at, end - _at) + "'");
+            std::size_t end = m_at;
+            while (end < m_text.size() && isWordCharacter(m_text[end])) ++end;
+            fail("an operator is missing before '" + m_text.substr(m_at, end - m_at) + "'");
         }
         fail(c == '(' ? "an operator is missing before the '('"
                       : "an operator '" + std::string(1, c) + "' has no meaning here");
@@ -139,9 +139,9 @@ private:
 
     /** After a number: "5 mm", "3t". **/
     [[noreturn]] void failAtUnit(const std::string& number, std::size_t begin) {
-        std::size_t end = _at;
-        while (end < _text.size() && isWordCharacter(_text[end])) ++end;
-        const std::string name = _text.substr(_at, end - _at);
+        std::size_t end = m_at;
+        while (end < m_text.size() && isWordCharacter(m_text[end])) ++end;
+        const std::string name = m_text.substr(m_at, end - m_at);
         static const std::map<std::string, std::string> units{
             {"mm", "*1e-3"}, {"um", "*1e-6"}, {"cm", "*1e-2"}, {"km", "*1e3"},    {"m", ""},
             {"s", ""},       {"ms", "*1e-3"}, {"us", "*1e-6"}, {"kg", ""},        {"N", ""},
@@ -149,7 +149,7 @@ private:
             {"Hz", ""},      {"rad", ""},     {"deg", "*deg"}, {"rpm", "*pi/30"}, {"Nm", ""},
             {"min", "*60"},  {"h", "*3600"},  {"bar", "*1e5"}, {"kHz", "*1e3"}};
         const auto unit = units.find(name);
-        if (unit != units.end() && !(end < _text.size() && _text[end] == '(')) {
+        if (unit != units.end() && !(end < m_text.size() && m_text[end] == '(')) {
             // "5e-3" rather than "5*1e-3"
             const bool isPower = unit->second.compare(0, 3, "*1e") == 0 &&
                                  number.find_first_of("eE") == std::string::npos;
@@ -165,24 +165,24 @@ private:
     // characters
 
     void skipBlanks() {
-        while (_at < _text.size() && std::strchr(" \t\r\n", _text[_at])) ++_at;
+        while (m_at < m_text.size() && std::strchr(" \t\r\n", m_text[m_at])) ++m_at;
     }
     bool isAtEnd() {
         skipBlanks();
-        return _at >= _text.size();
+        return m_at >= m_text.size();
     }
     /** Reads it if it stands here. **/
     bool take(const char* symbol) {
         skipBlanks();
         const std::size_t length = std::strlen(symbol);
-        if (_text.compare(_at, length, symbol) != 0) return false;
-        _at += length;
-        _end = _at;
+        if (m_text.compare(m_at, length, symbol) != 0) return false;
+        m_at += length;
+        m_end = m_at;
         return true;
     }
     bool isNext(const char* symbol) {
         skipBlanks();
-        return _text.compare(_at, std::strlen(symbol), symbol) == 0;
+        return m_text.compare(m_at, std::strlen(symbol), symbol) == 0;
     }
 
     //-----------------------------------------------------------------------------------------------------
@@ -196,39 +196,39 @@ private:
         node.table = std::move(table);
         node.surface = std::move(surface);
         node.begin = static_cast<int>(begin);
-        node.end = static_cast<int>(_end);
-        for (int operand : operands) node.depth = std::max(node.depth, _tree[operand].depth + 1);
-        if (node.depth > kMaxDepth)
-            fail("the formula has more than " + std::to_string(kMaxDepth) + " operations in a row",
+        node.end = static_cast<int>(m_end);
+        for (int operand : operands) node.depth = std::max(node.depth, m_tree[operand].depth + 1);
+        if (node.depth > MaxDepth)
+            fail("the formula has more than " + std::to_string(MaxDepth) + " operations in a row",
                  begin);
         node.operands = std::move(operands);
-        _tree.nodes.push_back(std::move(node));
+        m_tree.nodes.push_back(std::move(node));
         return fold();
     }
     int addNumber(double number, std::size_t begin) {
         Node node;
         node.number = number;
         node.begin = static_cast<int>(begin);
-        node.end = static_cast<int>(_end);
-        _tree.nodes.push_back(node);
-        return _tree.getRoot();
+        node.end = static_cast<int>(m_end);
+        m_tree.nodes.push_back(node);
+        return m_tree.getRoot();
     }
 
     /** The last node as a Number if it is one. What has no value stays, to tell why. **/
     int fold() {
-        Node& node = _tree.nodes.back();
+        Node& node = m_tree.nodes.back();
         const auto isNumber = [&](int operand) {
-            return _tree[operand].operation == Operation::Number;
+            return m_tree[operand].operation == Operation::Number;
         };
         const bool isChoice = node.operation == Operation::If && isNumber(node.operands[0]);
         if (isChoice) {
-            const int taken = node.operands[_tree[node.operands[0]].number != 0 ? 1 : 2];
-            _tree.nodes.pop_back();
+            const int taken = node.operands[m_tree[node.operands[0]].number != 0 ? 1 : 2];
+            m_tree.nodes.pop_back();
             return taken;
         }
         if (!node.operands.empty() &&
             std::all_of(node.operands.begin(), node.operands.end(), isNumber)) {
-            const double value = evaluate<double>(_tree, _tree.getRoot(), nullptr);
+            const double value = evaluate<double>(m_tree, m_tree.getRoot(), nullptr);
             if (std::isfinite(value)) {
                 node.operation = Operation::Number;
                 node.number = value;
@@ -238,11 +238,11 @@ private:
                 node.depth = 1;
             }
         }
-        return _tree.getRoot();
+        return m_tree.getRoot();
     }
 
     int copy(int from, Tree& tree) const {
-        Node node = _tree[from];
+        Node node = m_tree[from];
         for (int& operand : node.operands) operand = copy(operand, tree);
         tree.nodes.push_back(std::move(node));
         return tree.getRoot();
@@ -253,7 +253,7 @@ private:
 
     int parseChoice() {
         skipBlanks();
-        const std::size_t begin = _at;
+        const std::size_t begin = m_at;
         const int condition = parseOr();
         if (!take("?")) return condition;
         const Nesting nesting(*this);
@@ -268,7 +268,7 @@ private:
 
     int parseOr() {
         skipBlanks();
-        const std::size_t begin = _at;
+        const std::size_t begin = m_at;
         int left = parseAnd();
         while (take("||")) {
             const int right = parseAnd();
@@ -280,7 +280,7 @@ private:
 
     int parseAnd() {
         skipBlanks();
-        const std::size_t begin = _at;
+        const std::size_t begin = m_at;
         int left = parseComparison();
         while (take("&&")) {
             const int right = parseComparison();
@@ -292,10 +292,10 @@ private:
 
     int parseComparison() {
         skipBlanks();
-        const std::size_t begin = _at;
+        const std::size_t begin = m_at;
         int left = parseSum();
         for (int count = 0;; ++count) {
-            const std::size_t place = (skipBlanks(), _at);
+            const std::size_t place = (skipBlanks(), m_at);
             Operation operation = Operation::Less;
             bool isSwapped = false;
             if (take("<="))
@@ -321,7 +321,7 @@ private:
 
     int parseSum() {
         skipBlanks();
-        const std::size_t begin = _at;
+        const std::size_t begin = m_at;
         int left = parseProduct();
         for (;;) {
             const bool isPlus = take("+");
@@ -333,7 +333,7 @@ private:
 
     int parseProduct() {
         skipBlanks();
-        const std::size_t begin = _at;
+        const std::size_t begin = m_at;
         int left = parseSigned();
         for (;;) {
             if (isNext("**")) fail("write ^ for a power");
@@ -346,7 +346,7 @@ private:
 
     int parseSigned() {
         skipBlanks();
-        const std::size_t begin = _at;
+        const std::size_t begin = m_at;
         const bool isMinus = take("-");
         if (isMinus || take("+")) {
             const Nesting nesting(*this);
@@ -362,7 +362,7 @@ private:
 
     int parsePrimary() {
         skipBlanks();
-        const std::size_t begin = _at;
+        const std::size_t begin = m_at;
         if (take("(")) {
             const Nesting nesting(*this);
             const int inner = parseChoice();
@@ -372,57 +372,58 @@ private:
             }
             return inner;
         }
-        if (_at < _text.size() && (isDigit(_text[_at]) || _text[_at] == '.')) return parseNumber();
-        if (_at < _text.size() && isWordCharacter(_text[_at])) return parseWord(begin);
+        if (m_at < m_text.size() && (isDigit(m_text[m_at]) || m_text[m_at] == '.'))
+            return parseNumber();
+        if (m_at < m_text.size() && isWordCharacter(m_text[m_at])) return parseWord(begin);
         failAtToken();
     }
 
     int parseNumber() {
-        const std::size_t begin = _at;
-        while (_at < _text.size() && (isDigit(_text[_at]) || _text[_at] == '.')) ++_at;
-        if (_at < _text.size() && (_text[_at] == 'e' || _text[_at] == 'E')) {
-            std::size_t exponent = _at + 1;
-            if (exponent < _text.size() && (_text[exponent] == '+' || _text[exponent] == '-'))
+        const std::size_t begin = m_at;
+        while (m_at < m_text.size() && (isDigit(m_text[m_at]) || m_text[m_at] == '.')) ++m_at;
+        if (m_at < m_text.size() && (m_text[m_at] == 'e' || m_text[m_at] == 'E')) {
+            std::size_t exponent = m_at + 1;
+            if (exponent < m_text.size() && (m_text[exponent] == '+' || m_text[exponent] == '-'))
                 ++exponent;
-            if (exponent < _text.size() && isDigit(_text[exponent])) {
-                _at = exponent;
-                while (_at < _text.size() && isDigit(_text[_at])) ++_at;
+            if (exponent < m_text.size() && isDigit(m_text[exponent])) {
+                m_at = exponent;
+                while (m_at < m_text.size() && isDigit(m_text[m_at])) ++m_at;
             }
         }
-        _end = _at;
-        const std::string number = _text.substr(begin, _at - begin);
+        m_end = m_at;
+        const std::string number = m_text.substr(begin, m_at - begin);
         double value = 0;
         if (!readPlainNumber(number, value)) fail("'" + number + "' is no number", begin);
         const int node = addNumber(value, begin);
         skipBlanks();
-        if (_at < _text.size() && (isLetter(_text[_at]) || _text[_at] == '_'))
+        if (m_at < m_text.size() && (isLetter(m_text[m_at]) || m_text[m_at] == '_'))
             failAtUnit(number, begin);
         return node;
     }
 
     int parseWord(std::size_t begin) {
-        while (_at < _text.size() &&
-               (isWordCharacter(_text[_at]) || (_hasDots && _text[_at] == '.')))
-            ++_at;
-        _end = _at;
-        const std::string word = _text.substr(begin, _at - begin);
-        const auto variable = std::find(_variables.begin(), _variables.end(), word);
-        if (variable != _variables.end()) {
+        while (m_at < m_text.size() &&
+               (isWordCharacter(m_text[m_at]) || (m_hasDots && m_text[m_at] == '.')))
+            ++m_at;
+        m_end = m_at;
+        const std::string word = m_text.substr(begin, m_at - begin);
+        const auto variable = std::find(m_variables.begin(), m_variables.end(), word);
+        if (variable != m_variables.end()) {
             Node node;
             node.operation = Operation::Variable;
-            node.variable = static_cast<int>(variable - _variables.begin());
+            node.variable = static_cast<int>(variable - m_variables.begin());
             node.begin = static_cast<int>(begin);
-            node.end = static_cast<int>(_end);
-            _tree.nodes.push_back(node);
-            return _tree.getRoot();
+            node.end = static_cast<int>(m_end);
+            m_tree.nodes.push_back(node);
+            return m_tree.getRoot();
         }
-        const auto constant = _scope.constants.find(word);
-        if (constant != _scope.constants.end()) return addNumber(constant->second, begin);
-        const auto table = _scope.tables.find(word);
-        const auto surface = _scope.surfaces.find(word);
-        const bool isSurface = surface != _scope.surfaces.end();
+        const auto constant = m_scope.constants.find(word);
+        if (constant != m_scope.constants.end()) return addNumber(constant->second, begin);
+        const auto table = m_scope.tables.find(word);
+        const auto surface = m_scope.surfaces.find(word);
+        const bool isSurface = surface != m_scope.surfaces.end();
         const Function* function = findFunction(word);
-        if (table == _scope.tables.end() && !isSurface && !function)
+        if (table == m_scope.tables.end() && !isSurface && !function)
             throw SyntaxError(word == "t"
                                   ? "this number is constant: it cannot depend on the time t"
                                   : "'" + word + "' is no parameter, table or function",
@@ -443,7 +444,7 @@ private:
         if (isSurface) return add(Operation::LookupTwo, arguments, begin, nullptr, surface->second);
         if (!function) return add(Operation::Lookup, arguments, begin, table->second);
         if (const int composed = compose(word, arguments, begin); composed >= 0) return composed;
-        if (function->most != kAny) return add(function->operation, arguments, begin);
+        if (function->most != Any) return add(function->operation, arguments, begin);
         int result = arguments[0];
         for (int i = 1; i < count; ++i)
             result =
@@ -457,7 +458,7 @@ private:
             return add(operation, {a, b}, begin);
         };
         const auto checkOrder = [&](int low, int high, const char* what) {
-            const Node &a = _tree[low], &b = _tree[high];
+            const Node &a = m_tree[low], &b = m_tree[high];
             if (a.operation == Operation::Number && b.operation == Operation::Number &&
                 a.number > b.number)
                 fail(what, begin);
@@ -467,7 +468,7 @@ private:
             return make(Operation::Max, make(Operation::Min, x[0], x[2]), x[1]);
         }
         if (word == "deadband") {
-            const int most = _tree[x[1]].operation == Operation::Number
+            const int most = m_tree[x[1]].operation == Operation::Number
                                  ? x[1]
                                  : add(Operation::Abs, {x[1]}, begin);
             const int least = add(Operation::Negate, {most}, begin);
@@ -503,7 +504,7 @@ Tree parse(const std::string& text, const Scope& scope, const std::vector<std::s
 
 std::vector<std::string> getFunctionNames() {
     std::vector<std::string> names;
-    for (const Function& function : kFunctions) names.push_back(function.name);
+    for (const Function& function : FormulaFunctions) names.push_back(function.name);
     return names;
 }
 

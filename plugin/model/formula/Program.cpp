@@ -9,19 +9,19 @@ namespace formula {
 
 namespace {
 
-constexpr int kFew = 64;
+constexpr int FewRegisters = 64;
 
 /** Not initialized. **/
 template <class S>
 union Few {
     Few() {}
-    S numbers[kFew];
+    S numbers[FewRegisters];
 };
 
 /** What `work` makes of registers, on the stack as long as they are few. **/
 template <class S, class Work>
 auto withRegisters(int count, const Work& work) {
-    if (count <= kFew) {
+    if (count <= FewRegisters) {
         Few<S> few;
         return work(few.numbers);
     }
@@ -50,23 +50,23 @@ S apply(const Instruction& instruction, const S* registers) {
 Program::Program(const Tree& tree) {
     std::vector<int> registers(tree.nodes.size(), -1);
     findConstants(tree, registers);
-    _result = add(tree, tree.getRoot(), registers);
+    m_result = add(tree, tree.getRoot(), registers);
 }
 
 void Program::findConstants(const Tree& tree, std::vector<int>& registers) {
     for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
         if (tree.nodes[i].operation != Operation::Number) continue;
-        registers[i] = _numRegisters++;
-        _numbers.push_back(tree.nodes[i].number);
+        registers[i] = m_numRegisters++;
+        m_numbers.push_back(tree.nodes[i].number);
     }
     for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
         if (tree.nodes[i].operation != Operation::Variable) continue;
         const int variable = tree.nodes[i].variable;
-        const auto known = std::find_if(_inputs.begin(), _inputs.end(), [&](const Input& input) {
+        const auto known = std::find_if(m_inputs.begin(), m_inputs.end(), [&](const Input& input) {
             return input.variable == variable;
         });
-        registers[i] = known != _inputs.end() ? known->target : _numRegisters;
-        if (registers[i] == _numRegisters) _inputs.push_back({variable, _numRegisters++});
+        registers[i] = known != m_inputs.end() ? known->target : m_numRegisters;
+        if (registers[i] == m_numRegisters) m_inputs.push_back({variable, m_numRegisters++});
     }
 }
 
@@ -74,8 +74,8 @@ int Program::addJump(Jump jump, int operand) {
     Instruction instruction;
     instruction.jump = jump;
     instruction.operands[0] = operand;
-    _instructions.push_back(instruction);
-    return static_cast<int>(_instructions.size()) - 1;
+    m_instructions.push_back(instruction);
+    return static_cast<int>(m_instructions.size()) - 1;
 }
 
 int Program::add(const Tree& tree, int number, std::vector<int>& registers) {
@@ -87,8 +87,8 @@ int Program::add(const Tree& tree, int number, std::vector<int>& registers) {
     result.table = node.table.get();
     result.surface = node.surface.get();
     const auto land = [&](int jump) {
-        _instructions[static_cast<std::size_t>(jump)].skipTo =
-            static_cast<int>(_instructions.size());
+        m_instructions[static_cast<std::size_t>(jump)].skipTo =
+            static_cast<int>(m_instructions.size());
     };
     const auto addOperand = [&](std::size_t i) {
         result.operands[i] = add(tree, node.operands[i], registers);
@@ -111,17 +111,17 @@ int Program::add(const Tree& tree, int number, std::vector<int>& registers) {
     }
     if (node.operation == Operation::Power && tree[node.operands[1]].operation == Operation::Number)
         result.exponent = &tree[node.operands[1]].number;
-    own = result.target = _numRegisters++;
-    _instructions.push_back(result);
+    own = result.target = m_numRegisters++;
+    m_instructions.push_back(result);
     return own;
 }
 
 template <class S>
 void Program::run(const S* inputs, S* registers) const {
-    std::copy(_numbers.begin(), _numbers.end(), registers);
-    for (const Input& input : _inputs) registers[input.target] = inputs[input.variable];
-    const Instruction* const begin = _instructions.data();
-    const Instruction* const end = begin + _instructions.size();
+    std::copy(m_numbers.begin(), m_numbers.end(), registers);
+    for (const Input& input : m_inputs) registers[input.target] = inputs[input.variable];
+    const Instruction* const begin = m_instructions.data();
+    const Instruction* const end = begin + m_instructions.size();
     for (const Instruction* at = begin; at != end; ++at) {
         const auto operand = [&](int i) -> const S& { return registers[at->operands[i]]; };
         if (at->jump != Jump::None) {
@@ -163,35 +163,35 @@ void Program::run(const S* inputs, S* registers) const {
 }
 
 double Program::calc(const double* inputs) const {
-    return withRegisters<double>(_numRegisters, [&](double* registers) {
+    return withRegisters<double>(m_numRegisters, [&](double* registers) {
         run(inputs, registers);
-        return registers[_result];
+        return registers[m_result];
     });
 }
 
 Jet<double> Program::calc(const Jet<double>* inputs) const {
-    return withRegisters<Jet<double>>(_numRegisters, [&](Jet<double>* registers) {
+    return withRegisters<Jet<double>>(m_numRegisters, [&](Jet<double>* registers) {
         run(inputs, registers);
-        return registers[_result];
+        return registers[m_result];
     });
 }
 
 std::optional<double> Program::calcSlopes(const double* inputs, double* slopes, int count) const {
     return withRegisters<double>(
-        2 * _numRegisters, [&](double* registers) -> std::optional<double> {
-            double* const adjoints = registers + _numRegisters;
+        2 * m_numRegisters, [&](double* registers) -> std::optional<double> {
+            double* const adjoints = registers + m_numRegisters;
             run(inputs, registers);
-            std::fill_n(adjoints, _numRegisters, 0.0);
-            adjoints[_result] = 1;
-            for (auto at = _instructions.rbegin(); at != _instructions.rend(); ++at)
+            std::fill_n(adjoints, m_numRegisters, 0.0);
+            adjoints[m_result] = 1;
+            for (auto at = m_instructions.rbegin(); at != m_instructions.rend(); ++at)
                 // What was skipped has no part in the value.
                 if (at->jump == Jump::None && adjoints[at->target] != 0 &&
                     !addInAdjoints(*at, registers, adjoints))
                     return std::nullopt;
             std::fill_n(slopes, count, 0.0);
-            for (const Input& input : _inputs)
+            for (const Input& input : m_inputs)
                 if (input.variable < count) slopes[input.variable] = adjoints[input.target];
-            return registers[_result];
+            return registers[m_result];
         });
 }
 
@@ -248,7 +248,7 @@ bool Program::addInAdjoints(const Instruction& instruction, const double* regist
             return true;
         case Operation::Power:
             pass(0, y == 0 ? 0 : y * std::pow(x, y - 1));
-            if (!instruction.exponent) pass(1, x > 0 ? value * std::log(x) : kNoNumber);
+            if (!instruction.exponent) pass(1, x > 0 ? value * std::log(x) : NoNumber);
             return true;
         case Operation::If:
             adjoints[instruction.operands[x != 0 ? 1 : 2]] += g;

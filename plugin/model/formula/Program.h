@@ -46,10 +46,10 @@ private:
     };
 
     // Registers hold numbers, inputs, then results.
-    std::vector<double> _numbers;
-    std::vector<Input> _inputs;
-    std::vector<Instruction> _instructions;
-    int _numRegisters = 0, _result = 0;
+    std::vector<double> m_numbers;
+    std::vector<Input> m_inputs;
+    std::vector<Instruction> m_instructions;
+    int m_numRegisters = 0, m_result = 0;
 
     void findConstants(const Tree& tree, std::vector<int>& registers);
     int add(const Tree& tree, int number, std::vector<int>& registers);

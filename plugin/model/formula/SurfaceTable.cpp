@@ -12,7 +12,7 @@ namespace formula {
 
 namespace {
 
-const std::size_t kMostValues = 5000000;
+const std::size_t MostValues = 5000000;
 
 void checkAxis(const std::string& axis, const std::vector<double>& points) {
     if (points.size() < 2)
@@ -33,22 +33,22 @@ void checkAxis(const std::string& axis, const std::vector<double>& points) {
 SurfaceTable::SurfaceTable(std::string name, std::vector<double> x, std::vector<double> y,
                            const std::vector<std::vector<double>>& z,
                            Table::Interpolation interpolation, Table::Extrapolation extrapolation)
-    : _name(std::move(name)),
-      _points{std::move(x), std::move(y)},
-      _interpolation(interpolation),
-      _extrapolation(extrapolation) {
-    checkAxis("x", _points[0]);
-    checkAxis("y", _points[1]);
-    if (_interpolation == Table::Interpolation::Step)
+    : m_name(std::move(name)),
+      m_points{std::move(x), std::move(y)},
+      m_interpolation(interpolation),
+      m_extrapolation(extrapolation) {
+    checkAxis("x", m_points[0]);
+    checkAxis("y", m_points[1]);
+    if (m_interpolation == Table::Interpolation::Step)
         throw std::invalid_argument("a table of two variables has no steps: spline or linear");
-    const std::size_t n = _points[0].size(), m = _points[1].size();
-    if (n * m > kMostValues)
-        throw std::invalid_argument("the table has more than " + std::to_string(kMostValues) +
+    const std::size_t n = m_points[0].size(), m = m_points[1].size();
+    if (n * m > MostValues)
+        throw std::invalid_argument("the table has more than " + std::to_string(MostValues) +
                                     " values");
     if (z.size() != n)
         throw std::invalid_argument("z has " + std::to_string(z.size()) + " rows and x " +
                                     std::to_string(n) + " values; every x has one row");
-    _values.resize(n * m);
+    m_values.resize(n * m);
     for (std::size_t i = 0; i < n; ++i) {
         if (z[i].size() != m)
             throw std::invalid_argument("row " + std::to_string(i) + " of z has " +
@@ -58,22 +58,22 @@ SurfaceTable::SurfaceTable(std::string name, std::vector<double> x, std::vector<
             if (!std::isfinite(z[i][j]))
                 throw std::invalid_argument("value " + std::to_string(j) + " of row " +
                                             std::to_string(i) + " of z is not finite");
-            _values[i * m + j] = {z[i][j], 0, 0, 0};
+            m_values[i * m + j] = {z[i][j], 0, 0, 0};
         }
     }
-    if (_interpolation != Table::Interpolation::Spline) return;
+    if (m_interpolation != Table::Interpolation::Spline) return;
     for (std::size_t i = 0; i < n; ++i) {
-        const std::vector<double> curvature = calcSplineCurvature(_points[1], z[i]);
-        for (std::size_t j = 0; j < m; ++j) _values[i * m + j][1] = curvature[j];
+        const std::vector<double> curvature = calcSplineCurvature(m_points[1], z[i]);
+        for (std::size_t j = 0; j < m; ++j) m_values[i * m + j][1] = curvature[j];
     }
     std::vector<double> column(n);
     for (std::size_t j = 0; j < m; ++j)
         for (std::size_t k : {0, 1}) {
-            for (std::size_t i = 0; i < n; ++i) column[i] = _values[i * m + j][k];
-            const std::vector<double> curvature = calcSplineCurvature(_points[0], column);
-            for (std::size_t i = 0; i < n; ++i) _values[i * m + j][2 + k] = curvature[i];
+            for (std::size_t i = 0; i < n; ++i) column[i] = m_values[i * m + j][k];
+            const std::vector<double> curvature = calcSplineCurvature(m_points[0], column);
+            for (std::size_t i = 0; i < n; ++i) m_values[i * m + j][2 + k] = curvature[i];
         }
-    for (const auto& value : _values)
+    for (const auto& value : m_values)
         for (double number : value)
             if (!std::isfinite(number))
                 throw std::invalid_argument(
@@ -84,9 +84,9 @@ std::string SurfaceTable::describeRefusal(double x, double y) const {
     const auto write = [](double a, double b) {
         return "(" + writeGeneral(a, 6) + ", " + writeGeneral(b, 6) + ")";
     };
-    return "table '" + _name + "' is asked for " + write(x, y) + ", outside of its grid from " +
-           write(_points[0].front(), _points[1].front()) + " to " +
-           write(_points[0].back(), _points[1].back());
+    return "table '" + m_name + "' is asked for " + write(x, y) + ", outside of its grid from " +
+           write(m_points[0].front(), m_points[1].front()) + " to " +
+           write(m_points[0].back(), m_points[1].back());
 }
 
 SurfaceTable SurfaceTable::fromPoints(std::string name,
@@ -106,7 +106,7 @@ SurfaceTable SurfaceTable::fromPoints(std::string name,
                                     "; there must be one for every x and every y");
     };
     // Before room is made for them: some columns make no grid at all.
-    if (axes[0].size() * axes[1].size() > numPoints + kMostValues)
+    if (axes[0].size() * axes[1].size() > numPoints + MostValues)
         throw std::invalid_argument(std::to_string(numPoints) + " points with " +
                                     std::to_string(axes[0].size()) + " values of x and " +
                                     std::to_string(axes[1].size()) +
@@ -131,18 +131,18 @@ SurfaceTable SurfaceTable::fromPoints(std::string name,
 
 bool SurfaceTable::covers(double x, double y) const {
     if (std::isnan(x) || std::isnan(y)) return false;
-    if (_extrapolation != Table::Extrapolation::Refuse) return true;
+    if (m_extrapolation != Table::Extrapolation::Refuse) return true;
     const auto isIn = [&](int axis, double at) {
-        return at >= _points[axis].front() && at <= _points[axis].back();
+        return at >= m_points[axis].front() && at <= m_points[axis].back();
     };
     return isIn(0, x) && isIn(1, y);
 }
 
 /** −1, and one beyond the last, outside. **/
 int SurfaceTable::findPiece(int axis, double at, Table::Side side) const {
-    const std::vector<double>& points = _points[axis];
+    const std::vector<double>& points = m_points[axis];
     const int last = static_cast<int>(points.size()) - 2;
-    if (_extrapolation == Table::Extrapolation::Refuse)
+    if (m_extrapolation == Table::Extrapolation::Refuse)
         side = at <= points.front()  ? Table::Side::Right
                : at >= points.back() ? Table::Side::Left
                                      : side;
@@ -157,12 +157,12 @@ int SurfaceTable::findPiece(int axis, double at, Table::Side side) const {
 template <class Number>
 SurfaceTable::Weights<Number> SurfaceTable::weigh(int axis, int piece, const Number& at,
                                                   int order) const {
-    const std::vector<double>& points = _points[axis];
+    const std::vector<double>& points = m_points[axis];
     const int count = static_cast<int>(points.size()) - 1;
     if (piece < 0 || piece == count) {
         const int inner = piece < 0 ? 0 : count - 1;
         const double end = piece < 0 ? points.front() : points.back();
-        const bool isLinear = _extrapolation == Table::Extrapolation::Linear;
+        const bool isLinear = m_extrapolation == Table::Extrapolation::Linear;
         Weights<Number> weights = weigh(axis, inner, Number(end), order == 0 ? 0 : 1);
         const Weights<Number> slope = weigh(axis, inner, Number(end), 1);
         const Number distance = !isLinear ? Number(0) : at - Number(end);
@@ -192,12 +192,12 @@ SurfaceTable::Weights<Number> SurfaceTable::weigh(int axis, int piece, const Num
 
 template <class Number>
 Number SurfaceTable::sum(const Weights<Number>& x, const Weights<Number>& y) const {
-    const std::size_t m = _points[1].size();
+    const std::size_t m = m_points[1].size();
     Number total(0);
     for (std::size_t i : {0, 1})
         for (std::size_t j : {0, 1}) {
-            const std::array<double, 4>& z = _values[(static_cast<std::size_t>(x.piece) + i) * m +
-                                                     static_cast<std::size_t>(y.piece) + j];
+            const std::array<double, 4>& z = m_values[(static_cast<std::size_t>(x.piece) + i) * m +
+                                                      static_cast<std::size_t>(y.piece) + j];
             total = total +
                     x.values[i] * (y.values[j] * Number(z[0]) + y.curvatures[j] * Number(z[1])) +
                     x.curvatures[i] * (y.values[j] * Number(z[2]) + y.curvatures[j] * Number(z[3]));
@@ -212,12 +212,12 @@ double SurfaceTable::calc(double x, double y, int i, int j, const Sides& sides) 
 
 std::vector<SurfaceTable::Weights<Interval>> SurfaceTable::weighAll(int axis, const Interval& at,
                                                                     int order) const {
-    const std::vector<double>& points = _points[axis];
+    const std::vector<double>& points = m_points[axis];
     const int first = findPiece(axis, at.low, Table::Side::Right),
               last = std::max(first, findPiece(axis, at.high, Table::Side::Left)),
               count = static_cast<int>(points.size()) - 1;
     // Beyond a kink the next derivative has no bounds.
-    const int smooth = _interpolation == Table::Interpolation::Spline ? 2 : 1;
+    const int smooth = m_interpolation == Table::Interpolation::Spline ? 2 : 1;
     if (last > first && (order > smooth || (order > 0 && (first < 0 || last == count)))) return {};
     std::vector<Weights<Interval>> all;
     for (int piece = first; piece <= last; ++piece) {

@@ -42,23 +42,23 @@ public:
     /** What calc() can be for any x and y between the bounds. @pre it covers them **/
     Interval calcBounds(const Interval& x, const Interval& y, int i, int j) const;
 
-    const std::string& getName() const { return _name; }
+    const std::string& getName() const { return m_name; }
     /** Where the cells meet. **/
-    const std::vector<double>& getPoints(int axis) const { return _points[axis]; }
+    const std::vector<double>& getPoints(int axis) const { return m_points[axis]; }
     bool isAtPoint(double x, double y) const {
-        return std::binary_search(_points[0].begin(), _points[0].end(), x) ||
-               std::binary_search(_points[1].begin(), _points[1].end(), y);
+        return std::binary_search(m_points[0].begin(), m_points[0].end(), x) ||
+               std::binary_search(m_points[1].begin(), m_points[1].end(), y);
     }
     /** "table 'map' is asked for (3, 1), outside of its grid from (0, 0) to (2, 2)". **/
     std::string describeRefusal(double x, double y) const;
 
 private:
-    std::string _name;
-    std::array<std::vector<double>, 2> _points;
+    std::string m_name;
+    std::array<std::vector<double>, 2> m_points;
     /** At every point z, ∂²z/∂y², ∂²z/∂x², ∂⁴z/∂x²∂y². **/
-    std::vector<std::array<double, 4>> _values;
-    Table::Interpolation _interpolation;
-    Table::Extrapolation _extrapolation;
+    std::vector<std::array<double, 4>> m_values;
+    Table::Interpolation m_interpolation;
+    Table::Extrapolation m_extrapolation;
 
     /** Factors of the values and second derivatives at both ends of a piece. **/
     template <class Number>

@@ -10,11 +10,11 @@ namespace formula {
 
 namespace {
 
-const double kInfinity = std::numeric_limits<double>::infinity();
+const double Never = std::numeric_limits<double>::infinity();
 /** Passings of one argument between two others that are told apart [part of the interval]. **/
-const double kResolution = 1e-9;
+const double Resolution = 1e-9;
 /** Intervals that one search looks at; beyond, those left are taken for monotone. **/
-const long kMostIntervals = 2000000;
+const long MostIntervals = 2000000;
 
 /** Times closer together than this are one. **/
 double calcRoundOff(double time) {
@@ -38,8 +38,8 @@ public:
 
     /** Rises by 1 on a level, by 1 above it. **/
     double count(double x) const {
-        if (std::isnan(x)) return -kInfinity;  // where the argument begins and ends
-        switch (_kind) {
+        if (std::isnan(x)) return -Never;  // where the argument begins and ends
+        switch (m_kind) {
             case Kind::Zero:
                 return x < 0 ? 0 : x > 0 ? 2 : 1;
             case Kind::Whole:
@@ -47,8 +47,8 @@ public:
             case Kind::Points:
                 break;
         }
-        return double(std::lower_bound(_points->begin(), _points->end(), x) - _points->begin()) +
-               double(std::upper_bound(_points->begin(), _points->end(), x) - _points->begin());
+        return double(std::lower_bound(m_points->begin(), m_points->end(), x) - m_points->begin()) +
+               double(std::upper_bound(m_points->begin(), m_points->end(), x) - m_points->begin());
     }
     bool areIn(const Interval& x) const {
         if (x.isEmpty()) return false;
@@ -58,10 +58,10 @@ public:
 
 private:
     enum class Kind { Zero, Whole, Points };
-    Levels(Kind kind, const std::vector<double>* points) : _kind(kind), _points(points) {}
+    Levels(Kind kind, const std::vector<double>* points) : m_kind(kind), m_points(points) {}
 
-    Kind _kind;
-    const std::vector<double>* _points;
+    Kind m_kind;
+    const std::vector<double>* m_points;
 };
 
 /** Sorted, and one for those that are the same. **/
@@ -73,11 +73,11 @@ void unite(std::vector<double>& times) {
 
 class Search {
 public:
-    explicit Search(const Tree& tree) : _tree(tree) {}
+    explicit Search(const Tree& tree) : m_tree(tree) {}
 
     /** Of a node and all below it, in (from, to]. **/
     std::vector<double> find(int number, double from, double to) {
-        const Node& node = _tree[number];
+        const Node& node = m_tree[number];
         if (node.operation == Operation::If) return findInChoice(node, from, to);
         std::vector<double> times;
         for (int operand : node.operands) {
@@ -103,8 +103,8 @@ private:
         bool isQuotient = false;
     };
 
-    const Tree& _tree;
-    long _numIntervals = 0;
+    const Tree& m_tree;
+    long m_numIntervals = 0;
 
     /** What a node compares with what. **/
     std::vector<Argument> listArguments(const Node& node) const {
@@ -155,7 +155,7 @@ private:
             case Operation::Sqrt:
                 return {0};
             case Operation::Power: {
-                const Node& exponent = _tree[node.operands[1]];
+                const Node& exponent = m_tree[node.operands[1]];
                 const bool isRoot = exponent.operation == Operation::Number &&
                                     exponent.number > 0 &&
                                     exponent.number != std::floor(exponent.number);
@@ -171,7 +171,7 @@ private:
 
     /** True of what is 0 or 1. **/
     bool isTruth(int number) const {
-        switch (_tree[number].operation) {
+        switch (m_tree[number].operation) {
             case Operation::Less:
             case Operation::LessOrEqual:
             case Operation::Equal:
@@ -196,10 +196,10 @@ private:
         std::vector<double> all = times;
         double begin = from;
         for (std::size_t i = 0; i <= times.size(); ++i) {
-            const double next = i < times.size() ? times[i] : kInfinity;
-            const double end = std::min(to, std::nextafter(next, -kInfinity));
+            const double next = i < times.size() ? times[i] : Never;
+            const double end = std::min(to, std::nextafter(next, -Never));
             const double middle = begin + (end - begin) / 2;
-            const bool isTrue = evaluate<double>(_tree, condition, &middle) != 0;
+            const bool isTrue = evaluate<double>(m_tree, condition, &middle) != 0;
             if (begin < end) {
                 const std::vector<double> taken = find(choice.operands[isTrue ? 1 : 2], begin, end);
                 all.insert(all.end(), taken.begin(), taken.end());
@@ -212,9 +212,9 @@ private:
 
     template <class S>
     S calc(const Argument& argument, const S& time) const {
-        const S a = evaluate(_tree, argument.a, &time);
+        const S a = evaluate(m_tree, argument.a, &time);
         if (argument.b < 0) return a;
-        const S b = evaluate(_tree, argument.b, &time);
+        const S b = evaluate(m_tree, argument.b, &time);
         return argument.isQuotient ? divide(a, b) : a - b;
     }
 
@@ -224,8 +224,8 @@ private:
                                const Work& work) {
         double begin = from;
         for (std::size_t i = 0; i <= breaks.size(); ++i) {
-            const double next = i < breaks.size() ? breaks[i] : kInfinity;
-            const double end = std::min(to, std::nextafter(next, -kInfinity));
+            const double next = i < breaks.size() ? breaks[i] : Never;
+            const double end = std::min(to, std::nextafter(next, -Never));
             if (begin < end) work(begin, end);
             begin = next;
         }
@@ -234,14 +234,14 @@ private:
     void findPassings(const Argument& argument, const std::vector<double>& breaks, double from,
                       double to, std::vector<double>& times) {
         forEachStretch(breaks, from, to, [&](double begin, double end) {
-            search(argument, begin, end, kResolution * (end - begin), times);
+            search(argument, begin, end, Resolution * (end - begin), times);
         });
     }
 
     void findTurns(int number, double level, const std::vector<double>& breaks, double from,
                    double to, std::vector<double>& times) {
         forEachStretch(breaks, from, to, [&](double begin, double end) {
-            searchTurn(number, level, begin, end, kResolution * (end - begin), times);
+            searchTurn(number, level, begin, end, Resolution * (end - begin), times);
         });
     }
 
@@ -261,7 +261,7 @@ private:
 
     Jet<Interval> calcBounds(int number, const Interval& time) const {
         const auto variable = Jet<Interval>::makeVariable(time);
-        return evaluate(_tree, number, &variable);
+        return evaluate(m_tree, number, &variable);
     }
 
     void searchTurn(int number, double level, double low, double high, double resolution,
@@ -269,10 +269,10 @@ private:
         const Jet<Interval> bounds = calcBounds(number, {low, high});
         if (!bounds.value.contains(level) || !bounds.first.contains(0)) return;
         const bool isSlopeMonotone = bounds.second.low >= 0 || bounds.second.high <= 0;
-        if (isSlopeMonotone || high - low <= resolution || ++_numIntervals > kMostIntervals) {
+        if (isSlopeMonotone || high - low <= resolution || ++m_numIntervals > MostIntervals) {
             const auto count = [&](double time) {
                 const auto variable = Jet<double>::makeVariable(time);
-                return Levels::zero().count(evaluate(_tree, number, &variable).first);
+                return Levels::zero().count(evaluate(m_tree, number, &variable).first);
             };
             std::vector<double> turns;
             bracket(count, low, count(low), high, count(high), turns);
@@ -292,7 +292,7 @@ private:
             calc(argument, Jet<Interval>::makeVariable(Interval(low, high)));
         if (!argument.levels.areIn(bounds.value)) return;
         const bool isMonotone = bounds.first.low >= 0 || bounds.first.high <= 0;
-        if (isMonotone || high - low <= resolution || ++_numIntervals > kMostIntervals) {
+        if (isMonotone || high - low <= resolution || ++m_numIntervals > MostIntervals) {
             const auto count = [&](double time) {
                 return argument.levels.count(calc(argument, time));
             };

@@ -13,7 +13,7 @@ namespace formula {
 
 namespace {
 
-const std::size_t kMaxPoints = 5000000;
+const std::size_t MaxPoints = 5000000;
 
 }  // namespace
 
@@ -57,25 +57,25 @@ std::vector<double> calcSplineCurvature(const std::vector<double>& x,
 
 Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
              Interpolation interpolation, Extrapolation extrapolation)
-    : _name(std::move(name)),
-      _x(std::move(x)),
-      _y(std::move(y)),
-      _interpolation(interpolation),
-      _extrapolation(extrapolation) {
-    if (_x.size() != _y.size())
-        throw std::invalid_argument("x has " + std::to_string(_x.size()) + " values and y has " +
-                                    std::to_string(_y.size()) + "; they must be as many");
-    if (_x.size() < 2) throw std::invalid_argument("a table wants at least two points");
-    for (std::size_t i = 0; i < _x.size(); ++i) {
-        if (!std::isfinite(_x[i]) || !std::isfinite(_y[i]))
+    : m_name(std::move(name)),
+      m_x(std::move(x)),
+      m_y(std::move(y)),
+      m_interpolation(interpolation),
+      m_extrapolation(extrapolation) {
+    if (m_x.size() != m_y.size())
+        throw std::invalid_argument("x has " + std::to_string(m_x.size()) + " values and y has " +
+                                    std::to_string(m_y.size()) + "; they must be as many");
+    if (m_x.size() < 2) throw std::invalid_argument("a table wants at least two points");
+    for (std::size_t i = 0; i < m_x.size(); ++i) {
+        if (!std::isfinite(m_x[i]) || !std::isfinite(m_y[i]))
             throw std::invalid_argument("point " + std::to_string(i) + " is not finite");
-        if (i > 0 && !(_x[i] > _x[i - 1]))
-            throw std::invalid_argument("x must increase, but " + writeGeneral(_x[i], 6) +
-                                        " follows " + writeGeneral(_x[i - 1], 6));
+        if (i > 0 && !(m_x[i] > m_x[i - 1]))
+            throw std::invalid_argument("x must increase, but " + writeGeneral(m_x[i], 6) +
+                                        " follows " + writeGeneral(m_x[i - 1], 6));
     }
-    if (_interpolation == Interpolation::Spline) {
-        _curvature = calcSplineCurvature(_x, _y);
-        for (double value : _curvature)
+    if (m_interpolation == Interpolation::Spline) {
+        m_curvature = calcSplineCurvature(m_x, m_y);
+        for (double value : m_curvature)
             if (!std::isfinite(value))
                 throw std::invalid_argument(
                     "no spline goes through the points: they are too far apart or too close");
@@ -83,52 +83,52 @@ Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
 }
 
 std::string Table::describeRefusal(double x) const {
-    return "table '" + _name + "' is asked for " + writeGeneral(x, 6) +
-           ", outside of its points from " + writeGeneral(_x.front(), 6) + " to " +
-           writeGeneral(_x.back(), 6);
+    return "table '" + m_name + "' is asked for " + writeGeneral(x, 6) +
+           ", outside of its points from " + writeGeneral(m_x.front(), 6) + " to " +
+           writeGeneral(m_x.back(), 6);
 }
 
 bool Table::covers(double x) const {
     if (std::isnan(x)) return false;
-    return _extrapolation != Extrapolation::Refuse || (x >= _x.front() && x <= _x.back());
+    return m_extrapolation != Extrapolation::Refuse || (x >= m_x.front() && x <= m_x.back());
 }
 
 int Table::findPiece(double x, Side side) const {
-    if (x < _x.front()) return -1;
-    const int last = static_cast<int>(_x.size()) - 2;
-    if (x > _x.back()) return last + 1;
+    if (x < m_x.front()) return -1;
+    const int last = static_cast<int>(m_x.size()) - 2;
+    if (x > m_x.back()) return last + 1;
     // The last point belongs to the last piece, and so does the first to the first.
-    const auto next = side == Side::Right ? std::upper_bound(_x.begin(), _x.end(), x)
-                                          : std::lower_bound(_x.begin(), _x.end(), x);
-    return std::clamp(static_cast<int>(next - _x.begin()) - 1, 0, last);
+    const auto next = side == Side::Right ? std::upper_bound(m_x.begin(), m_x.end(), x)
+                                          : std::lower_bound(m_x.begin(), m_x.end(), x);
+    return std::clamp(static_cast<int>(next - m_x.begin()) - 1, 0, last);
 }
 
 double Table::calc(double x, int order, Side side) const {
-    if (order == 0 && x == _x.back()) return _y.back();
+    if (order == 0 && x == m_x.back()) return m_y.back();
     return calcPiece(findPiece(x, side), x, order);
 }
 
 double Table::calcPiece(int piece, double x, int order) const {
-    const int count = static_cast<int>(_x.size()) - 1;
+    const int count = static_cast<int>(m_x.size()) - 1;
     if (piece < 0 || piece == count) {
-        const double end = piece < 0 ? _x.front() : _x.back();
-        const double value = piece < 0 ? _y.front() : _y.back();
-        if (_extrapolation == Extrapolation::Constant) return order == 0 ? value : 0;
+        const double end = piece < 0 ? m_x.front() : m_x.back();
+        const double value = piece < 0 ? m_y.front() : m_y.back();
+        if (m_extrapolation == Extrapolation::Constant) return order == 0 ? value : 0;
         const double slope = calcPiece(piece < 0 ? 0 : count - 1, end, 1);
         return order == 0 ? value + slope * (x - end) : order == 1 ? slope : 0;
     }
     const auto i = static_cast<std::size_t>(piece);
-    if (_interpolation == Interpolation::Step) return order == 0 ? _y[i] : 0;
-    const double h = _x[i + 1] - _x[i], slope = (_y[i + 1] - _y[i]) / h;
-    const double a = _x[i + 1] - x, b = x - _x[i];
+    if (m_interpolation == Interpolation::Step) return order == 0 ? m_y[i] : 0;
+    const double h = m_x[i + 1] - m_x[i], slope = (m_y[i + 1] - m_y[i]) / h;
+    const double a = m_x[i + 1] - x, b = x - m_x[i];
     double c0 = 0, c1 = 0;
-    if (_interpolation == Interpolation::Spline) {
-        c0 = _curvature[i];
-        c1 = _curvature[i + 1];
+    if (m_interpolation == Interpolation::Spline) {
+        c0 = m_curvature[i];
+        c1 = m_curvature[i + 1];
     }
     switch (order) {
         case 0:  // the nearer end first: exact at the points
-            return _y[i] * (a / h) + _y[i + 1] * (b / h) + c0 * a * (a * a - h * h) / (6 * h) +
+            return m_y[i] * (a / h) + m_y[i + 1] * (b / h) + c0 * a * (a * a - h * h) / (6 * h) +
                    c1 * b * (b * b - h * h) / (6 * h);
         case 1:
             return slope + c0 * (h * h - 3 * a * a) / (6 * h) + c1 * (3 * b * b - h * h) / (6 * h);
@@ -152,15 +152,15 @@ Interval Table::calcPieceBounds(int piece, const Interval& x, int order) const {
 
 Interval Table::calcBounds(const Interval& x, int order) const {
     const int first = findPiece(x.low, Side::Right), last = findPiece(x.high, Side::Left);
-    const int count = static_cast<int>(_x.size()) - 1;
+    const int count = static_cast<int>(m_x.size()) - 1;
     // Beyond one kink or jump the next derivative has no bounds.
-    const int smooth = _interpolation == Interpolation::Spline   ? 2
-                       : _interpolation == Interpolation::Linear ? 1
-                                                                 : 0;
+    const int smooth = m_interpolation == Interpolation::Spline   ? 2
+                       : m_interpolation == Interpolation::Linear ? 1
+                                                                  : 0;
     if (last > first && (order > smooth || (order > 0 && (first < 0 || last == count))))
         return Interval::makeWhole();
     const auto begin = [&](int piece) {
-        return piece <= first ? x.low : _x[static_cast<std::size_t>(piece)];
+        return piece <= first ? x.low : m_x[static_cast<std::size_t>(piece)];
     };
     Interval bounds = calc(x.high, order);
     for (int piece = first; piece <= std::max(first, last); ++piece)
@@ -235,9 +235,9 @@ std::vector<std::vector<double>> readTableFile(const std::string& path,
                                      " (counted from 0) is wanted");
         for (std::size_t i = 0; i < columns.size(); ++i)
             read[i].push_back(values[static_cast<std::size_t>(columns[i])]);
-        if (read[0].size() > kMaxPoints)
+        if (read[0].size() > MaxPoints)
             throw std::runtime_error(place + "the table has more than " +
-                                     std::to_string(kMaxPoints) + " points");
+                                     std::to_string(MaxPoints) + " points");
     }
     return read;
 }

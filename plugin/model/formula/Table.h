@@ -35,18 +35,18 @@ public:
     /** What calc() can be for any x between the bounds. @pre it covers both **/
     Interval calcBounds(const Interval& x, int order) const;
 
-    const std::string& getName() const { return _name; }
+    const std::string& getName() const { return m_name; }
     /** Where the pieces meet. **/
-    const std::vector<double>& getPoints() const { return _x; }
-    bool isPoint(double x) const { return std::binary_search(_x.begin(), _x.end(), x); }
+    const std::vector<double>& getPoints() const { return m_x; }
+    bool isPoint(double x) const { return std::binary_search(m_x.begin(), m_x.end(), x); }
     /** "table 'engine' is asked for 3, outside of its points from 0 to 2". **/
     std::string describeRefusal(double x) const;
 
 private:
-    std::string _name;
-    std::vector<double> _x, _y, _curvature;
-    Interpolation _interpolation;
-    Extrapolation _extrapolation;
+    std::string m_name;
+    std::vector<double> m_x, m_y, m_curvature;
+    Interpolation m_interpolation;
+    Extrapolation m_extrapolation;
 
     /** Number of the piece where x lies; -1, and one beyond the last, outside. **/
     int findPiece(double x, Side side) const;

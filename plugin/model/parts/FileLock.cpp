@@ -21,26 +21,26 @@ bool isStillThere(int file, const std::string& path) {
 
 }  // namespace
 
-FileLock::FileLock(const std::string& path) : _path(path) {}
+FileLock::FileLock(const std::string& path) : m_path(path) {}
 
 FileLock::~FileLock() {
-    if (_file < 0) return;
-    unlink(_path.c_str());  // before the lock goes
-    close(_file);
+    if (m_file < 0) return;
+    unlink(m_path.c_str());  // before the lock goes
+    close(m_file);
 }
 
 FileLock::State FileLock::tryToHold() {
-    if (_file >= 0) return State::Held;
+    if (m_file >= 0) return State::Held;
     for (;;) {
-        const int file = open(_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        const int file = open(m_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
         if (file < 0) return State::Impossible;
         if (flock(file, LOCK_EX | LOCK_NB) != 0) {
             const bool isBusy = errno == EWOULDBLOCK || errno == EINTR;
             close(file);
             return isBusy ? State::Busy : State::Impossible;
         }
-        if (isStillThere(file, _path)) {
-            _file = file;
+        if (isStillThere(file, m_path)) {
+            m_file = file;
             return State::Held;
         }
         close(file);

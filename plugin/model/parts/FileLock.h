@@ -29,8 +29,8 @@ public:
     State tryToHold();
 
 private:
-    std::string _path;
-    int _file = -1;
+    std::string m_path;
+    int m_file = -1;
 };
 
 }  // namespace model

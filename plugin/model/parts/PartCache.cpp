@@ -17,15 +17,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr size_t kKeySize = 32;
-const char* const kEnding = ".h5";
-const char* const kLockEnding = ".lock";
+constexpr size_t KeySize = 32;
+const char* const Ending = ".h5";
+const char* const LockEnding = ".lock";
 
 /** The key that a file's name begins with, or "". **/
 std::string findKey(const fs::path& path) {
     const std::string name = path.filename().string();
     const size_t end = name.find_first_not_of("0123456789abcdef");
-    return end == kKeySize && name[end] == '.' ? name.substr(0, kKeySize) : "";
+    return end == KeySize && name[end] == '.' ? name.substr(0, KeySize) : "";
 }
 
 std::string readName(const fs::path& path) {
@@ -49,23 +49,23 @@ std::vector<fs::path> listFiles(const std::string& folder) {
 
 }  // namespace
 
-PartCache::PartCache(const std::string& folder, Note note) : _folder(folder), _note(note) {
-    if (!_folder.empty()) return;
+PartCache::PartCache(const std::string& folder, Note note) : m_folder(folder), m_note(note) {
+    if (!m_folder.empty()) return;
     const auto get = [](const char* name) {
         const char* value = std::getenv(name);
         return std::string(value ? value : "");
     };
     if (!get("SIMFLEX_CACHE").empty())
-        _folder = get("SIMFLEX_CACHE");
+        m_folder = get("SIMFLEX_CACHE");
     else if (!get("XDG_CACHE_HOME").empty())
-        _folder = get("XDG_CACHE_HOME") + "/simflex";
+        m_folder = get("XDG_CACHE_HOME") + "/simflex";
     else if (!get("HOME").empty())
-        _folder = get("HOME") + "/.cache/simflex";
+        m_folder = get("HOME") + "/.cache/simflex";
 }
 
 std::optional<PartCache::Kept> PartCache::find(const PartKey& key) const {
-    if (_folder.empty()) return {};
-    const fs::path path = fs::path(_folder) / (key.getText() + kEnding);
+    if (m_folder.empty()) return {};
+    const fs::path path = fs::path(m_folder) / (key.getText() + Ending);
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) return {};
     try {
@@ -73,37 +73,37 @@ std::optional<PartCache::Kept> PartCache::find(const PartKey& key) const {
         fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
         return kept;
     } catch (const std::exception& error) {
-        if (_note) _note(std::string("a part in the cache is made anew: ") + error.what());
+        if (m_note) m_note(std::string("a part in the cache is made anew: ") + error.what());
         return {};
     }
 }
 
 void PartCache::keep(const PartKey& key, const Kept& kept) const {
     try {
-        if (_folder.empty())
+        if (m_folder.empty())
             throw std::runtime_error("there is no folder for it: set SIMFLEX_CACHE");
-        fs::create_directories(_folder);
-        writeReducedBody((fs::path(_folder) / (key.getText() + kEnding)).string(), kept.part,
+        fs::create_directories(m_folder);
+        writeReducedBody((fs::path(m_folder) / (key.getText() + Ending)).string(), kept.part,
                          kept.warnings);
     } catch (const std::exception& error) {
-        if (_note)
-            _note("part '" + kept.part.name +
-                  "' is not kept in the cache and will be reduced again: " + error.what());
+        if (m_note)
+            m_note("part '" + kept.part.name +
+                   "' is not kept in the cache and will be reduced again: " + error.what());
     }
 }
 
 std::string PartCache::prepareLock(const PartKey& key) const {
-    if (_folder.empty()) return "";
+    if (m_folder.empty()) return "";
     std::error_code ignored;
-    fs::create_directories(_folder, ignored);
-    return (fs::path(_folder) / (key.getText() + kLockEnding)).string();
+    fs::create_directories(m_folder, ignored);
+    return (fs::path(m_folder) / (key.getText() + LockEnding)).string();
 }
 
 std::vector<PartCache::Entry> PartCache::list() const {
     std::vector<Entry> entries;
-    for (const fs::path& path : listFiles(_folder)) {
+    for (const fs::path& path : listFiles(m_folder)) {
         const std::string key = findKey(path);
-        if (key.empty() || path.filename() != key + kEnding) continue;
+        if (key.empty() || path.filename() != key + Ending) continue;
         std::error_code error;
         Entry entry;
         entry.key = key;
@@ -120,10 +120,10 @@ std::vector<PartCache::Entry> PartCache::list() const {
 }
 
 bool PartCache::remove(const std::string& key) const {
-    FileLock lock((fs::path(_folder) / (key + kLockEnding)).string());
+    FileLock lock((fs::path(m_folder) / (key + LockEnding)).string());
     if (lock.tryToHold() == FileLock::State::Busy) return false;
-    for (const fs::path& path : listFiles(_folder))
-        if (findKey(path) == key && path.extension() != kLockEnding) {
+    for (const fs::path& path : listFiles(m_folder))
+        if (findKey(path) == key && path.extension() != LockEnding) {
             std::error_code error;
             fs::remove(path, error);
             if (error)
@@ -135,7 +135,7 @@ bool PartCache::remove(const std::string& key) const {
 
 void PartCache::removeLeftovers() const {
     std::set<std::string> keys;
-    for (const fs::path& path : listFiles(_folder)) keys.insert(findKey(path));
+    for (const fs::path& path : listFiles(m_folder)) keys.insert(findKey(path));
     keys.erase("");
     for (const Entry& entry : list()) keys.erase(entry.key);
     for (const std::string& key : keys) remove(key);

@@ -31,7 +31,7 @@ public:
     PartCache(const std::string& folder, Note note);
 
     /** Empty: there is none. **/
-    const std::string& getFolder() const { return _folder; }
+    const std::string& getFolder() const { return m_folder; }
 
     /** A part with the warnings of its reduction. **/
     struct Kept {
@@ -62,8 +62,8 @@ public:
     void removeLeftovers() const;
 
 private:
-    std::string _folder;  ///< empty: none
-    Note _note;
+    std::string m_folder;  ///< empty: none
+    Note m_note;
 };
 
 }  // namespace model

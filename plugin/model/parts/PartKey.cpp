@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kDeepestInclude = 20;  ///< as decks have it
+constexpr int DeepestInclude = 20;  ///< as decks have it
 
 std::string readBytes(const std::string& path) {
     std::ifstream in(path, std::ios::binary);
@@ -72,19 +72,19 @@ std::vector<std::string> findDeckIncludes(std::string text) {
 }  // namespace
 
 PartKey::PartKey() {
-    _second.add(std::string("second"));
+    m_second.add(std::string("second"));
     add(std::string(SIMFLEX_VERSION));
     add(double(ReducedBodyFileVersion));
 }
 
 void PartKey::add(const std::string& text) {
-    _first.add(text);
-    _second.add(text);
+    m_first.add(text);
+    m_second.add(text);
 }
 
 void PartKey::add(double number) {
-    _first.add(number);
-    _second.add(number);
+    m_first.add(number);
+    m_second.add(number);
 }
 
 void PartKey::addFile(const std::string& path) {
@@ -105,7 +105,7 @@ std::string PartKey::addBytes(const std::string& path) {
 
 void PartKey::addFile(const std::string& path, int depth) {
     const std::string bytes = addBytes(path), ending = endingOf(path);
-    if (depth > kDeepestInclude || (depth == 0 && !isDeck(ending))) return;
+    if (depth > DeepestInclude || (depth == 0 && !isDeck(ending))) return;
     for (const std::string& name : findDeckIncludes(bytes)) {
         const fs::path beside = fs::path(path).parent_path() / name;
         addFile((fs::exists(beside) || !fs::exists(name) ? beside : fs::path(name)).string(),
@@ -114,7 +114,7 @@ void PartKey::addFile(const std::string& path, int depth) {
 }
 
 std::string PartKey::getText() const {
-    return _first.getText() + _second.getText();
+    return m_first.getText() + m_second.getText();
 }
 
 }  // namespace model

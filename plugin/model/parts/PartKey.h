@@ -25,7 +25,7 @@ public:
 private:
     void addFile(const std::string& path, int depth);
     std::string addBytes(const std::string& path);
-    Hash _first, _second;
+    Hash m_first, m_second;
 };
 
 }  // namespace model

@@ -245,7 +245,7 @@ PartCache::Kept runReduction(const ModelValue& part, Request& request,
     return reduceModel(model, request.reduction, progress);
 }
 
-constexpr auto kWait = std::chrono::milliseconds(50);
+constexpr auto Wait = std::chrono::milliseconds(50);
 
 /** Until no other process makes the same part. **/
 void waitFor(FileLock& lock, const std::string& part, const ModelOptions& options) {
@@ -255,7 +255,7 @@ void waitFor(FileLock& lock, const std::string& part, const ModelOptions& option
         if (!options.listener.tellProgress(what, 0)) throw Cancelled();
         if (!options.listener.progress && !isTold) options.listener.tellNote(what);
         isTold = true;
-        std::this_thread::sleep_for(kWait);
+        std::this_thread::sleep_for(Wait);
     }
 }
 

@@ -30,7 +30,7 @@ struct TensorKind {
     TensorValue calc;
 };
 
-const TensorKind kTensorKinds[] = {
+const TensorKind TensorKinds[] = {
     {"von_mises", [](const SymMat33& s) { return double(calcVonMises(s)); }},
     {"signed_von_mises", [](const SymMat33& s) { return double(calcSignedVonMises(s)); }},
     {"principal_1", [](const SymMat33& s) { return double(calcPrincipalValues(s)[0]); }},
@@ -47,7 +47,7 @@ const TensorKind kTensorKinds[] = {
 TensorValue findTensorKind(const ModelValue& what) {
     const std::string name = what.getText();
     std::vector<std::string> known;
-    for (const TensorKind& kind : kTensorKinds) {
+    for (const TensorKind& kind : TensorKinds) {
         if (name == kind.name) return kind.calc;
         known.push_back(kind.name);
     }

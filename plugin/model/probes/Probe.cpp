@@ -14,7 +14,7 @@ namespace {
 using Maker = Probe (*)(const ProbeSource& source);
 
 /** By the key that says what is probed. **/
-const std::pair<const char*, Maker> kMakers[] = {
+const std::pair<const char*, Maker> ProbeMakers[] = {
     {"displacement", makeDisplacementProbe},
     {"largest_displacement", makeLargestDisplacementProbe},
     {"modes", makeModesProbe},
@@ -39,18 +39,18 @@ const std::pair<const char*, Maker> kMakers[] = {
 class ProbeMaker {
 public:
     ProbeMaker(std::shared_ptr<const Model> model, const ModelValue& entries)
-        : _model(std::move(model)), _entries(entries), _names(entries.getKeys()) {}
+        : m_model(std::move(model)), m_entries(entries), m_names(entries.getKeys()) {}
 
     Probe make(const std::string& name) {
-        const auto made = _made.find(name);
-        if (made != _made.end()) return made->second;
-        const ModelValue entry = _entries.get(name);
-        if (!_beingMade.insert(name).second)
+        const auto made = m_made.find(name);
+        if (made != m_made.end()) return made->second;
+        const ModelValue entry = m_entries.get(name);
+        if (!m_beingMade.insert(name).second)
             entry.fail("the expression depends on itself, through other probes");
-        Probe probe = makeNew({_model, entry});
+        Probe probe = makeNew({m_model, entry});
         probe.name = name;
-        _beingMade.erase(name);
-        _made[name] = probe;
+        m_beingMade.erase(name);
+        m_made[name] = probe;
         return probe;
     }
 
@@ -58,22 +58,22 @@ private:
     Probe makeNew(const ProbeSource& source) {
         if (isFrameProbe(source.entry)) return makeFrameProbe(source);
         if (source.entry.has("expression")) {
-            std::vector<std::string> others = _names;
+            std::vector<std::string> others = m_names;
             others.erase(std::remove(others.begin(), others.end(), source.entry.getName()),
                          others.end());
             return makeExpressionProbe(source, others,
                                        [this](const std::string& name) { return make(name); });
         }
-        for (const auto& [key, maker] : kMakers)
+        for (const auto& [key, maker] : ProbeMakers)
             if (source.entry.has(key)) return maker(source);
         source.entry.fail("says nothing to probe, such as 'position: FRAME' or 'energy: kinetic'");
     }
 
-    std::shared_ptr<const Model> _model;
-    ModelValue _entries;
-    std::vector<std::string> _names;
-    std::map<std::string, Probe> _made;
-    std::set<std::string> _beingMade;
+    std::shared_ptr<const Model> m_model;
+    ModelValue m_entries;
+    std::vector<std::string> m_names;
+    std::map<std::string, Probe> m_made;
+    std::set<std::string> m_beingMade;
 };
 
 /** What is recorded of a model that names no probes. **/
@@ -148,25 +148,25 @@ Probes Probes::make(const std::shared_ptr<const Model>& model) {
     Probes probes;
     const ModelValue entries = model->getFile().get("probes");
     if (!entries.isGiven()) {
-        probes._probes = makeUsualProbes(model);
+        probes.m_probes = makeUsualProbes(model);
         return probes;
     }
     ProbeMaker maker(model, entries);
-    for (const std::string& name : entries.getKeys()) probes._probes.push_back(maker.make(name));
+    for (const std::string& name : entries.getKeys()) probes.m_probes.push_back(maker.make(name));
     entries.checkRead();
     return probes;
 }
 
 int Probes::getNumColumns() const {
     size_t count = 0;
-    for (const Probe& probe : _probes) count += probe.columns.size();
+    for (const Probe& probe : m_probes) count += probe.columns.size();
     return int(count);
 }
 
 std::vector<double> Probes::calc(const Moment& moment) const {
     std::vector<double> values(size_t(getNumColumns()), SimTK::NaN);
     double* next = values.data();
-    for (const Probe& probe : _probes) {
+    for (const Probe& probe : m_probes) {
         probe.calc(moment, next);
         next += probe.columns.size();
     }

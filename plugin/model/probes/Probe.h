@@ -43,14 +43,14 @@ public:
     @throws ModelError. **/
     static Probes make(const std::shared_ptr<const Model>& model);
 
-    const std::vector<Probe>& getProbes() const { return _probes; }
+    const std::vector<Probe>& getProbes() const { return m_probes; }
     /** Number of all columns together. **/
     int getNumColumns() const;
     /** All values, probe after probe. **/
     std::vector<double> calc(const Moment& moment) const;
 
 private:
-    std::vector<Probe> _probes;
+    std::vector<Probe> m_probes;
 };
 
 }  // namespace model

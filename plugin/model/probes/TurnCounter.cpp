@@ -16,11 +16,11 @@ using SimTK::Vec2;
 
 namespace {
 
-constexpr size_t kNumbersPerAngle = 3;
+constexpr size_t NumbersPerAngle = 3;
 
 }  // namespace
 
-TurnCounter::TurnCounter(const Model& model) : _model(model) {
+TurnCounter::TurnCounter(const Model& model) : m_model(model) {
     for (const Model::JointEntry& entry : model.getJoints())
         for (int k = 0; k < entry.joint.getNumCoordinates(); ++k) {
             if (!entry.joint.getEquations().getCoordinate(k).isPeriodic()) continue;
@@ -28,24 +28,24 @@ TurnCounter::TurnCounter(const Model& model) : _model(model) {
             angle.joint = entry.joint.getIndex();
             angle.coordinate = k;
             angle.start = findStartValue(model.getFile(), entry.name, k);
-            _angles.push_back(angle);
+            m_angles.push_back(angle);
         }
 }
 
 void TurnCounter::reset() {
-    _time = SimTK::NaN;
+    m_time = SimTK::NaN;
 }
 
 /** Value within half a turn, and rate. **/
 Vec2 TurnCounter::calcAngle(const Angle& angle, const State& state) const {
-    const Joint& joint = _model.getFlexibleBodies().getJoint(angle.joint);
+    const Joint& joint = m_model.getFlexibleBodies().getJoint(angle.joint);
     return {joint.calcCoordinates(state)[angle.coordinate],
             joint.calcCoordinateDots(state)[angle.coordinate]};
 }
 
 void TurnCounter::update(const State& state) {
-    const double step = state.getTime() - _time;
-    for (Angle& angle : _angles) {
+    const double step = state.getTime() - m_time;
+    for (Angle& angle : m_angles) {
         const Vec2 now = calcAngle(angle, state);
         if (std::isnan(step)) {
             angle.turned = 2 * Pi * std::round((angle.start - now[0]) / (2 * Pi));
@@ -57,34 +57,34 @@ void TurnCounter::update(const State& state) {
         angle.value = now[0];
         angle.rate = now[1];
     }
-    _time = state.getTime();
+    m_time = state.getTime();
 }
 
 double TurnCounter::getTurned(JointIndex joint, int coordinate) const {
-    for (const Angle& angle : _angles)
+    for (const Angle& angle : m_angles)
         if (angle.joint == joint && angle.coordinate == coordinate) return angle.turned;
     return 0;
 }
 
 std::vector<double> TurnCounter::save() const {
-    std::vector<double> saved{_time};
-    for (const Angle& angle : _angles)
+    std::vector<double> saved{m_time};
+    for (const Angle& angle : m_angles)
         saved.insert(saved.end(), {angle.value, angle.rate, angle.turned});
     return saved;
 }
 
 void TurnCounter::restore(const std::vector<double>& saved) {
-    if (saved.size() != 1 + kNumbersPerAngle * _angles.size())
+    if (saved.size() != 1 + NumbersPerAngle * m_angles.size())
         throw std::invalid_argument("TurnCounter::restore(): " + std::to_string(saved.size()) +
-                                    " numbers for " + std::to_string(_angles.size()) + " angles");
+                                    " numbers for " + std::to_string(m_angles.size()) + " angles");
     reset();
-    _time = saved[0];
+    m_time = saved[0];
     const double* next = saved.data() + 1;
-    for (Angle& angle : _angles) {
+    for (Angle& angle : m_angles) {
         angle.value = next[0];
         angle.rate = next[1];
         angle.turned = next[2];
-        next += kNumbersPerAngle;
+        next += NumbersPerAngle;
     }
 }
 

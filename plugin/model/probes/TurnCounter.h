@@ -42,9 +42,9 @@ private:
     };
     SimTK::Vec2 calcAngle(const Angle& angle, const SimTK::State& state) const;
 
-    const Model& _model;
-    std::vector<Angle> _angles;
-    double _time = SimTK::NaN;  ///< NaN: at no State yet
+    const Model& m_model;
+    std::vector<Angle> m_angles;
+    double m_time = SimTK::NaN;  ///< NaN: at no State yet
 };
 
 }  // namespace model

@@ -10,11 +10,11 @@ namespace forms {
 
 using Forms = std::vector<SchemaForm>;
 
-const double kInfinity = std::numeric_limits<double>::infinity();
+const double Unbounded = std::numeric_limits<double>::infinity();
 
-SchemaForm number(double minimum = -kInfinity, double maximum = kInfinity);
+SchemaForm number(double minimum = -Unbounded, double maximum = Unbounded);
 SchemaForm positive();
-SchemaForm integer(double minimum = -kInfinity, double maximum = kInfinity);
+SchemaForm integer(double minimum = -Unbounded, double maximum = Unbounded);
 SchemaForm function();
 /** A function of time, of quantities of the motion (probes, states) and of `locals`. **/
 SchemaForm law(const std::vector<std::string>& locals = {});

@@ -18,7 +18,7 @@ namespace model {
 namespace {
 
 using Kind = SchemaForm::Kind;
-constexpr int kDigits = 9;
+constexpr int JsonDigits = 9;
 
 /** The default of a key, which is written in YAML. **/
 Json convert(const YamlTree& tree) {
@@ -34,7 +34,7 @@ Json convert(const YamlTree& tree) {
         return object;
     }
     double value = 0;
-    if (!tree.isQuoted && formula::readPlainNumber(tree.scalar, value)) return Json(value, kDigits);
+    if (!tree.isQuoted && formula::readPlainNumber(tree.scalar, value)) return Json(value, JsonDigits);
     if (!tree.isQuoted && (tree.scalar == "true" || tree.scalar == "false"))
         return Json(tree.scalar == "true");
     return Json(tree.scalar);
@@ -59,8 +59,8 @@ Json makeFormula() {
     return makeType("string").add("pattern", Json("^[-+*/^()<>=!&|?:,._ A-Za-z0-9]+$"));
 }
 
-const char* const kName = "^(?!ground$)[A-Za-z_][A-Za-z0-9_-]*$";
-const char* const kReference = "^[A-Za-z_][A-Za-z0-9_-]*(\\.[A-Za-z_][A-Za-z0-9_-]*)*$";
+const char* const NamePattern = "^(?!ground$)[A-Za-z_][A-Za-z0-9_-]*$";
+const char* const PathPattern = "^[A-Za-z_][A-Za-z0-9_-]*(\\.[A-Za-z_][A-Za-z0-9_-]*)*$";
 
 Json makeForms(const std::vector<SchemaForm>& forms);
 
@@ -136,8 +136,8 @@ std::vector<Json> makeForm(const SchemaForm& form) {
             Json number = makeType(form.kind == Kind::Integer ? "integer" : "number");
             if (std::isfinite(form.minimum))
                 number.add(form.isOpen ? "exclusiveMinimum" : "minimum",
-                           Json(form.minimum, kDigits));
-            if (std::isfinite(form.maximum)) number.add("maximum", Json(form.maximum, kDigits));
+                           Json(form.minimum, JsonDigits));
+            if (std::isfinite(form.maximum)) number.add("maximum", Json(form.maximum, JsonDigits));
             return {number, makeFormula()};
         }
         case Kind::Function:
@@ -145,7 +145,7 @@ std::vector<Json> makeForm(const SchemaForm& form) {
         case Kind::Bool:
             return {makeType("boolean")};
         case Kind::Name:
-            return {makeType("string").add("pattern", kReference)};
+            return {makeType("string").add("pattern", PathPattern)};
         case Kind::Choice:
             return {Json::object().add("enum", form.choices)};
         case Kind::File:
@@ -167,10 +167,10 @@ std::vector<Json> makeForm(const SchemaForm& form) {
             return {makeMap(form)};
         case Kind::Entries: {
             const char* const pattern = form.hasNumbers ? "^[1-9][0-9]*$"
-                                        : form.hasPaths ? kReference
+                                        : form.hasPaths ? PathPattern
                                         : form.hasWords
                                             ? "^(?!(t|pi|deg|g)$)[A-Za-z_][A-Za-z0-9_]*$"
-                                            : kName;
+                                            : NamePattern;
             return {
                 makeType("object")
                     .add("patternProperties", Json::object().add(pattern, makeForms(form.items)))

@@ -59,17 +59,18 @@ std::string findCommonName(const SchemaForm& form) {
 
 class Reference {
 public:
-    explicit Reference(ReferenceFormat format) : _isMarkdown(format == ReferenceFormat::Markdown) {}
+    explicit Reference(ReferenceFormat format)
+        : m_isMarkdown(format == ReferenceFormat::Markdown) {}
 
     void addSections(const SchemaForm& form, const std::string& path) {
         const std::string common = findCommonName(form);
         if (!common.empty() && path != common) {
-            if (_commonNames.insert(common).second) _commons.push_back({common, &form});
+            if (m_commonNames.insert(common).second) m_commons.push_back({common, &form});
             return;
         }
         if (form.kind == Kind::Map) {
-            if (!_described.insert(path + " " + form.title).second) return;
-            _sections.push_back({path, &form});
+            if (!m_described.insert(path + " " + form.title).second) return;
+            m_sections.push_back({path, &form});
             for (const SchemaKey& key : form.keys)
                 for (const SchemaForm& child : key.forms)
                     addSections(child, (path.empty() ? "" : path + ".") + key.name);
@@ -85,36 +86,36 @@ public:
     void addKey(const SchemaKey& key, const std::string& path) { writeKey(key, path); }
 
     std::string write() {
-        for (std::size_t i = 0; i < _commons.size(); ++i) {  // grows: a place has frames
-            const Section common = _commons[i];
+        for (std::size_t i = 0; i < m_commons.size(); ++i) {  // grows: a place has frames
+            const Section common = m_commons[i];
             addSections(*common.form, common.path);
         }
-        for (const Section& section : _sections) writeSection(section);
-        return _text;
+        for (const Section& section : m_sections) writeSection(section);
+        return m_text;
     }
 
 private:
-    bool _isMarkdown;
-    std::string _text;
-    std::vector<Section> _sections, _commons;
-    std::set<std::string> _commonNames, _described;
+    bool m_isMarkdown;
+    std::string m_text;
+    std::vector<Section> m_sections, m_commons;
+    std::set<std::string> m_commonNames, m_described;
 
     void writeSection(const Section& section) {
-        if (_isMarkdown) {
-            _text +=
+        if (m_isMarkdown) {
+            m_text +=
                 "\n### " + (section.path.empty() ? "The file" : "`" + section.path + "`") + "\n\n";
-        } else if (!_text.empty()) {
-            _text += "\n";
+        } else if (!m_text.empty()) {
+            m_text += "\n";
         }
         if (!section.form->oneOf.empty())
-            _text += std::string(_isMarkdown ? "" : "# " + section.path + ": ") +
-                     "Exactly one of " + joinNames(section.form->oneOf) + ".\n" +
-                     (_isMarkdown ? "\n" : "");
-        if (_isMarkdown)
-            _text += "| Key | Value | Unit | Default | Meaning |\n|---|---|---|---|---|\n";
+            m_text += std::string(m_isMarkdown ? "" : "# " + section.path + ": ") +
+                      "Exactly one of " + joinNames(section.form->oneOf) + ".\n" +
+                      (m_isMarkdown ? "\n" : "");
+        if (m_isMarkdown)
+            m_text += "| Key | Value | Unit | Default | Meaning |\n|---|---|---|---|---|\n";
         for (const SchemaKey& key : section.form->keys)
             writeKey(key,
-                     (section.path.empty() || _isMarkdown ? "" : section.path + ".") + key.name);
+                     (section.path.empty() || m_isMarkdown ? "" : section.path + ".") + key.name);
     }
 
     static std::string describeOne(const SchemaForm& form) {
@@ -182,23 +183,23 @@ private:
     void writeKey(const SchemaKey& key, const std::string& name) {
         const std::string value = describeValue(key), defaultValue = describeDefault(key);
         const std::string meaning = key.meaning + describeConditions(key);
-        if (_isMarkdown) {
+        if (m_isMarkdown) {
             const bool isCode = !key.isRequired && !key.defaultText.empty();
-            _text += "| `" + name + "` | " + escape(value) + " | " + escape(key.unit) + " | " +
-                     (isCode ? "`" + escape(defaultValue) + "`" : escape(defaultValue)) + " | " +
-                     escape(meaning) +
-                     (key.example.empty() ? "" : " Example: `" + escape(key.example) + "`") +
-                     " |\n";
+            m_text += "| `" + name + "` | " + escape(value) + " | " + escape(key.unit) + " | " +
+                      (isCode ? "`" + escape(defaultValue) + "`" : escape(defaultValue)) + " | " +
+                      escape(meaning) +
+                      (key.example.empty() ? "" : " Example: `" + escape(key.example) + "`") +
+                      " |\n";
             return;
         }
-        _text += name + "\n    " + meaning + "\n    value: " + value;
-        if (!key.unit.empty()) _text += " [" + key.unit + "]";
+        m_text += name + "\n    " + meaning + "\n    value: " + value;
+        if (!key.unit.empty()) m_text += " [" + key.unit + "]";
         if (key.isRequired)
-            _text += "; required";
+            m_text += "; required";
         else if (!defaultValue.empty())
-            _text += "; default: " + defaultValue;
-        _text += "\n";
-        if (!key.example.empty()) _text += "    example: " + key.name + ": " + key.example + "\n";
+            m_text += "; default: " + defaultValue;
+        m_text += "\n";
+        if (!key.example.empty()) m_text += "    example: " + key.name + ": " + key.example + "\n";
     }
 };
 
