@@ -9,6 +9,7 @@ A fenced block is told by its info string:
                       the file is copied here
   yaml                part of a model file: must agree with the schema
   python              run
+  python by-hand      not run
   cpp                 a whole program of README.md, which tests/consumer compiles
   text output         what the command before printed: '…' stands for anything, numbers may differ by 2 %
   text message        a message of simflex, '…' for what varies: must be in the sources
@@ -137,7 +138,7 @@ class Page:
         elif block.language == "sh":
             return "by-hand" in block.words or self.run(block, ["bash", "-e", "-o", "pipefail", "-c", block.text])
         elif block.language == "python":
-            return self.run(block, ["/usr/bin/python3", "-c", block.text])
+            return "by-hand" in block.words or self.run(block, ["/usr/bin/python3", "-c", block.text])
         elif block.language == "yaml":
             self.check_part(block)
         elif block.language == "text" and "output" in block.words:

@@ -30,6 +30,7 @@ HOUSE = {
     "solver": ["body"],
     "model": ["reduction", "render", "solver", "forces"],
     "cli": ["model"],
+    "python": ["model"],
 }
 SOLVER = {"elimination": [], "equations": ["elimination"], "integration": ["equations"], "equilibrium": ["integration"]}
 WITHOUT_SIMBODY = ["base", "part", "fe", "reduction"]

@@ -1,0 +1,54 @@
+/** @file
+The Python module `simflex`: models that move, from Python. **/
+
+#include "simflex/base/Progress.h"
+#include "simflex/model/file/ModelError.h"
+#include "simflex/python/Values.h"
+
+PYBIND11_MODULE(simflex, module) {
+    namespace py = pybind11;
+    using namespace simflex;
+    module.doc() =
+        "Flexible multibody models that move.\n\n"
+        "A Model is what a model file says, or a dict of the same keys; a Session is a model that\n"
+        "moves; Results are what `simflex run` leaves; a Part is a reduced finite element model.\n"
+        "SI units, angles in radians.\n\n"
+        ">>> import simflex\n"
+        ">>> model = simflex.Model.from_dict({\n"
+        "...     'gravity': [0, -9.81, 0],\n"
+        "...     'bodies': {'bob': {'mass': 1, 'inertia': [0.01, 0.01, 0.01],\n"
+        "...                        'place': {'position': [0, -1, 0]}}},\n"
+        "...     'joints': {'pivot': {'type': 'pin', 'axis': 'z',\n"
+        "...                          'between': ['ground', {'on': 'bob', 'position': [0, 1, "
+        "0]}]}},\n"
+        "...     'probes': {'bob': {'position': 'bob'}}})\n"
+        ">>> session = simflex.Session(model)\n"
+        ">>> session['joints.pivot.angle'] = 0.1\n"
+        ">>> session.run(0.5, interval=0.01)\n"
+        "'reached'\n"
+        ">>> session['bob'].round(3).tolist()\n"
+        "[0.001, -1.0, 0.0]\n";
+    module.attr("__version__") = SIMFLEX_VERSION;
+
+    static py::exception<ModelError> modelError(module, "ModelError", PyExc_ValueError);
+    modelError.doc() = "A model that cannot be read or built: names file, line, key and cure.";
+    const py::object warning = py::reinterpret_steal<py::object>(PyErr_NewExceptionWithDoc(
+        "simflex.SimflexWarning", "What may change the meaning of results.", PyExc_UserWarning,
+        nullptr));
+    module.add_object("SimflexWarning", warning);
+    py::register_exception_translator([](std::exception_ptr thrown) {
+        try {
+            if (thrown) std::rethrow_exception(thrown);
+        } catch (const ModelError& error) {
+            modelError(error.what());
+        } catch (const Cancelled&) {
+            // Ctrl-C has raised its exception already.
+            if (!PyErr_Occurred()) PyErr_SetNone(PyExc_KeyboardInterrupt);
+        }
+    });
+
+    python::addModel(module);
+    python::addResults(module);
+    python::addPart(module);
+    python::addSession(module);
+}

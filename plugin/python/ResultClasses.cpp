@@ -1,0 +1,136 @@
+#include <pybind11/stl/filesystem.h>
+
+#include "simflex/model/Results.h"
+#include "simflex/python/Values.h"
+
+namespace simflex {
+namespace python {
+
+namespace {
+
+using Analysis = Results::Analysis;
+
+template <class Items>
+py::list listNames(const Items& items) {
+    py::list names;
+    for (const auto& item : items) names.append(item.name);
+    return names;
+}
+
+py::array_t<double> getProbe(const Analysis& analysis, const std::string& name) {
+    try {
+        const Results::Series& series = analysis.findProbe(name);
+        return toArray(series.rows, 0, series.column.columns.size());
+    } catch (const std::out_of_range& error) {
+        throw py::key_error(error.what());
+    }
+}
+
+/** The name of a column: "tip.x". **/
+std::string getColumnName(const ResultColumn& probe, size_t k) {
+    return probe.columns[k].empty() ? probe.name : probe.name + '.' + probe.columns[k];
+}
+
+py::object makeDataFrame(const Analysis& analysis) {
+    py::dict columns;
+    for (const Results::Series& series : analysis.probes)
+        for (size_t k = 0; k < series.column.columns.size(); ++k)
+            columns[py::str(getColumnName(series.column, k))] = toArray(series.rows, k, 1);
+    const py::object pandas = py::module_::import("pandas");
+    if (analysis.time.empty()) return pandas.attr("DataFrame")(columns);
+    return pandas.attr("DataFrame")(columns, py::arg("index") = pandas.attr("Index")(
+                                                 toArray(analysis.time), py::arg("name") = "time"));
+}
+
+py::array_t<double> toMatrix(const std::vector<std::vector<double>>& rows) {
+    if (rows.empty()) return toArray({});
+    if (rows.size() == 1) return toArray(rows[0]);
+    return toArray(rows, 0, rows[0].size());
+}
+
+template <class Member>
+auto makeGetter(Member member) {
+    return [member](const Analysis& analysis) { return toArray(analysis.*member); };
+}
+template <class Member>
+auto makeMatrixGetter(Member member) {
+    return [member](const Analysis& analysis) { return toMatrix(analysis.*member); };
+}
+
+}  // namespace
+
+void addResults(py::module_& module) {
+    py::class_<Analysis>(module, "Analysis", "Results of one analysis; analysis['tip'] is a probe.")
+        .def_readonly("name", &Analysis::name)
+        .def_readonly("type", &Analysis::type, "transient, static, eigen, campbell …")
+        .def_readonly("is_complete", &Analysis::isComplete)
+        .def_readonly("statistics", &Analysis::statistics)
+        .def_readonly("warnings", &Analysis::warnings)
+        .def_property_readonly("time", makeGetter(&Analysis::time), "n [s], of transient ones.")
+        .def_property_readonly("probes",
+                               [](const Analysis& analysis) {
+                                   py::list names;
+                                   for (const Results::Series& series : analysis.probes)
+                                       names.append(series.column.name);
+                                   return names;
+                               })
+        .def("__getitem__", &getProbe, py::arg("probe"),
+             "n numbers of a probe, or n×k of one with columns; SI units, see unit().")
+        .def("unit", [](const Analysis& analysis,
+                        const std::string& probe) { return analysis.findProbe(probe).column.unit; })
+        .def("columns",
+             [](const Analysis& analysis, const std::string& probe) {
+                 return analysis.findProbe(probe).column.columns;
+             })
+        .def_property_readonly("q", makeMatrixGetter(&Analysis::q), "Coordinates, n×nq.")
+        .def_property_readonly("u", makeMatrixGetter(&Analysis::u), "Speeds, n×nu.")
+        .def_property_readonly("speeds", makeGetter(&Analysis::speeds), "Of campbell [rad/s].")
+        .def_property_readonly("frequency", makeMatrixGetter(&Analysis::frequency),
+                               "Modes of eigen, or speeds × modes of campbell [Hz].")
+        .def_property_readonly("damping_ratio", makeMatrixGetter(&Analysis::dampingRatio))
+        .def_property_readonly(
+            "events",
+            [](const Analysis& analysis) {
+                py::list events;
+                for (const Analysis::Event& event : analysis.events)
+                    events.append(py::make_tuple(event.name, event.time));
+                return events;
+            },
+            "What has happened: (name, time [s]), in its order.")
+        .def("to_pandas", &makeDataFrame, "All probes as columns of a pandas.DataFrame.")
+        .def("__repr__", [](const Analysis& analysis) {
+            return "<simflex.Analysis '" + analysis.name + "', " + analysis.type + ">";
+        });
+
+    py::class_<Results>(module, "Results", "What a run leaves; results['run'] is an analysis.")
+        .def_property_readonly("title", [](const Results& results) { return results.header.title; })
+        .def_readonly("warnings", &Results::warnings)
+        .def_property_readonly("analyses",
+                               [](const Results& results) { return listNames(results.analyses); })
+        .def(
+            "__getitem__",
+            [](const Results& results, const std::string& name) {
+                try {
+                    return results.findAnalysis(name);
+                } catch (const std::out_of_range& error) {
+                    throw py::key_error(error.what());
+                }
+            },
+            py::arg("analysis"))
+        .def("__len__", [](const Results& results) { return results.analyses.size(); })
+        .def("__repr__", [](const Results& results) {
+            return "<simflex.Results '" + results.header.title + "'>";
+        });
+
+    module.def(
+        "read_results",
+        [](const std::filesystem::path& path, bool states) {
+            const py::gil_scoped_release unlocked;
+            return readResults(path.string(), states ? ReadStates::Yes : ReadStates::No);
+        },
+        py::arg("path"), py::arg("states") = true,
+        "Reads a file of results; without states q and u it takes less.");
+}
+
+}  // namespace python
+}  // namespace simflex

@@ -1,0 +1,294 @@
+#include <pybind11/complex.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <atomic>
+#include <cmath>
+
+#include "simflex/model/Session.h"
+#include "simflex/python/Values.h"
+#include "simflex/solver/Eigenmodes.h"
+
+namespace simflex {
+namespace python {
+
+namespace {
+
+using Path = std::filesystem::path;
+
+ModelOptions makeOptions(bool isRigid) {
+    ModelOptions options;
+    if (isRigid) options.bodies = ModelOptions::Bodies::Rigid;
+    options.listener = makeListener();
+    return options;
+}
+
+std::unique_ptr<Session> makeSession(const ModelText& text, bool isRigid) {
+    const ModelOptions options = makeOptions(isRigid);
+    const py::gil_scoped_release unlocked;
+    return std::make_unique<Session>(text, options);
+}
+
+/** A Session of one thread at a time: others may run while it moves, and may not touch it. **/
+class OwnSession {
+public:
+    OwnSession(const ModelText& text, bool isRigid)
+        : m_isRigid(isRigid), m_session(makeSession(text, isRigid)) {}
+
+    /** Calls work(session) @param isLong  others may run meanwhile **/
+    template <class Work>
+    auto use(const Work& work, bool isLong = false) {
+        if (m_isBusy.exchange(true))
+            throw std::runtime_error(
+                "this Session is at work in another thread: give each thread one of its own");
+        struct Release {
+            std::atomic<bool>& isBusy;
+            ~Release() { isBusy = false; }
+        } release{m_isBusy};
+        if (!isLong) return work(*m_session);
+        const py::gil_scoped_release unlocked;
+        return work(*m_session);
+    }
+
+    std::unique_ptr<OwnSession> copy() {
+        auto other = std::make_unique<OwnSession>(
+            use([](const Session& session) { return session.getText(); }), m_isRigid);
+        use([&](const Session& session) { other->m_session->restore(session.save()); });
+        return other;
+    }
+
+private:
+    bool m_isRigid;
+    std::unique_ptr<Session> m_session;
+    std::atomic<bool> m_isBusy{false};
+};
+
+const char* finish(Session::Outcome outcome) {
+    if (outcome == Session::Outcome::Stopped) throw py::error_already_set();
+    return outcome == Session::Outcome::Terminated ? "terminated" : "reached";
+}
+
+const char* runTo(OwnSession& own, const std::function<double(double)>& calcEnd,
+                  std::optional<double> interval) {
+    Interrupts interrupts;
+    double end = 0;
+    const Session::Outcome outcome = own.use(
+        [&](Session& session) {
+            end = calcEnd(session.getTime());
+            return session.runTo(end, interval.value_or(end - session.getTime()),
+                                 [&](double) { return interrupts.goesOn(); });
+        },
+        true);
+    return finish(outcome);
+}
+
+const char* takeSteps(OwnSession& own, int count) {
+    Interrupts interrupts;
+    return finish(own.use(
+        [&](Session& session) {
+            return session.step(count, [&](double) { return interrupts.goesOn(); });
+        },
+        true));
+}
+
+py::object get(OwnSession& own, const std::string& path) {
+    return toNumberOrArray(own.use([&](const Session& session) { return session.get(path); }));
+}
+
+void set(OwnSession& own, const std::string& path, const py::handle& value) {
+    const std::vector<double> numbers = toNumbers(value);
+    own.use([&](Session& session) { session.set(path, numbers); });
+}
+
+bool change(OwnSession& own, const std::string& key, const py::handle& value, bool goesOn) {
+    const std::string yaml = toYaml(value);
+    return own.use(
+        [&](Session& session) {
+            return session.change(key, yaml,
+                                  goesOn ? Session::Restart::Never : Session::Restart::IfNeeded);
+        },
+        true);
+}
+
+py::dict getRecord(OwnSession& own) {
+    return own.use([](const Session& session) {
+        const ProbeRecord& record = session.getRecord();
+        py::dict series;
+        series["time"] = toArray(record.time);
+        size_t first = 0;
+        for (const model::Probe& probe : session.getProbes()) {
+            series[py::str(probe.name)] = toArray(record.rows, first, probe.columns.size());
+            first += probe.columns.size();
+        }
+        return series;
+    });
+}
+
+py::object settle(OwnSession& own) {
+    Interrupts interrupts;
+    const Session::Equilibrium found = own.use(
+        [&](Session& session) { return session.settle([&] { return interrupts.goesOn(); }); },
+        true);
+    py::dict result;
+    result["iterations"] = found.numIterations;
+    result["free_motions"] = found.freeMotions;
+    return makeNamespace(result);
+}
+
+py::object calcModes(OwnSession& own) {
+    const std::vector<Eigenmode> modes = own.use(
+        [](const Session& session) {
+            return calcEigenmodes(
+                calcLinearization(session.getModel().getSystem(), session.copyState()));
+        },
+        true);
+    const py::ssize_t count = py::ssize_t(modes.size()),
+                      size = modes.empty() ? 0 : modes[0].shape.size();
+    py::array_t<double> frequency(count), damping(count);
+    py::array_t<std::complex<double>> eigenvalue(count), shape({size, count});
+    for (py::ssize_t k = 0; k < count; ++k) {
+        const Eigenmode& mode = modes[size_t(k)];
+        frequency.mutable_at(k) = mode.isUncertain() ? 0 : mode.frequency;
+        damping.mutable_at(k) = mode.isRigidMotion() ? 0 : mode.dampingRatio;
+        eigenvalue.mutable_at(k) = mode.eigenvalue;
+        for (py::ssize_t i = 0; i < size; ++i) shape.mutable_at(i, k) = mode.shape[int(i)];
+    }
+    py::dict result;
+    result["frequency"] = frequency;
+    result["damping_ratio"] = damping;
+    result["eigenvalue"] = eigenvalue;
+    result["shape"] = shape;
+    return makeNamespace(result);
+}
+
+py::array_t<std::uint8_t> draw(OwnSession& own) {
+    const Image image = own.use([](const Session& session) { return session.draw(); }, true);
+    py::array_t<std::uint8_t> array({image.getHeight(), image.getWidth(), 4});
+    std::copy_n(image.getData(), image.getNumBytes(), array.mutable_data());
+    return array[py::make_tuple(py::ellipsis(), py::slice(0, 3, 1))].attr("copy")();
+}
+
+py::bytes encodePicture(OwnSession& own) {
+    const auto png =
+        own.use([](const Session& session) { return session.draw().encodePng(); }, true);
+    return py::bytes(reinterpret_cast<const char*>(png.data()), png.size());
+}
+
+}  // namespace
+
+void addSession(py::module_& module) {
+    py::class_<SavedState>(module, "SavedState", "Where a Session was, to the last bit.");
+
+    py::class_<OwnSession>(
+        module, "Session",
+        "A model that moves: started, stepped, looked at, changed, kept, drawn.\n\n"
+        "Quantities have names as at the prompt: session['joints.pin.angle'] is\n"
+        "a number, session['tip'] a probe, and session['bodies.rod.position'] =\n"
+        "[0, 1, 0] sets; joints stay closed. Other threads run while it moves.")
+        .def(py::init<const ModelText&, bool>(), py::arg("model"), py::arg("rigid") = false,
+             "Builds the model and goes to its start; `rigid` holds all flexible bodies rigid.")
+        .def_property_readonly(
+            "time",
+            [](OwnSession& own) {
+                return own.use([](const Session& session) { return session.getTime(); });
+            },
+            "[s]")
+        .def_property_readonly(
+            "energy",
+            [](OwnSession& own) {
+                return own.use([](const Session& session) { return session.calcEnergy(); });
+            },
+            "Kinetic and potential [J].")
+        .def_property_readonly("probes",
+                               [](OwnSession& own) {
+                                   return own.use([](const Session& session) {
+                                       std::vector<std::string> names;
+                                       for (const model::Probe& probe : session.getProbes())
+                                           names.push_back(probe.name);
+                                       return names;
+                                   });
+                               })
+        .def_property_readonly(
+            "quantities",
+            [](OwnSession& own) {
+                return own.use([](const Session& session) { return session.listQuantities(); });
+            },
+            "Names of all that can be asked for beside probes and parameters.")
+        .def(
+            "run",
+            [](OwnSession& own, double until, std::optional<double> interval) {
+                return runTo(
+                    own, [=](double) { return until; }, interval);
+            },
+            py::arg("until"), py::arg("interval") = py::none(),
+            "Moves to a time [s] and records the probes at each interval [s]. Returns 'reached',\n"
+            "or 'terminated' where an event has ended the motion. Ctrl-C stops where it is.")
+        .def(
+            "step",
+            [](OwnSession& own, double duration) {
+                return runTo(
+                    own, [=](double now) { return now + duration; }, std::nullopt);
+            },
+            py::arg("duration"), "Moves for a time [s].")
+        .def("take_steps", &takeSteps, py::arg("count") = 1, "Takes steps of the integrator's own.")
+        .def(
+            "reset", [](OwnSession& own) { own.use([](Session& s) { s.reset(); }, true); },
+            "Back to the start.")
+        .def("settle", &settle,
+             "Goes to the static equilibrium near by; returns iterations and free_motions.")
+        .def("get", &get, py::arg("path"), "A number, or an array.")
+        .def("set", &set, py::arg("path"), py::arg("value"))
+        .def("__getitem__", &get)
+        .def("__setitem__", &set)
+        .def(
+            "formula",
+            [](OwnSession& own, const std::string& formula) {
+                return own.use(
+                    [&](const Session& session) { return session.calcFormula(formula); });
+            },
+            py::arg("formula"), "Of probes, states, parameters and t as they are now.")
+        .def("change", &change, py::arg("key"), py::arg("value"), py::arg("go_on") = false,
+             "Gives a key of the model another value and builds it anew. It is back at its start\n"
+             "then (returns True), unless nothing that moves has changed, or `go_on` is told: for\n"
+             "inputs, such as the size of a load.")
+        .def_property_readonly("record", &getRecord,
+                               "What run() has recorded, by name of probe, and 'time'.")
+        .def(
+            "save",
+            [](OwnSession& own) {
+                return own.use([](const Session& session) { return session.save(); });
+            },
+            "Where it is; what goes on from restore() has the same bits.")
+        .def(
+            "restore",
+            [](OwnSession& own, const SavedState& saved) {
+                own.use([&](Session& session) { session.restore(saved); }, true);
+            },
+            py::arg("state"))
+        .def("copy", &OwnSession::copy, "Another Session at the same State.")
+        .def(
+            "keep",
+            [](OwnSession& own, const Path& path) {
+                own.use([&](const Session& session) { session.keepState(path.string()); });
+            },
+            py::arg("path"), "Writes the State to a file.")
+        .def(
+            "restore_kept",
+            [](OwnSession& own, const Path& path) {
+                own.use([&](Session& session) { session.restoreState(path.string()); }, true);
+            },
+            py::arg("path"), "Goes to the State of a file.")
+        .def("eigenmodes", &calcModes,
+             "Natural modes about this State: frequency [Hz], damping_ratio, eigenvalue [1/s],\n"
+             "shape (speeds × modes); free motions first, of frequency 0.")
+        .def("picture", &draw, "As the model's `pictures` say: height×width×3 of 0…255.")
+        .def("_repr_png_", &encodePicture)
+        .def("__repr__", [](OwnSession& own) {
+            return own.use([](const Session& session) {
+                return "<simflex.Session '" + session.getTitle() +
+                       "' at t = " + std::string(py::str(py::float_(session.getTime()))) + " s>";
+            });
+        });
+}
+
+}  // namespace python
+}  // namespace simflex

@@ -1,0 +1,78 @@
+#include "simflex/python/Values.h"
+
+#include <memory>
+
+namespace simflex {
+namespace python {
+
+std::string toYaml(const py::handle& value) {
+    // YAML reads what JSON writes.
+    const py::cpp_function makePlain([](const py::object& other) -> py::object {
+        if (py::hasattr(other, "tolist")) return other.attr("tolist")();
+        throw py::type_error("a model file has no " +
+                             std::string(py::str(py::type::of(other).attr("__name__"))));
+    });
+    return py::str(py::module_::import("json").attr("dumps")(
+        value, py::arg("default") = makePlain, py::arg("ensure_ascii") = false,
+        py::arg("allow_nan") = false, py::arg("indent") = py::none()));
+}
+
+py::array_t<double> toArray(const std::vector<double>& values) {
+    return py::array_t<double>(py::ssize_t(values.size()), values.data());
+}
+
+py::array_t<double> toArray(const std::vector<std::vector<double>>& rows, size_t firstColumn,
+                            size_t numColumns) {
+    std::vector<py::ssize_t> shape{py::ssize_t(rows.size())};
+    if (numColumns != 1) shape.push_back(py::ssize_t(numColumns));
+    py::array_t<double> array(shape);
+    double* next = array.mutable_data();
+    for (const std::vector<double>& row : rows)
+        for (size_t k = 0; k < numColumns; ++k) *next++ = row.at(firstColumn + k);
+    return array;
+}
+
+py::object toNumberOrArray(const std::vector<double>& values) {
+    if (values.size() == 1) return py::float_(values[0]);
+    return toArray(values);
+}
+
+std::vector<double> toNumbers(const py::handle& value) {
+    const auto array =
+        py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
+    if (!array || array.ndim() > 1) {
+        PyErr_Clear();
+        throw py::type_error("expected a number or a sequence of numbers, not " +
+                             std::string(py::repr(value)));
+    }
+    return std::vector<double>(array.data(), array.data() + array.size());
+}
+
+py::object makeNamespace(const py::dict& attributes) {
+    return py::module_::import("types").attr("SimpleNamespace")(**attributes);
+}
+
+bool Interrupts::goesOn() {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - m_lastLook < std::chrono::milliseconds(50)) return true;
+    m_lastLook = now;
+    const py::gil_scoped_acquire lock;
+    return PyErr_CheckSignals() == 0;
+}
+
+Listener makeListener() {
+    Listener listener;
+    listener.warn = [](const std::string& text) {
+        const py::gil_scoped_acquire lock;
+        const py::object category = py::module_::import("simflex").attr("SimflexWarning");
+        if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) != 0) throw py::error_already_set();
+    };
+    listener.progress = [interrupts = std::make_shared<Interrupts>()](const std::string&, double,
+                                                                      const Listener::Detail&) {
+        return interrupts->goesOn();
+    };
+    return listener;
+}
+
+}  // namespace python
+}  // namespace simflex

@@ -1,0 +1,57 @@
+#pragma once
+/** @file
+Values on their way between Python and the library. **/
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "simflex/model/Listener.h"
+
+namespace simflex {
+namespace python {
+
+namespace py = pybind11;
+
+/** YAML of numbers, texts, lists, dicts and arrays of NumPy.
+@throws py::error_already_set for what has none. **/
+std::string toYaml(const py::handle& value);
+
+/** A copy. **/
+py::array_t<double> toArray(const std::vector<double>& values);
+/** n×k, or n values of a single column. **/
+py::array_t<double> toArray(const std::vector<std::vector<double>>& rows, size_t firstColumn,
+                            size_t numColumns);
+/** A number, or an array of several. **/
+py::object toNumberOrArray(const std::vector<double>& values);
+/** Of a number, or of a sequence of numbers. @throws py::type_error. **/
+std::vector<double> toNumbers(const py::handle& value);
+
+/** Some attributes under a name, as types.SimpleNamespace has them. **/
+py::object makeNamespace(const py::dict& attributes);
+
+/** Looks every now and then whether somebody has pressed Ctrl-C; called without the interpreter's
+lock. **/
+class Interrupts {
+public:
+    /** False once a Python exception is waiting. **/
+    bool goesOn();
+
+private:
+    std::chrono::steady_clock::time_point m_lastLook = std::chrono::steady_clock::now();
+};
+/** Warnings become Python's, of this category; Ctrl-C stops. **/
+Listener makeListener();
+
+/** Adds the classes of a module. **/
+void addModel(py::module_& module);
+void addPart(py::module_& module);
+void addResults(py::module_& module);
+void addSession(py::module_& module);
+
+}  // namespace python
+}  // namespace simflex

@@ -1,0 +1,132 @@
+"""A model that moves."""
+
+import numpy as np
+import pytest
+import simflex
+from models import make_pendulum
+
+
+def start(angle=0.3, **changes):
+    return simflex.Session(make_pendulum(initial={"joints": {"pivot": angle}}, **changes))
+
+
+def test_runs_as_the_program_does(tmp_path):
+    model = make_pendulum(initial={"joints": {"pivot": 0.3}})
+    results = model.run(tmp_path / "run.h5")
+    session = simflex.Session(model)
+    assert session.run(0.5, interval=0.01) == "reached"
+    record = session.record
+    assert np.array_equal(record["time"], results["run"].time)
+    assert np.array_equal(record["bob"], results["run"]["bob"])
+    assert record["bob"].shape == (51, 3) and record["angle"].shape == (51,)
+
+
+def test_energy_is_kept_and_gravity_accelerates():
+    session = start()
+    before = session.energy
+    session.step(0.4)
+    assert session.time == pytest.approx(0.4)
+    assert session.energy == pytest.approx(before, abs=1e-7)
+    rate = session["joints.pivot.angle_rate"]
+    height = session["bob"][1] + np.cos(0.3)
+    assert 0.5 * 1.02 * rate**2 + 9.81 * height == pytest.approx(0, abs=1e-6)
+
+
+def test_what_is_restored_has_the_same_bits():
+    session = start()
+    session.run(0.2)
+    saved = session.save()
+    branch = session.copy()
+    session.run(0.5)
+    end = session["bob"]
+    session["joints.pivot.angle"] = 1
+    session.restore(saved)
+    assert session.time == 0.2
+    session.run(0.5)
+    branch.run(0.5)
+    assert np.array_equal(session["bob"], end)
+    assert np.array_equal(branch["bob"], end)
+    with pytest.raises(ValueError):
+        start(probes={}, joints={}).restore(saved)
+
+
+def test_joints_stay_closed_where_quantities_are_set():
+    session = start()
+    session["joints.pivot.angle"] = -0.7
+    assert session["angle"] == pytest.approx(-0.7, abs=1e-12)
+    assert session["bob"] == pytest.approx([-np.sin(0.7), -np.cos(0.7), 0], abs=1e-9)
+    assert session.formula("angle*180/pi") == pytest.approx(np.degrees(-0.7))
+    session.change("parameters.length", 2)
+    assert session["bob"][1] == pytest.approx(-2 * np.cos(0.3))
+
+
+def test_inputs_change_on_the_way():
+    session = start(0, loads={"push": {"on": "bob", "force": ["push", 0, 0]}}, parameters={"length": 1, "push": 0})
+    session.run(0.1)
+    assert session["angle"] == 0
+    assert not session.change("parameters.push", 9.81, go_on=True)
+    assert session.time == 0.1
+    # As much sideways as down: the middle of the swing is at 45°.
+    assert session.settle().iterations > 0
+    assert session["angle"] == pytest.approx(np.pi / 4, abs=1e-9)
+
+
+def test_small_motions():
+    session = start(0)
+    modes = session.eigenmodes()
+    assert modes.frequency == pytest.approx([np.sqrt(9.81 / 1.02) / (2 * np.pi)])
+    assert modes.shape.dtype == complex
+
+
+def test_events_end_a_run():
+    session = start(0.3, events={"low": {"when": "angle < 0", "do": [{"stop": True}]}})
+    assert session.run(10) == "terminated"
+    assert session["angle"] == pytest.approx(0, abs=1e-6)
+
+
+def test_pictures():
+    session = start()
+    picture = session.picture()
+    assert picture.dtype == np.uint8 and picture.ndim == 3 and picture.shape[2] == 3
+    assert picture.std() > 1
+    assert session._repr_png_().startswith(b"\x89PNG")
+
+
+def test_wrong_arguments_are_named():
+    session = start()
+    with pytest.raises(RuntimeError, match="did you mean 'joints.pivot.angle'"):
+        session["joints.pivot.angel"]
+    with pytest.raises(TypeError, match="number or a sequence of numbers"):
+        session["joints.pivot.angle"] = "much"
+    with pytest.raises(RuntimeError, match="has 1 value"):
+        session["joints.pivot.angle"] = [1, 2]
+    with pytest.raises(RuntimeError, match="cannot be set to"):
+        session["joints.pivot.angle"] = float("nan")
+    with pytest.raises(ValueError):
+        session.run(-1)
+    with pytest.raises(TypeError):
+        session.run("soon")
+    assert session["angle"] == pytest.approx(0.3)
+    rng = np.random.default_rng(1)
+    pieces = ["joints", ".", "pivot", "angle", "bodies", "bob", "", "1", "x", "[", "'", "\n", "é", "time", " "]
+    for _ in range(300):
+        name = "".join(rng.choice(pieces, rng.integers(1, 6)))
+        try:
+            session[name] = rng.normal(size=rng.integers(0, 4))
+            session.formula(name)
+        except (RuntimeError, ValueError, IndexError):
+            pass
+
+
+def test_sessions_leave_nothing_behind():
+    def measure():
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * 4096
+
+    model = make_pendulum()
+    for _ in range(100):
+        simflex.Session(model).step(0.001)
+    before = measure()
+    for _ in range(500):
+        simflex.Session(model).step(0.001)
+    assert measure() - before < 4e6

@@ -1,0 +1,49 @@
+"""Sessions in threads, and Ctrl-C."""
+
+import _thread
+import threading
+import time
+
+import numpy as np
+import pytest
+import simflex
+from models import make_pendulum
+
+
+def test_sessions_move_in_threads_of_their_own():
+    model = make_pendulum(initial={"joints": {"pivot": 0.3}})
+    sessions = [simflex.Session(model) for _ in range(4)]
+    threads = [threading.Thread(target=session.run, args=(2,)) for session in sessions]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    ends = [session["bob"] for session in sessions]
+    assert all(np.array_equal(end, ends[0]) for end in ends)
+
+
+def test_a_session_is_of_one_thread_at_a_time():
+    session = simflex.Session(make_pendulum(initial={"joints": {"pivot": 0.3}}))
+    thread = threading.Thread(target=session.run, args=(500,))
+    thread.start()
+    refusals = 0
+    while thread.is_alive() and refusals == 0:
+        try:
+            session["angle"]
+        except RuntimeError as error:
+            assert "another thread" in str(error)
+            refusals += 1
+        time.sleep(0.001)
+    thread.join()
+    assert refusals == 1
+
+
+def test_ctrl_c_keeps_the_state():
+    session = simflex.Session(make_pendulum(initial={"joints": {"pivot": 0.3}}))
+    threading.Timer(0.3, _thread.interrupt_main).start()
+    with pytest.raises(KeyboardInterrupt):
+        session.run(1e6)
+    stopped = session.time
+    assert 0 < stopped < 1e6
+    session.step(0.1)
+    assert session.time == pytest.approx(stopped + 0.1)
