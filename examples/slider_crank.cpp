@@ -303,6 +303,8 @@ void render(const Arguments& arguments, const SliderCrankModel& model, const Pro
     viz.setOutputFolder(arguments.out + "/frames");
     viz.setWindowTitle("Slider-crank with flexible crank and connecting rod");
     const std::vector<State> states = calcPictureStates(model, probes.frames);
+    // The rod's bow; the crank lags behind its drive by more, and is shown beyond the bar.
+    viz.setDeformationFactor(100).setContourRange(0, 1e-4);
     viz.fitToMotion(states);
     const ProbePlot plot = makeProbePlot(probes, rigid);
     viz.addPlot(plot);

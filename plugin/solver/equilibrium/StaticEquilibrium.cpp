@@ -188,8 +188,9 @@ private:
 void StaticEquilibrium::Search::run() {
     const SolutionPoint start = m_point;
     if (converge(1)) return;
-    if (!m_motion.isAtRest()) {
-        // A steady motion is none of least energy, and may be stable at a saddle of it.
+    if (!m_motion.isAtRest() || !m_equations.getTopology().states.empty()) {
+        // A steady motion, or what a controller holds, is none of least energy, and may be stable
+        // at a saddle of it.
         m_point = start;
         m_goesDownhill = false;
         if (converge(1)) return;
@@ -289,7 +290,10 @@ void StaticEquilibrium::Search::factor(const Tangent& tangent, double sigma,
         for (size_t k = 0; k < A.columns[b].size(); ++k)
             if (m_graph.neighbours[b][k] == int(b))
                 A.columns[b][k] += sigma * tangent.softest * tangent.mass.M[b];
-    elimination.factor(A, tangent.s, TangentElimination<double>::Symmetry::Symmetric);
+    // A controller's stiffness is not symmetric, and what its states make of it is to be exact.
+    using Symmetry = TangentElimination<double>::Symmetry;
+    const bool isControlled = !m_goesDownhill && tangent.states.F.rows() > 0;
+    elimination.factor(A, tangent.s, isControlled ? Symmetry::General : Symmetry::Symmetric);
 }
 
 double StaticEquilibrium::Search::factor(const Tangent& tangent,
@@ -488,6 +492,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
     m_fraction = fraction;
     m_equations.updSimbody().setLoadFraction(fraction);
     m_motion.setFactor(std::sqrt(fraction));
+    if (!m_point.z.empty()) m_equations.setZ(m_point.z.data());
     for (int iteration = 0; iteration < m_settings.m_maximumIterations; ++iteration) {
         const Tangent tangent = calcTangent();
         ++numIterations;

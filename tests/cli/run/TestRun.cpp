@@ -770,7 +770,7 @@ TEST_F(RunTest, VerifyEstimatesTheError) {
         EXPECT_LT(error, 10 * accuracy) << solver;
     }
 
-    write("method: bdf, accuracy: 1e-2");
+    write("method: bdf, maximum_order: 1, accuracy: 1e-2");
     ASSERT_EQ(runModel("--verify -q"), 0) << err;
     EXPECT_THAT(out, ::testing::ContainsRegex(
                          "warning: probe 'swing' changes by [0-9.]+ % of its range between "
