@@ -140,16 +140,27 @@ Real FlexibleBodySubsystem::calcEnergy(const State& state) const {
 }
 
 void FlexibleBodySubsystem::initializeNative(State& state, Real tolerance) const {
-    const MultibodySystem& system = getMultibodySystem();
-    const Guts& own = getGuts();
-    system.realizeModel(state);
+    getMultibodySystem().realizeModel(state);
     requireLinearRange(*this, state, "FlexibleBodySubsystem::initializeNative()");
-    for (const JointRecord& joint : own.joints())
+    for (const JointRecord& joint : getGuts().joints())
         if (joint.friction)
             throw std::invalid_argument("FlexibleBodySubsystem::initializeNative(): joint '" +
                                         joint.name +
                                         "' has friction, which a native run would leave out: take "
                                         "an integrator of simflex, such as BdfIntegrator");
+    try {
+        closeJoints(state, tolerance);
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error(std::string("FlexibleBodySubsystem::initializeNative(): ") +
+                                 error.what());
+    }
+}
+
+void FlexibleBodySubsystem::closeJoints(State& state, Real tolerance) const {
+    const MultibodySystem& system = getMultibodySystem();
+    const Guts& own = getGuts();
+    system.realizeModel(state);
+    requireLinearRange(*this, state, "FlexibleBodySubsystem::closeJoints()");
     const State start = state;
     own.setWeights(state, Guts::Weights::Assembly);
     try {
@@ -160,10 +171,9 @@ void FlexibleBodySubsystem::initializeNative(State& state, Real tolerance) const
         state = start;
         try {
             assemble(system, state, tolerance);
-        } catch (const std::exception& error) {
+        } catch (const std::exception&) {
             state = start;
-            throw std::runtime_error(std::string("FlexibleBodySubsystem::initializeNative(): ") +
-                                     error.what());
+            throw;
         }
     }
     own.setWeights(state, Guts::Weights::Displacement);

@@ -87,6 +87,9 @@ public:
     @throws std::runtime_error if the constraints cannot be assembled, naming the worst one; the
     State is what it was then. **/
     void initializeNative(SimTK::State& state, SimTK::Real tolerance = 1e-10) const;
+    /** The positions and speeds of that, whatever integrates then. @throws the same, but for
+    friction. **/
+    void closeJoints(SimTK::State& state, SimTK::Real tolerance = 1e-10) const;
 
     /** Holds the modal coordinates of all bodies in a SimTK::Assembler as they are in its State.
     Without that it bends parts by metres for nothing, since it knows no stiffness.

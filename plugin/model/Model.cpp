@@ -100,6 +100,12 @@ std::vector<std::string> Model::findEventsThatHold(const State& state) const {
     return names;
 }
 
+const std::vector<Joint::Lock>& Model::getLocks(const std::string& joint) const {
+    static const std::vector<Joint::Lock> none;
+    const auto found = m_contents->system->locks.find(joint);
+    return found != m_contents->system->locks.end() ? found->second : none;
+}
+
 const std::string& Model::getLawFailure() const {
     return *m_contents->system->lawFailure;
 }

@@ -97,6 +97,9 @@ public:
     const JointEntry& findJoint(const model::ModelValue& name) const;
     const MotionEntry& findMotion(const model::ModelValue& name) const;
     const Signal& findState(const model::ModelValue& name) const;
+    /** Of a joint's coordinates, if events lock them. **/
+    const std::vector<Joint::Lock>& getLocks(const std::string& joint) const;
+
     /** The attachment that a frame of the file means, see "frame" in the key reference. **/
     Attachment findFrame(const model::ModelValue& frame) const;
     /** The same from text, as typed at a prompt; throws std::invalid_argument. **/

@@ -68,8 +68,8 @@ Session::Session(const ModelText& text, const ModelOptions& options)
       m_turns(std::make_unique<TurnCounter>(*m_model)) {
     reset();
     if (m_model->getFile().get("initial").get("start").getText() != "static") return;
-    const std::string lost = describeLostSpeeds(*m_model);
-    if (!lost.empty()) m_options.listener.tellWarning("the model " + lost);
+    for (const std::string& loss : describeLosses(*m_model))
+        m_options.listener.tellWarning("the model " + loss);
 }
 
 Session::~Session() = default;
@@ -198,7 +198,6 @@ void Session::forgetFrom(double time) {
 void Session::goOnFrom(const Session& other) {
     start(other.getState());
     m_turns->restore(other.m_turns->save());
-    m_warnings->restore(other.m_warnings->save());
     const auto isSame = [](const Probe& a, const Probe& b) {
         return a.name == b.name && a.unit == b.unit && a.columns == b.columns;
     };
@@ -207,6 +206,7 @@ void Session::goOnFrom(const Session& other) {
     m_record = {};
     if (!std::equal(mine.begin(), mine.end(), others.begin(), others.end(), isSame))
         return recordRow();
+    m_warnings->restore(other.m_warnings->save());
     m_record = other.m_record;
     m_uDot = m_integrator->getUDot();
     m_multipliers = m_integrator->getMultipliers();
@@ -323,12 +323,10 @@ double Session::calcFormula(const std::string& formula) const {
 }
 
 std::vector<double> Session::get(const std::string& path) const {
+    if (const Probe* probe = seekNamed(getProbes(), path)) return calcProbe(*probe);
     if (const auto quantity = findQuantity(path)) return quantity->get();
     std::vector<std::string> known = listQuantities();
-    for (const Probe& probe : getProbes()) {
-        if (probe.name == path) return calcProbe(probe);
-        known.push_back(probe.name);
-    }
+    for (const Probe& probe : getProbes()) known.push_back(probe.name);
     const ModelValue parameters = m_model->getFile().get("parameters");
     for (const std::string& name : parameters.getKeys()) {
         const std::string full = "parameters." + name;

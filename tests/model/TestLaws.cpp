@@ -843,6 +843,108 @@ TEST_F(LawsTest, AJointOfAFileRubsByItsOwnReaction) {
     EXPECT_NEAR(get(held, "lost"), 0, 1e-12);
 }
 
+TEST_F(LawsTest, WhatStuckAgainTearsOffWhereItsLoadSays) {
+    // Slides where 3 sin 2t exceeds μ m g, until the impulses are in balance: 0.436953 m each way.
+    for (const char* interval : {"0.2", "0.1"}) {
+        writeModel(
+            "simflex: 1\n"
+            "gravity: [0, -g, 0]\n"
+            "bodies: {a: {mass: 1, shape: {box: [0.3, 0.1, 0.1]}}}\n"
+            "joints: {s: {type: slider, axis: x, between: [ground, a], friction: {coulomb: 0.2}}}\n"
+            "loads: {p: {on: a, force: ['3*sin(2*t)', 0, 0]}}\n"
+            "probes: {x: {coordinate: s}, f: {friction: s}}\n"
+            "analyses: {run: {type: transient, duration: 20, interval: " +
+            std::string(interval) + "}}\n");
+        ASSERT_EQ(runModel(), 0) << err;
+        EXPECT_NEAR(find(read("run"), "x").rows.back()[0], 0.214398, 4e-5) << interval;
+        const auto friction = find(read("run"), "f").rows;
+        for (const auto& row : friction)
+            EXPECT_LT(std::abs(row[0]), 1.0001 * 0.2 * 9.80665) << interval;
+    }
+}
+
+TEST_F(LawsTest, FrictionOfADrivenMechanismFollowsTheLoadItMakes) {
+    // A crank that a motion turns moves a slider against 1000 N; all but no mass. Once with joints
+    // that are redundant out of the plane.
+    const std::pair<const char*, const char*> joints[] = {{"pin, axis: z", "pin, axis: z"},
+                                                          {"cylinder, axis: z", "ball"}};
+    for (const auto& [crankPin, gudgeonPin] : joints) {
+        writeModel(
+            std::string(
+                "simflex: 1\n"
+                "parameters: {a: 0.1, l: 0.3}\n"
+                "bodies:\n"
+                "  cr: {mass: 1e-4, shape: {box: [0.1, 0.01, 0.01]}, place: {position: [a/2, 0, "
+                "0]}}\n"
+                "  ro: {mass: 1e-4, shape: {box: [0.3, 0.01, 0.01]}, place: {position: "
+                "[a+l/2, 0, 0]}}\n"
+                "  sl: {mass: 1e-4, shape: {box: [0.03, 0.03, 0.03]}, place: {position: [a+l, "
+                "0, 0]}}\n"
+                "joints:\n"
+                "  A: {type: pin, axis: z, between: [ground, {on: cr, position: [-a/2, 0, "
+                "0]}]}\n"
+                "  B: {type: ") +
+            crankPin +
+            ", between: [{on: cr, position: [a/2, 0, 0]}, {on: ro, position: [-l/2, 0, 0]}]}\n"
+            "  C: {type: " +
+            gudgeonPin +
+            ", between: [{on: ro, position: [l/2, 0, 0]}, sl]}\n"
+            "  S: {type: slider, axis: x, between: [ground, sl], friction: {coulomb: 1}}\n"
+            "motions: {m: {joint: A, position: t}}\n"
+            "loads: {p: {on: sl, force: [-1000, 0, 0]}}\n"
+            "probes: {T: {driving: m}, n: {friction: S, what: load}, f: {friction: S}}\n"
+            "analyses: {run: {type: transient, duration: 6, interval: 0.1}}\n");
+        ASSERT_EQ(runModel(), 0) << err;
+        const auto n = find(read("run"), "n").rows, f = find(read("run"), "f").rows;
+        for (size_t k = 1; k < n.size(); ++k) {
+            const double q = 0.1 * double(k), sine = std::sin(q) / 3,
+                         slope = sine / std::sqrt(1 - sine * sine);
+            // Back, friction helps against the load; forth it does not.
+            EXPECT_NEAR(n[k][0], 1000 * std::abs(slope) / (1 + slope), 1) << gudgeonPin << q;
+            EXPECT_NEAR(std::abs(f[k][0]), n[k][0], 1e-3 * n[k][0]) << gudgeonPin << q;
+        }
+    }
+}
+
+TEST_F(LawsTest, WhatRubsMayBeginWithACoordinateAndARate) {
+    writeModel(
+        "simflex: 1\n"
+        "gravity: [0, -10, 0]\n"
+        "bodies: {b: {mass: 2, shape: {box: [0.1, 0.1, 0.1]}}}\n"
+        "joints: {s: {type: slider, axis: x, between: [ground, b], friction: {coulomb: 0.2}}}\n"
+        "initial: {joints: {s: 0.5}, rates: {s: 3}}\n"
+        "probes: {x: {coordinate: s}}\n"
+        "analyses: {run: {type: transient, duration: 2}}\n");
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_NEAR(find(read("run"), "x").rows.back()[0], 0.5 + 9. / 4, 1e-5);
+}
+
+TEST_F(LawsTest, AReactionKnowsWhatALockCarries) {
+    writeModel(
+        "simflex: 1\n"
+        "bodies: {b: {mass: 2, shape: {box: [0.1, 0.1, 0.1]}}}\n"
+        "joints: {s: {type: slider, axis: x, between: [ground, b]}}\n"
+        "loads: {p: {on: b, force: [10, 0, 0]}}\n"
+        "events: {lk: {when: 't > 0.5', do: [{lock: s}]}}\n"
+        "probes: {r: {reaction: s, component: x}}\n"
+        "analyses: {run: {type: transient, duration: 1, interval: 0.2}}\n");
+    ASSERT_EQ(runModel(), 0) << err;
+    const auto rows = find(read("run"), "r").rows;
+    EXPECT_NEAR(rows[2][0], 0, 1e-9);
+    EXPECT_NEAR(rows[4][0], -10, 1e-6);
+}
+
+TEST_F(LawsTest, WhereNothingCanVibrateOtherAnalysesAreDone) {
+    writeModel(
+        "simflex: 1\n"
+        "bodies: {b: {mass: 2, shape: {box: [0.1, 0.1, 0.1]}}}\n"
+        "joints: {s: {type: slider, axis: x, between: [ground, b], friction: {coulomb: 0.2}}}\n"
+        "analyses: {e: {type: eigen}, run: {type: transient, duration: 1}}\n");
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("no natural frequencies, as nothing in it is free to move"));
+    EXPECT_TRUE(read("run").isComplete);
+}
+
 TEST_F(LawsTest, RunsSayWhatBecomesOfFriction) {
     writeModel("simflex: 1\n" +
                makeIncline(", friction: {coulomb: 0.3, static: 0.5}",

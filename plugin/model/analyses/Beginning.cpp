@@ -121,10 +121,17 @@ State findStart(const Model& model, const std::function<void()>& observer) {
     return equilibrium.getState();
 }
 
-std::string describeLostSpeeds(const Model& model) {
-    if (model.makeInitialState().getU().normInf() == 0) return "";
-    return "begins at static equilibrium, where everything is at rest: the model's initial "
-           "velocities have no effect";
+std::vector<std::string> describeLosses(const Model& model) {
+    std::vector<std::string> losses;
+    if (model.makeInitialState().getU().normInf() != 0)
+        losses.push_back(
+            "begins at static equilibrium, where everything is at rest: the model's initial "
+            "velocities have no effect");
+    const std::string rubbing = nameRubbingJoints(model);
+    if (!rubbing.empty())
+        losses.push_back("begins at a static equilibrium that is found without the friction of " +
+                         rubbing);
+    return losses;
 }
 
 std::string nameRubbingJoints(const Model& model) {

@@ -21,9 +21,9 @@ std::unique_ptr<ImplicitIntegrator> makeIntegrator(const Model& model);
 @param observer  see StaticEquilibrium::setObserver() **/
 SimTK::State findStart(const Model& model, const std::function<void()>& observer = {});
 
-/** A warning where the model has initial speeds although analyses begin at static equilibrium;
-otherwise empty: "begins at …". **/
-std::string describeLostSpeeds(const Model& model);
+/** What of the model has no part in its static equilibrium although analyses begin there: initial
+speeds, friction. Each a warning: "begins at …". **/
+std::vector<std::string> describeLosses(const Model& model);
 
 /** Joints with friction, "'pin', 'slide'"; empty if there are none. **/
 std::string nameRubbingJoints(const Model& model);

@@ -119,8 +119,11 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     if (int(modes.size()) > count) modes.resize(size_t(count));
     const bool isDrawn = analysis.get("pictures").getBool() && m_options.drawsPictures;
     if (modes.empty() && isRigidTwin()) return leaveOut(name, "nothing in it vibrates");
-    if (modes.empty())
-        throw std::runtime_error("analysis '" + name + "': the model has no natural frequencies");
+    if (modes.empty()) {
+        m_failures.push_back("analysis '" + name + "': the model has no natural frequencies" +
+                             (numRigid == 0 ? ", as nothing in it is free to move" : ""));
+        return;
+    }
     Results::Analysis results = makeComplete(name, "eigen");
     results.frequency.resize(1);
     results.dampingRatio.resize(1);
@@ -134,7 +137,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
             drawModes(*m_model, linear, modes, name, getUsualFolder(), m_options.listener));
     m_writer->add(results);
     const std::string rubbing = nameRubbingJoints(*m_model);
-    if (!rubbing.empty()) m_remarks[name].push_back(rubbing + " stick and are held");
+    if (!rubbing.empty()) m_remarks[name].push_back("what rubs sticks and is held: " + rubbing);
 }
 
 void ModelRun::runCampbell(const ModelValue& analysis) {

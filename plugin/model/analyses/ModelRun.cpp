@@ -287,10 +287,8 @@ void ModelRun::perform() {
 void ModelRun::runTransient(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const State start = findNamedState(analysis.get("from"), name);
-    if (beginsAtRest(analysis)) {
-        const std::string lost = describeLostSpeeds(*m_model);
-        if (!lost.empty()) warn(name, lost);
-    }
+    if (beginsAtRest(analysis))
+        for (const std::string& loss : describeLosses(*m_model)) warn(name, loss);
     TransientRun run(*this, analysis);
     const bool isBegun = m_earlier && seekNamed(m_earlier->analyses, name);
     if (isBegun && fs::exists(getCheckpointPath())) {

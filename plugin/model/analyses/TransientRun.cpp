@@ -104,6 +104,7 @@ void TransientRun::start(const State& state) {
                                  "': " + nameBodies(*m_run.m_model, error.what()));
     }
     warnOfStart(state);
+    m_redundant = m_integrator->getRedundantConstraints();
     const Moment moment{m_integrator->getState(), m_integrator->getUDot(),
                         m_integrator->getMultipliers(), 0};
     m_progress.energy.balanceAtStart = calcEnergy(*m_run.m_model, moment, "balance");
@@ -325,9 +326,12 @@ void TransientRun::finish() {
                  {"output_seconds", statistics.outputSeconds + m_progress.outputSeconds}});
     writeEvents();
     m_run.m_ends[m_name] = {m_integrator->getState(), m_turns.save()};
-    std::vector<std::string> redundant = m_integrator->getRedundantConstraints();
-    std::sort(redundant.begin(), redundant.end());
-    for (const std::string& line : redundant)
+    // Events may have released or locked joints since.
+    for (const std::string& line : m_integrator->getRedundantConstraints())
+        m_redundant.push_back(line);
+    std::sort(m_redundant.begin(), m_redundant.end());
+    m_redundant.erase(std::unique(m_redundant.begin(), m_redundant.end()), m_redundant.end());
+    for (const std::string& line : m_redundant)
         m_run.m_remarks[m_name].push_back(nameBodies(*m_run.m_model, line));
     if (m_lastFrame >= 0) {
         // Drawing can be stopped as well.

@@ -63,6 +63,7 @@ private:
     TurnCounter m_turns;
     MotionWarnings m_warnings;
     RunCheckpoint m_progress;
+    std::vector<std::string> m_redundant;  ///< constraints that follow from others, at the start
     Clock::time_point m_kept;
 };
 

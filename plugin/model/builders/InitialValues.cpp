@@ -206,7 +206,7 @@ void JointLeader::lead(const ModelSystem& system, State& state) const {
         for (const Entry& entry : m_entries) entry.course->done = double(i) / steps;
         state.updTime();  // what depends on the courses is no longer valid
         try {
-            system.flexible.initializeNative(state);
+            system.flexible.closeJoints(state);
         } catch (const std::runtime_error& error) {
             m_entries.front().start.joint.fail(
                 std::string("the model cannot be assembled with these coordinates or rates: ") +

@@ -78,7 +78,7 @@ State ModelBuilder::makeInitialState(const ModelSystem& system) const {
         state.updQ() = lead(values).getQ();
     } else {
         State assembled = state;
-        system.flexible.initializeNative(assembled);
+        system.flexible.closeJoints(assembled);
         state.updQ() = assembled.getQ();
     }
     if (hasRates) {

@@ -202,6 +202,9 @@ Probe makeReactionProbe(const ProbeSource& source) {
             reaction += JointFriction(subsystem, joint)
                             .calcForce(moment.state, getFrictionForces(*model, joint, moment), side,
                                        inAxes);
+        for (const Joint::Lock& lock : model->getLocks(joint.getName()))
+            reaction += lock.calcReaction(moment.state, getMultipliers(*model, lock, moment), side,
+                                          side, inAxes);
         for (int k = 0; k < 3; ++k) values[k] = reaction[row][k];
     };
     return selectComponent(entry, std::move(probe));

@@ -345,8 +345,8 @@ std::vector<SchemaKey> makePartKeys() {
                      .such("[0, 2]"),
                  SchemaKey("interpolation", {choice({"spline", "linear", "step"})},
                            "Between the points: cubic spline "
-                           "(not-a-knot; bicubic), lines (bilinear), or the value of the last "
-                           "point passed.")
+                           "(not-a-knot; bicubic), lines (bilinear), or, of one variable, the "
+                           "value of the last point passed.")
                      .orElse("spline")
                      .such("linear"),
                  SchemaKey("extrapolation", {choice({"constant", "linear", "refuse"})},

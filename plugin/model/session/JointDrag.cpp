@@ -31,7 +31,7 @@ public:
           m_joint(joint),
           m_coordinate(coordinate),
           m_state(start) {
-        model.getFlexibleBodies().initializeNative(m_state);
+        model.getFlexibleBodies().closeJoints(m_state);
         m_weights = m_state.getUWeights();
         for (const Model::BodyEntry& body : model.getBodies()) {
             if (!body.flexible) continue;

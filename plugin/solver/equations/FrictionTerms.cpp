@@ -15,6 +15,9 @@ namespace {
 constexpr double RestingRate = 1e-8;
 /** By so much more than its limit a force makes a contact slide: round-off does not. **/
 constexpr double Excess = 1e-9;
+/** By so much a sliding contact's force may differ from what its load makes, relative to it, and to
+the largest multiplier. **/
+constexpr double Unsettled = 1e-3, RoundOff = 1e-9;
 /** Changes of mind within a step. **/
 constexpr int MostChanges = 12;
 /** Of contacts that stick, relative to what their rows have in S: those that hold the same share
@@ -94,6 +97,15 @@ FrictionTerms::Vector FrictionTerms::calcSlidingForce(const Contact& contact,
     return contact.equations->getCoefficients().coulomb * contact.load * direction;
 }
 
+bool FrictionTerms::tearsOff(const Contact& contact, const Vector& force) {
+    const double limit = contact.equations->getCoefficients().breakaway * contact.load;
+    return force.norm() > (1 + Excess) * limit;
+}
+
+bool FrictionTerms::turnsBack(const Contact& contact, const Vector& motion) {
+    return isDry(contact) && contact.load > 0 && motion.dot(contact.direction) < 0;
+}
+
 bool FrictionTerms::isDry(const Contact& contact) {
     return contact.equations->getCoefficients().breakaway > 0;
 }
@@ -114,18 +126,16 @@ bool FrictionTerms::decide(By by, double* lambda) {
             force[i] = lambda[friction.forceRow(i)];
             lambda[friction.slopeRow(i)] = 0;
         }
-        const double limit = contact.equations->getCoefficients().breakaway * contact.load;
-        const double size = force.norm();
-        if (contact.mode == Mode::Stick && size > (1 + Excess) * limit) {
+        if (contact.mode == Mode::Stick && tearsOff(contact, force)) {
             contact.mode = Mode::Slip;
-            contact.direction = force / size;
+            contact.direction = force.normalized();
             ++contact.numChanges;
         } else if (contact.mode == Mode::Slip) {
             // What is at rest leaves the way it is accelerated.
             const bool isLeaving = by == By::Accelerations && contact.rates.norm() <= RestingRate;
             const Vector& motion = isLeaving ? contact.accelerations : contact.rates;
             const double speed = motion.norm();
-            if (limit > 0 && motion.dot(contact.direction) < 0) {
+            if (turnsBack(contact, motion)) {
                 contact.mode = Mode::Stick;
                 ++contact.numChanges;
             } else if (speed > 0) {
@@ -141,14 +151,37 @@ bool FrictionTerms::decide(By by, double* lambda) {
     return hasChanged;
 }
 
+bool FrictionTerms::isSettled(const double* lambda) {
+    double largest = 0;
+    for (int i = 0; i < m_topology.numMultipliers; ++i)
+        largest = std::max(largest, std::abs(lambda[i]));
+    for (int k = 0; k < int(m_contacts.size()); ++k) {
+        updateLoad(k, lambda);
+        const Contact& contact = m_contacts[size_t(k)];
+        Vector force = Vector::Zero();
+        for (int i = 0; i < contact.numRates; ++i)
+            force[i] = lambda[m_topology.frictions[size_t(k)].forceRow(i)];
+        if (contact.mode == Mode::Stick && tearsOff(contact, force)) return false;
+        if (contact.mode != Mode::Slip || !isDry(contact)) continue;
+        if (turnsBack(contact, contact.rates)) return false;
+        const Vector sliding = calcSlidingForce(contact, contact.direction);
+        const double size = std::max(force.norm(), sliding.norm());
+        if ((force - sliding).norm() > std::max(Unsettled * size, RoundOff * largest)) return false;
+    }
+    return true;
+}
+
 void FrictionTerms::follow(double* lambda) {
     for (int k = 0; k < int(m_contacts.size()); ++k) {
         const Contact& contact = m_contacts[size_t(k)];
         updateLoad(k, lambda);
         if (contact.mode == Mode::Stick) continue;
         const double speed = contact.rates.norm();
-        const bool turnsBack = !(contact.rates.dot(contact.direction) > 0);
-        const Vector direction = turnsBack ? contact.direction : Vector(contact.rates / speed);
+        // What slid the other way when the step began turns round within it; what stuck does not.
+        const bool hasTurned =
+            contact.kept == Mode::Slip && contact.keptDirection.dot(contact.direction) < 0;
+        const bool isItsOwn = speed > 0 && (hasTurned || contact.rates.dot(contact.direction) > 0);
+        const Vector direction = isItsOwn ? Vector(contact.rates / speed) : contact.direction;
         writeForce(k,
                    contact.mode == Mode::Slip ? calcSlidingForce(contact, direction)
                                               : Vector(Vector::Zero()),
@@ -174,7 +207,8 @@ bool FrictionTerms::isOutdated(const Contact& contact) {
         now += contact.loadSlope[k] * contact.loadSlope[k];
         then += contact.formedSlope[k] * contact.formedSlope[k];
     }
-    return now > 0 && product < Turned * std::sqrt(now * then);
+    // Where nothing pressed, it was formed without.
+    return now > 0 && (then == 0 || product < Turned * std::sqrt(now * then));
 }
 
 void FrictionTerms::calcErrors(double* c) const {

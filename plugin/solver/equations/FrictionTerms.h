@@ -46,6 +46,8 @@ public:
     /** Decides for these multipliers, and writes the forces of those that slide among them.
     @returns true if the last matrix is of no use for that **/
     bool decide(By by, double* lambda);
+    /** Whether decide() would leave what contacts do as it is. **/
+    bool isSettled(const double* lambda);
     /** Writes the forces of a stage of a step, as decided for its end. **/
     void follow(double* lambda);
     /** A contact that has changed its mind too often, or −1. **/
@@ -106,6 +108,10 @@ private:
     Vector calcSlidingForce(const Contact& contact, const Vector& direction) const;
     static bool isOutdated(const Contact& contact);
     static bool isDry(const Contact& contact);
+    /** What sticks by this force does no longer. **/
+    static bool tearsOff(const Contact& contact, const Vector& force);
+    /** What slides moves, or is accelerated, against its direction. **/
+    static bool turnsBack(const Contact& contact, const Vector& motion);
     /** s + c v of a rate. **/
     double calcForce(int contact, int rate, const double* lambda) const;
     void setColumns(NewtonSystem& system, bool areActive) const;

@@ -63,8 +63,8 @@ void BdfScheme::calcFormula(const SolutionHistory& history, int order, double tN
     formula.workHist = history.combineWork(weights);
 }
 
-OneStageScheme::ErrorFactors BdfScheme::calcErrorFactors(const SolutionHistory& history,
-                                                            int order, double tNew) const {
+OneStageScheme::ErrorFactors BdfScheme::calcErrorFactors(const SolutionHistory& history, int order,
+                                                         double tNew) const {
     SolutionHistory::Weights unused;
     const double gamma = calcCoefficients(history, order, tNew, unused);
     const double oldest = history[std::min(order, history.size() - 1)].t;

@@ -79,7 +79,8 @@ std::string FailureDiagnosis::explainFriction(int contact) const {
                     : topology.describeConstraint(topology.frictions[size_t(contact)].firstRow);
     return who +
            " finds neither sticking nor sliding that agrees with the reaction it causes: a joint "
-           "that jams itself, or a load that several joints share in more than one way; smaller "
+           "that jams itself or turns its own load round, or a load that several joints share in "
+           "more than one way; smaller "
            "coefficients, a part that bends, or friction in fewer of them make it definite";
 }
 

@@ -134,15 +134,20 @@ std::vector<std::string> ImplicitStep::describeRedundancies() const {
 std::string ImplicitStep::describeUndetermined(const std::vector<int>& rows) const {
     constexpr double Least = 1e-6;
     const Topology& topology = m_equations.getTopology();
+    std::string names;
     for (int k = 0; k < int(topology.frictions.size()); ++k) {
         const Topology::Joint& joint = topology.joints[size_t(topology.frictions[size_t(k)].joint)];
-        for (const int row : rows)
-            if (row >= joint.firstRow && row < joint.firstRow + joint.numRows() &&
-                std::abs(m_equations.getFrictions().getLoadSlope(k, row - joint.firstRow)) > Least)
-                return ": the friction of '" + joint.record->name +
-                       "' depends on what it leaves undetermined";
+        const auto presses = [&](int row) {
+            return row >= joint.firstRow && row < joint.firstRow + joint.numRows() &&
+                   std::abs(m_equations.getFrictions().getLoadSlope(k, row - joint.firstRow)) >
+                       Least;
+        };
+        const std::string name = "'" + joint.record->name + "'";
+        if (std::any_of(rows.begin(), rows.end(), presses) && names.find(name) == names.npos)
+            names += (names.empty() ? "" : ", ") + name;
     }
-    return "";
+    if (names.empty()) return "";
+    return ": the friction of " + names + " depends on what it leaves undetermined";
 }
 
 bool ImplicitStep::mayDifferentiate() const {
@@ -268,19 +273,31 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 
     // Not where a point was looked at last.
     if (m_equations.getBlocks().askForN()) m_equations.realize(t, q.data(), u.data());
+    const auto areMultipliersGood = [&](double changed) {
+        constexpr double RoundOff = 1e-9;
+        return changed <=
+               std::max(tolerances.multiplier * findLargest(lambda), RoundOff * forceScale);
+    };
+    const auto isFrictionSettled = [&] {
+        if (frictions.isEmpty()) return true;
+        m_stepEquations.realize(formula, point.z, u, q);
+        return frictions.isSettled(lambda.data());
+    };
     int allowed = tolerances.maxIterations;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto start = Clock::now();
         const bool hasStates = !m_equations.getTopology().states.empty();
+        bool hasOtherFriction = false;
         if (!hasStates && frictions.isEmpty()) {
             m_stepEquations.evaluate(formula, level, lambda, point.z, u, q, uDot, m_system);
         } else {
             m_stepEquations.realize(formula, point.z, u, q);
             if (hasStates) correctStates(formula, point);
-            if (frictions.decide(FrictionTerms::By::Rates, lambda.data())) {
+            hasOtherFriction = frictions.decide(FrictionTerms::By::Rates, lambda.data());
+            if (hasOtherFriction) {
                 // Other equations than those of the iteration before.
                 refresh = true;
-                previousChange = previousMultiplierChange = 0;
+                previousChange = previousMultiplierChange = forceScale = 0;
             }
             m_stepEquations.calcResidual(formula, level, lambda, q, u, uDot, m_system);
         }
@@ -300,7 +317,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         if (iteration == 0 && formulation == Formulation::Index3 &&
             m_equations.getTopology().mayLoseCount(m_system.c.data(), stiffness))
             break;
-        if (iteration > 0 && bodyResidual <= tolerances.bodyResidual * forceScale &&
+        if (iteration > 0 && !hasOtherFriction &&
+            bodyResidual <= tolerances.bodyResidual * forceScale &&
             outcome.constraintResidual <= tolerances.constraintResidual && hasZConverged) {
             outcome.converged = true;
             break;
@@ -337,7 +355,9 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             if (iteration > 1 && byDisplacement > 0.95 && byMultiplier > 0.95 &&
                 change > allowedNoise) {
                 outcome.converged = purpose == Purpose::Projected && hasZConverged &&
-                                    change <= LargestNoise * accuracy;
+                                    change <= LargestNoise * accuracy &&
+                                    (frictions.isEmpty() ||
+                                     (areMultipliersGood(multiplierChange) && isFrictionSettled()));
                 break;
             }
         }
@@ -347,8 +367,11 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         const double remaining = m_reuse.calcRemaining();
         const double multiplierScale = std::max(findLargest(lambda), m_multiplierFloor);
         if (hasZConverged && remaining * change <= tolerances.displacement * accuracy &&
-            (purpose == Purpose::Projected ||
-             remaining * multiplierChange <= tolerances.multiplier * multiplierScale)) {
+            (frictions.isEmpty()
+                 ? purpose == Purpose::Projected ||
+                       remaining * multiplierChange <= tolerances.multiplier * multiplierScale
+                 : areMultipliersGood(remaining * multiplierChange)) &&
+            isFrictionSettled()) {
             outcome.converged = true;
             break;
         }

@@ -181,6 +181,23 @@ double RadauStep::evaluateStages(const SolutionPoint& start, double h, bool& has
     return m_equations.updErrorNorm().calcZSize(m_deltaZ.data());
 }
 
+bool RadauStep::areMultipliersGood(double change, double forceScale) const {
+    constexpr double RoundOff = 1e-9;
+    return m_equations.getFrictions().isEmpty() ||
+           change <= std::max(tolerances.multiplier * findLargest(m_stages[End].lambda),
+                              RoundOff * forceScale);
+}
+
+bool RadauStep::isFrictionSettled(const SolutionPoint& start, double h) {
+    FrictionTerms& frictions = m_equations.updFrictions();
+    if (frictions.isEmpty()) return true;
+    placeStages(start, h);
+    const SolutionPoint& end = m_stages[End];
+    m_equations.setZ(end.z.data());
+    m_equations.realize(end.t, end.q.data(), end.u.data());
+    return frictions.isSettled(end.lambda.data());
+}
+
 void RadauStep::formAndFactorBoth(const NewtonFactors& factors) {
     const SolutionPoint& stage = m_stages[Middle];
     formAndFactor(factors, stage.q, stage.u, stage.uDot);
@@ -269,7 +286,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
         const double zChange = evaluateStages(start, h, hasOtherFriction);
         if (hasOtherFriction) {
             refresh = true;
-            previousChange = previousMultiplierChange = 0;
+            previousChange = previousMultiplierChange = forceScale = 0;
         }
         const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
         m_statistics.evaluationSeconds += secondsSince(begin);
@@ -293,7 +310,8 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
             forceScale = std::max({forceScale, r, findLargest(m_stages[size_t(i)].lambda)});
         }
         if (!outcome.isFinite || m_equations.getFrictions().findUndecided() >= 0) break;
-        if (iteration > 0 && bodyResidual <= tolerances.bodyResidual * forceScale &&
+        if (iteration > 0 && !hasOtherFriction &&
+            bodyResidual <= tolerances.bodyResidual * forceScale &&
             outcome.constraintResidual <= tolerances.constraintResidual && hasZConverged) {
             outcome.converged = true;
             break;
@@ -333,7 +351,10 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
             m_reuse.noteRate(previousChange > 0 ? change / previousChange : 0);
             if (iteration > 1 && change > 0.95 * previousChange &&
                 multiplierChange > 0.95 * previousMultiplierChange) {
-                outcome.converged = hasZConverged && change <= LargestNoise * accuracy;
+                // Friction follows multipliers: theirs would be a wrong force.
+                outcome.converged = hasZConverged && change <= LargestNoise * accuracy &&
+                                    areMultipliersGood(multiplierChange, forceScale) &&
+                                    isFrictionSettled(start, h);
                 break;
             }
         }
@@ -344,7 +365,8 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
         const double multiplierScale =
             std::max(findLargest(m_stages[End].lambda), m_multiplierFloor);
         if (hasZConverged && remaining * change <= tolerances.displacement * accuracy &&
-            remaining * multiplierChange <= tolerances.multiplier * multiplierScale) {
+            remaining * multiplierChange <= tolerances.multiplier * multiplierScale &&
+            isFrictionSettled(start, h)) {
             outcome.converged = true;
             break;
         }
