@@ -945,6 +945,36 @@ TEST_F(LawsTest, WhereNothingCanVibrateOtherAnalysesAreDone) {
     EXPECT_TRUE(read("run").isComplete);
 }
 
+TEST_F(LawsTest, WhatIsArbitraryAtTheStartIsToldThoughAnEventEndsIt) {
+    // Two rubbing pins carry a welded pair together, until it is parted.
+    writeModel(
+        "simflex: 1\n"
+        "bodies:\n"
+        "  w: {mass: 2, shape: {cylinder: [0.1, 0.02]}}\n"
+        "  u: {mass: 2, shape: {cylinder: [0.1, 0.02]}}\n"
+        "joints:\n"
+        "  p: {type: pin, axis: z, between: [ground, w], friction: {coulomb: 0.1, radius: 0.05}}\n"
+        "  q: {type: pin, axis: z, between: [ground, u], friction: {coulomb: 0.3, radius: 0.05}}\n"
+        "  c: {type: weld, between: [w, u]}\n"
+        "loads: {d: {on: w, torque: [0, 0, 10], force: [0, -100, 0]}}\n"
+        "events: {r: {when: 't > 0.5', do: [{release: c}]}}\n"
+        "analyses: {run: {type: transient, duration: 1}}\n");
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(out, HasSubstr("the friction of 'p', 'q' depends on what it leaves undetermined"));
+}
+
+TEST_F(LawsTest, AStartAtRestSaysThatFrictionHadNoPartInIt) {
+    writeModel(
+        "simflex: 1\ngravity: [0, -g, 0]\n"
+        "bodies: {bar: {mass: 1, shape: {box: [1, 0.1, 0.1]}}}\n"
+        "joints: {p: {type: pin, axis: z, between: [ground, {on: bar, position: [-0.5, 0, 0]}],\n"
+        "             friction: {coulomb: 0.3, radius: 0.2}}}\n"
+        "initial: {start: static, joints: {p: -1.5}}\n"
+        "analyses: {run: {type: transient, duration: 0.1}}\n");
+    ASSERT_EQ(runModel("-q"), 0) << err;
+    EXPECT_THAT(out + err, HasSubstr("found without the friction of 'p'"));
+}
+
 TEST_F(LawsTest, RunsSayWhatBecomesOfFriction) {
     writeModel("simflex: 1\n" +
                makeIncline(", friction: {coulomb: 0.3, static: 0.5}",
