@@ -413,9 +413,7 @@ private:
     DeckCard& addCard(int line, const std::string& title,
                       std::map<std::string, std::string> parameters) {
         DeckCard card;
-        card.title = title;
-        for (const char c : title)
-            if (c != ' ' && c != '*') card.keyword += c;
+        card.setTitle(title);
         card.parameters = std::move(parameters);
         card.file = m_path;
         card.line = line;

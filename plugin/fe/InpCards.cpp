@@ -165,6 +165,13 @@ private:
 
 }  // namespace
 
+void DeckCard::setTitle(const std::string& text) {
+    title = text;
+    keyword.clear();
+    std::copy_if(text.begin(), text.end(), std::back_inserter(keyword),
+                 [](char c) { return c != ' ' && c != '*'; });
+}
+
 std::string DeckCard::where(int atLine) const {
     return file + ":" + std::to_string(atLine) + ": ";
 }

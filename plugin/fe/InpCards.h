@@ -30,6 +30,9 @@ struct DeckCard {
     int line = 0;
     std::vector<DeckLine> data;
 
+    /** "*SOLID SECTION", and its keyword. **/
+    void setTitle(const std::string& text);
+
     bool has(const std::string& parameter) const { return parameters.count(parameter) > 0; }
 
     /** The parameter's value. @throws std::invalid_argument naming file and line if absent. **/

@@ -327,9 +327,7 @@ private:
     DeckCard& addCard(const BulkEntry* of, const std::string& title,
                       std::map<std::string, std::string> parameters) {
         DeckCard card;
-        card.title = title;
-        for (const char c : title)
-            if (c != ' ' && c != '*') card.keyword += c;
+        card.setTitle(title);
         card.parameters = std::move(parameters);
         card.file = of ? of->path : m_path;
         card.line = of ? of->card.line : 1;

@@ -32,7 +32,7 @@ using SimTK::Vector;
 namespace {
 
 /** What may be other than it was in the run. **/
-const char* const kBesideTheMotion[] = {"title", "description", "pictures", "output", "probes"};
+const char* const BesideTheMotion[] = {"title", "description", "pictures", "output", "probes"};
 
 /** Of the largest value of a probe: what two ways to the same State may differ by. **/
 constexpr double MostRoundOff = 1e-9;
@@ -80,8 +80,8 @@ bool mentions(const YamlTree& tree, const std::string& word) {
 }
 
 bool isBeside(const std::string& section) {
-    return std::find(std::begin(kBesideTheMotion), std::end(kBesideTheMotion), section) !=
-           std::end(kBesideTheMotion);
+    return std::find(std::begin(BesideTheMotion), std::end(BesideTheMotion), section) !=
+           std::end(BesideTheMotion);
 }
 
 /** @throws std::runtime_error naming the section that has changed, or the probe that a law of

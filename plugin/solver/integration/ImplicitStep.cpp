@@ -273,11 +273,6 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 
     // Not where a point was looked at last.
     if (m_equations.getBlocks().askForN()) m_equations.realize(t, q.data(), u.data());
-    const auto areMultipliersGood = [&](double changed) {
-        constexpr double RoundOff = 1e-9;
-        return changed <=
-               std::max(tolerances.multiplier * findLargest(lambda), RoundOff * forceScale);
-    };
     const auto isFrictionSettled = [&] {
         if (frictions.isEmpty()) return true;
         m_stepEquations.realize(formula, point.z, u, q);
@@ -357,7 +352,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
                 outcome.converged = purpose == Purpose::Projected && hasZConverged &&
                                     change <= LargestNoise * accuracy &&
                                     (frictions.isEmpty() ||
-                                     (areMultipliersGood(multiplierChange) && isFrictionSettled()));
+                                     (areMultipliersGood(multiplierChange, lambda, forceScale) &&
+                                      isFrictionSettled()));
                 break;
             }
         }
@@ -370,7 +366,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             (frictions.isEmpty()
                  ? purpose == Purpose::Projected ||
                        remaining * multiplierChange <= tolerances.multiplier * multiplierScale
-                 : areMultipliersGood(remaining * multiplierChange)) &&
+                 : areMultipliersGood(remaining * multiplierChange, lambda, forceScale)) &&
             isFrictionSettled()) {
             outcome.converged = true;
             break;
@@ -387,6 +383,12 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         noteFailure(hasNewDerivatives, outcome);
     }
     return outcome;
+}
+
+bool ImplicitStep::areMultipliersGood(double change, const std::vector<double>& lambda,
+                                      double forceScale) const {
+    constexpr double RoundOff = 1e-9;
+    return change <= std::max(tolerances.multiplier * findLargest(lambda), RoundOff * forceScale);
 }
 
 bool ImplicitStep::needsBetterMatrix(int iteration, bool hasNewDerivatives) {

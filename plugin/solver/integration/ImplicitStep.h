@@ -155,6 +155,10 @@ protected:
     }
     /** The same of r. **/
     double findLargestResidual() const;
+    /** Where friction follows multipliers: whether their last change is small against them, or
+    round-off of the forces. **/
+    bool areMultipliersGood(double change, const std::vector<double>& lambda,
+                            double forceScale) const;
 
     /** Adds what was spent since then, and makes it now. **/
     template <class Timing>

@@ -181,13 +181,6 @@ double RadauStep::evaluateStages(const SolutionPoint& start, double h, bool& has
     return m_equations.updErrorNorm().calcZSize(m_deltaZ.data());
 }
 
-bool RadauStep::areMultipliersGood(double change, double forceScale) const {
-    constexpr double RoundOff = 1e-9;
-    return m_equations.getFrictions().isEmpty() ||
-           change <= std::max(tolerances.multiplier * findLargest(m_stages[End].lambda),
-                              RoundOff * forceScale);
-}
-
 bool RadauStep::isFrictionSettled(const SolutionPoint& start, double h) {
     FrictionTerms& frictions = m_equations.updFrictions();
     if (frictions.isEmpty()) return true;
@@ -352,9 +345,11 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
             if (iteration > 1 && change > 0.95 * previousChange &&
                 multiplierChange > 0.95 * previousMultiplierChange) {
                 // Friction follows multipliers: theirs would be a wrong force.
-                outcome.converged = hasZConverged && change <= LargestNoise * accuracy &&
-                                    areMultipliersGood(multiplierChange, forceScale) &&
-                                    isFrictionSettled(start, h);
+                outcome.converged =
+                    hasZConverged && change <= LargestNoise * accuracy &&
+                    (m_equations.getFrictions().isEmpty() ||
+                     (areMultipliersGood(multiplierChange, m_stages[End].lambda, forceScale) &&
+                      isFrictionSettled(start, h)));
                 break;
             }
         }

@@ -73,8 +73,6 @@ private:
     @param hasOtherFriction  joints stick or slide otherwise than when the matrix was formed
     @returns largest change of z **/
     double evaluateStages(const SolutionPoint& start, double h, bool& hasOtherFriction);
-    /** Whether they have stopped changing, which matters where friction follows them. **/
-    bool areMultipliersGood(double change, double forceScale) const;
     /** Whether contacts do at the end what they were taken to do. **/
     bool isFrictionSettled(const SolutionPoint& start, double h);
     void formAndFactorBoth(const NewtonFactors& factors);
