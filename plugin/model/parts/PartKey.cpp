@@ -1,5 +1,7 @@
 #include "simflex/model/parts/PartKey.h"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -9,6 +11,7 @@
 #include "simflex/base/AsciiText.h"
 #include "simflex/fe/GmshPart.h"
 #include "simflex/part/ReducedBodyFile.h"
+#include "simflex/reduction/Reduction.h"
 
 namespace simflex {
 namespace model {
@@ -69,11 +72,24 @@ std::vector<std::string> findDeckIncludes(std::string text) {
     return names;
 }
 
+/** The compiled code that reduces, which may change within a version. **/
+std::string readReductionCode() {
+    Dl_info library;
+    if (dladdr(reinterpret_cast<const void*>(&reduce), &library) == 0) return "";
+    return readBytes(library.dli_fname);
+}
+
 }  // namespace
 
 PartKey::PartKey() {
+    static const std::string code = [] {
+        Hash hash;
+        hash.add(readReductionCode());
+        return hash.getText();
+    }();
     m_second.add(std::string("second"));
     add(std::string(SIMFLEX_VERSION));
+    add(code);
     add(double(ReducedBodyFileVersion));
 }
 

@@ -12,7 +12,7 @@ namespace model {
 /** 128 bits over everything that a reduction depends on. **/
 class PartKey {
 public:
-    /** Begins with the version of simflex. **/
+    /** Begins with the version of simflex and the bytes of the library that reduces. **/
     PartKey();
     void add(const std::string& text);
     void add(double number);

@@ -3,6 +3,7 @@ simflex cache, as built. **/
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 
 #include "RunTest.h"
 
@@ -54,6 +55,21 @@ TEST_F(CacheCommandTest, ListsPartsAndRemovesThoseThatWereNotUsedForLong) {
     EXPECT_TRUE(listCache().empty());
     EXPECT_EQ(runCache("--older-than 30"), 2);
     EXPECT_THAT(err, HasSubstr("--clear"));
+}
+
+/** What another code has reduced, of the same version even, is not taken for its own. **/
+TEST_F(CacheCommandTest, PartsAreOfTheCodeThatReducesThem) {
+    const fs::path library =
+        fs::path(SIMFLEX_PROGRAM).parent_path().parent_path() / "lib" / "libsimflex_reduction.so.0";
+    if (!fs::exists(library)) GTEST_SKIP() << "the program is linked statically";
+    const std::string changed = "LD_LIBRARY_PATH=. SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'";
+    fs::copy_file(library, folder / library.filename());
+    ASSERT_EQ(runModel(), 0) << err;
+    ASSERT_EQ(runProgram(changed, "run model.yaml"), 0) << err;
+    ASSERT_EQ(listCache().size(), 1u);
+    std::ofstream(folder / library.filename(), std::ios::app) << "another";
+    ASSERT_EQ(runProgram(changed, "run model.yaml"), 0) << err;
+    EXPECT_EQ(listCache().size(), 2u);
 }
 
 }  // namespace
