@@ -29,6 +29,42 @@ OffscreenVisualizer& OffscreenVisualizer::addFlexibleBody(const FlexibleBody& bo
     return *this;
 }
 
+namespace {
+
+void checkLook(const BodyLook& look) {
+    if (!(look.opacity > 0 && look.opacity <= 1))
+        throw std::invalid_argument("setBodyLook: opacity must be above 0 and at most 1, not " +
+                                    std::to_string(look.opacity) +
+                                    "; to hide a body set isVisible to false");
+}
+
+}  // namespace
+
+OffscreenVisualizer& OffscreenVisualizer::setBodyLook(const FlexibleBody& body,
+                                                      const BodyLook& look) {
+    checkLook(look);
+    const auto part =
+        std::find_if(impl->parts.begin(), impl->parts.end(), [&](const Impl::Part& other) {
+            return other.body.isValid() && other.body == body.getIndex();
+        });
+    if (part == impl->parts.end())
+        throw std::invalid_argument("setBodyLook: call addFlexibleBody() for body '" +
+                                    body.getName() + "' first");
+    part->field = impl->makeField(*part, look, impl->partStyle.contour.contour);
+    part->look = look;
+    impl->output.setValuesOfRun({});
+    impl->forgetFit();
+    return *this;
+}
+
+OffscreenVisualizer& OffscreenVisualizer::setBodyLook(SimTK::MobilizedBodyIndex body,
+                                                      const BodyLook& look) {
+    checkLook(look);
+    impl->looks[body] = look;
+    impl->forgetFit();
+    return *this;
+}
+
 OffscreenVisualizer& OffscreenVisualizer::setReference(Reference reference) {
     impl->drawn.setMeanAxes(reference == Reference::MeanAxes);
     impl->forgetFit();
@@ -64,8 +100,9 @@ std::pair<std::string, SimTK::Real> OffscreenVisualizer::getLargestGap() const {
 }
 
 std::shared_ptr<const ContourField> OffscreenVisualizer::Impl::makeField(const Part& part,
+                                                                         const BodyLook& look,
                                                                          Contour contour) const {
-    if (contour == Contour::None) return nullptr;
+    if (contour == Contour::None || !look.isVisible || !look.hasContour) return nullptr;
     const ContourTraits& traits = getTraits(contour);
     if (traits.needsVelocity && (!part.mesh.getFrameVelocity || !part.mesh.getModalSpeeds))
         throw std::invalid_argument("cannot show " + std::string(traits.name) + " of body '" +
@@ -77,7 +114,7 @@ std::shared_ptr<const ContourField> OffscreenVisualizer::Impl::makeField(const P
 
 void OffscreenVisualizer::Impl::setContour(Contour contour) {
     std::vector<std::shared_ptr<const ContourField>> fields;
-    for (const Part& part : parts) fields.push_back(makeField(part, contour));
+    for (const Part& part : parts) fields.push_back(makeField(part, part.look, contour));
     for (std::size_t i = 0; i < parts.size(); ++i) parts[i].field = fields[i];
     if (contour != partStyle.contour.contour) output.setValuesOfRun({});
     partStyle.contour.contour = contour;
@@ -112,6 +149,7 @@ std::string OffscreenVisualizer::Impl::describeReference() const {
     if (traits.needsStress || traits.needsVelocity) return "";
     std::vector<std::string> names;
     for (const Part& part : parts) {
+        if (!part.field) continue;
         const std::string name = part.body.isValid() ? drawn.getReferenceName(part.body) : "";
         if (!name.empty()) names.push_back(name);
     }

@@ -104,7 +104,7 @@ OffscreenVisualizer& OffscreenVisualizer::addDeformableMesh(const DeformableMesh
             "addDeformableMesh: the part, getFramePose and getModalCoordinates must be given");
     Impl::Part part{mesh, extractSkinModes(mesh.part, impl->creaseAngle), nullptr, {}};
     if (part.mesh.name.empty()) part.mesh.name = mesh.part->name;
-    part.field = impl->makeField(part, impl->partStyle.contour.contour);
+    part.field = impl->makeField(part, part.look, impl->partStyle.contour.contour);
     impl->parts.push_back(std::move(part));
     impl->forgetFit();
     return *this;

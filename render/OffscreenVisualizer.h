@@ -33,6 +33,7 @@ once.
 #include <vector>
 
 #include "Simbody.h"
+#include "simflex/render/BodyLook.h"
 #include "simflex/render/CameraView.h"
 #include "simflex/render/ColorMap.h"
 #include "simflex/render/Contour.h"
@@ -149,6 +150,14 @@ public:
     OffscreenVisualizer& addFlexibleBody(const FlexibleBody& body);
     /** @throws std::invalid_argument when part or functions are missing. **/
     OffscreenVisualizer& addDeformableMesh(const DeformableMesh& mesh);
+    /** Hides a flexible body, or gives it colour and opacity; joints and forces at it stay. Bodies
+    that are hidden or have no contour count for no range of colours.
+    @throws std::invalid_argument if it was not added, unless 0 < opacity <= 1, or as setContour().
+    **/
+    OffscreenVisualizer& setBodyLook(const FlexibleBody& body, const BodyLook& look);
+    /** The same for what is drawn with a mobilized body: the System's decorations and those that
+    were added to it. **/
+    OffscreenVisualizer& setBodyLook(SimTK::MobilizedBodyIndex body, const BodyLook& look);
     int addDecoration(SimTK::MobilizedBodyIndex body, const SimTK::Transform& X_BD,
                       const SimTK::DecorativeGeometry& geometry);
     /** The same on a frame of any body, flexible ones as they are drawn.

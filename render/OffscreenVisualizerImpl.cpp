@@ -150,6 +150,7 @@ void OffscreenVisualizer::Impl::captureParts(const State& state,
                                      "' is not finite: position " + snapshot.X_GB.p().toString());
         snapshot.X_GD = part.mesh.getFramePose(drawn.getState());
         if (part.body.isValid()) snapshot.reference = drawn.calcReference(part.body);
+        snapshot.look = part.look;
         snapshot.field = part.field;
         snapshot.xi = readModalCoordinates(part, state);
         if (getTraits(partStyle.contour.contour).needsVelocity)
@@ -185,11 +186,11 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
     SceneBuilder builder(
         snapshot.scene, shapes, [&](int body) { return calcBodyPose(body); }, calcPixelRadius,
         height / 720.0);
-    for (const SimTK::DecorativeGeometry& piece : geometry) builder.add(piece);
+    for (const SimTK::DecorativeGeometry& piece : geometry) addDecoration(piece, builder);
     Decorations ofParts;
     marks.append(system, state, drawn, snapshot, ofParts);
     for (const SimTK::DecorativeGeometry& piece : ofParts) builder.add(piece);
-    for (const SimTK::DecorativeGeometry& piece : decorations) builder.add(piece);
+    for (const SimTK::DecorativeGeometry& piece : decorations) addDecoration(piece, builder);
     for (const auto& [frame, decoration] : attachedDecorations) {
         SimTK::DecorativeGeometry piece = decoration;
         piece.setBodyId(0).setTransform(drawn.calcPose(frame) * decoration.getTransform());
@@ -209,6 +210,19 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
                                              formatLength(gap.distance) +
                                              ": less exaggeration closes it");
     shapes.dropUnused();
+}
+
+// As its body's look has it.
+void OffscreenVisualizer::Impl::addDecoration(SimTK::DecorativeGeometry piece,
+                                              SceneBuilder& builder) const {
+    const auto found = looks.find(piece.getBodyId());
+    if (found != looks.end()) {
+        const BodyLook& look = found->second;
+        if (!look.isVisible) return;
+        if (look.hasColor()) piece.setColor(look.color);
+        if (look.opacity < 1) piece.setOpacity(look.opacity);
+    }
+    builder.add(piece);
 }
 
 void OffscreenVisualizer::Impl::realize(const State& state) const {
@@ -372,6 +386,7 @@ bool OffscreenVisualizer::Impl::widenViews(const FrameSnapshot& snapshot) {
     snapshot.scene.appendSolidBounds(bounds);
     Scene skins;
     for (const PartSnapshot& part : snapshot.parts) {
+        if (!part.look.isVisible) continue;
         skins.surfaces.emplace_back();
         skins.surfaces.back().geometry = part.skin->undeformed;
         skins.surfaces.back().X_GM = part.X_GD;

@@ -2,7 +2,9 @@
 /** @file
 Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 
+#include <algorithm>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -85,11 +87,14 @@ public:
         std::shared_ptr<const SkinModes> skin;
         std::shared_ptr<const ContourField> field;  // null: no colours
         FlexibleBodyIndex body;                     // invalid: a mesh of the user's
+        BodyLook look = {};
     };
 
-    /** The values of a part's colours. @throws std::invalid_argument if it lacks what they need.
+    /** The values of a part's colours; null where it shows none. @throws std::invalid_argument if
+     * it lacks what they need.
      * **/
-    std::shared_ptr<const ContourField> makeField(const Part& part, Contour contour) const;
+    std::shared_ptr<const ContourField> makeField(const Part& part, const BodyLook& look,
+                                                  Contour contour) const;
     void setContour(Contour contour);
 
     const SimTK::System& system;
@@ -105,6 +110,7 @@ public:
     std::vector<std::unique_ptr<InputListener>> listeners;
     WindowSettings window;
     std::vector<Part> parts;
+    std::map<int, BodyLook> looks;  // of mobilized bodies
     FramePlots plots;
 
     std::vector<View> views{View()};  // the first is the visualizer's own camera
@@ -151,6 +157,7 @@ private:
     FrameSnapshot capture(const SimTK::State& state, const Decorations& geometry, int frameNumber);
     void captureDecorations(const SimTK::State& state, const Decorations& geometry,
                             FrameSnapshot& snapshot);
+    void addDecoration(SimTK::DecorativeGeometry piece, SceneBuilder& builder) const;
     FrameSnapshot captureOf(const Motion& motion, int i);
     void appendBounds(const FrameSnapshot& snapshot, MotionBounds& bounds);
     void captureParts(const SimTK::State& state, std::vector<PartSnapshot>& snapshots) const;
@@ -166,7 +173,9 @@ private:
     bool widenViews(const FrameSnapshot& snapshot);
     Margins calcMargins(int viewNumber) const;
     bool hasColorBar() const {
-        return showColorBar && !parts.empty() && partStyle.contour.contour != Contour::None;
+        return showColorBar && partStyle.contour.contour != Contour::None &&
+               std::any_of(parts.begin(), parts.end(),
+                           [](const Part& part) { return bool(part.field); });
     }
     FrameStyle calcStyle() const;
     OverlayContent calcOverlay(const FrameSnapshot& snapshot, const ViewSnapshot& view,

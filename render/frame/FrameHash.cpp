@@ -142,10 +142,15 @@ void add(Hash& hash, const Scene& scene) {
 }
 
 void add(Hash& hash, const PartSnapshot& part) {
-    const auto& [skin, field, X_GB, X_GD, xi, reference, V_GB, xiDot] = part;
+    const auto& [skin, field, look, X_GB, X_GD, xi, reference, V_GB, xiDot] = part;
+    const auto& [isVisible, opacity, color, hasContour] = look;
     hash.add(findConstant<SkinModes>(skin, addSkin));
     hash.add(bool(field));
     if (field) hash.add(findConstant<ContourField>(field, addField));
+    hash.add(isVisible);
+    hash.add(opacity);
+    add(hash, color);
+    (void)hasContour;  // else there is no field
     add(hash, X_GB);
     add(hash, X_GD);
     add(hash, xi);

@@ -67,6 +67,7 @@ LargestDisplacement FramePainter::calcLargestDisplacement(const FrameSnapshot& s
     LargestDisplacement largest;
     for (std::size_t i = 0; i < snapshot.parts.size(); ++i) {
         const PartSnapshot& part = snapshot.parts[i];
+        if (!part.look.isVisible) continue;
         const double length =
             getSurface(snapshot, i).calcLargestDisplacement(part.xi, part.reference);
         const double size = (part.skin->undeformed->upper - part.skin->undeformed->lower).norm();
@@ -75,25 +76,31 @@ LargestDisplacement FramePainter::calcLargestDisplacement(const FrameSnapshot& s
     return largest;
 }
 
+SurfaceItem FramePainter::makeItem(const FrameSnapshot& snapshot, std::size_t part) const {
+    const PartSnapshot& motion = snapshot.parts[part];
+    SurfaceItem item;
+    item.geometry = surfaces[part]->getDeformed();
+    item.X_GM = motion.X_GD;
+    item.color = motion.look.hasColor() ? motion.look.color : Vec3(0.66, 0.70, 0.75);
+    item.opacity = motion.look.opacity;
+    item.style = motion.field ? SurfaceItem::Style::Contour : SurfaceItem::Style::Solid;
+    item.showElementEdges = snapshot.partStyle.showElementEdges;
+    item.showFeatureEdges = snapshot.partStyle.showFeatureEdges;
+    return item;
+}
+
 void FramePainter::appendParts(const FrameSnapshot& snapshot, Scene& scene) const {
-    const PartStyle& style = snapshot.partStyle;
     for (std::size_t i = 0; i < snapshot.parts.size(); ++i) {
-        SurfaceItem item;
-        item.geometry = surfaces[i]->getDeformed();
-        item.X_GM = snapshot.parts[i].X_GD;
-        item.color = Vec3(0.66, 0.70, 0.75);
-        item.style = style.contour.contour == Contour::None ? SurfaceItem::Style::Solid
-                                                            : SurfaceItem::Style::Contour;
-        item.showElementEdges = style.showElementEdges;
-        item.showFeatureEdges = style.showFeatureEdges;
+        if (!snapshot.parts[i].look.isVisible) continue;
+        SurfaceItem item = makeItem(snapshot, i);
         scene.surfaces.push_back(item);
-        if (!style.showUndeformed) continue;
+        if (!snapshot.partStyle.showUndeformed) continue;
 
         item.geometry = surfaces[i]->getUndeformed();
         item.X_GM = snapshot.parts[i].X_GD * snapshot.parts[i].reference.calcPose();
         item.style = SurfaceItem::Style::Ghost;
         item.color = snapshot.style.palette.ghost;
-        item.opacity = 0.42;
+        item.opacity = 0.42 * snapshot.parts[i].look.opacity;
         item.showElementEdges = false;
         item.showFeatureEdges = false;
         scene.surfaces.push_back(item);

@@ -45,6 +45,9 @@ public:
     /** Appends the parts as deform() left them, each with its ghost if that is shown. **/
     void appendParts(const FrameSnapshot& snapshot, Scene& scene) const;
 
+    /** One of them, hidden or not. **/
+    SurfaceItem makeItem(const FrameSnapshot& snapshot, std::size_t part) const;
+
     /** Draws the snapshot that deform() was called with last. **/
     Image paint(const FrameSnapshot& snapshot, const SimTK::Vec2& contourRange);
 

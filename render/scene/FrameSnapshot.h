@@ -11,6 +11,7 @@ neither the System nor the State. Internal to the renderer. **/
 #include "FrameStyle.h"
 #include "ReferenceMotion.h"
 #include "Scene.h"
+#include "simflex/render/BodyLook.h"
 #include "simflex/render/overlay/Overlay.h"
 #include "simflex/render/skin/ContourField.h"
 #include "simflex/render/skin/ContourScale.h"
@@ -22,6 +23,7 @@ namespace simflex {
 struct PartSnapshot {
     std::shared_ptr<const SkinModes> skin;
     std::shared_ptr<const ContourField> field;  ///< null: no colours
+    BodyLook look;
     SimTK::Transform X_GB;
     SimTK::Transform X_GD;  ///< of B as it is drawn, see DrawnPoses
     SimTK::Vector xi;

@@ -28,10 +28,8 @@ bool hides(const SurfaceItem& item) {
 
 SurfacePicker::SurfacePicker(const FrameSnapshot& frame) : snapshot(frame) {
     painter.deform(snapshot);
-    Scene all;
-    painter.appendParts(snapshot, all);
-    for (const SurfaceItem& item : all.surfaces)
-        if (item.style != SurfaceItem::Style::Ghost) partScene.surfaces.push_back(item);
+    for (std::size_t i = 0; i < snapshot.parts.size(); ++i)
+        partScene.surfaces.push_back(painter.makeItem(snapshot, i));
 }
 
 SurfacePicker::Ray SurfacePicker::calcRay(const ViewSnapshot& view, double x, double y) const {
@@ -122,7 +120,8 @@ std::optional<SurfacePicker::Hit> SurfacePicker::cast(double x, double y) const 
     for (const SurfaceItem& item : snapshot.scene.surfaces)
         if (hides(item)) intersect(ray, item, -1, nearest);
     for (std::size_t i = 0; i < partScene.surfaces.size(); ++i)
-        intersect(ray, partScene.surfaces[i], int(i), nearest);
+        if (snapshot.parts[i].look.isVisible && hides(partScene.surfaces[i]))
+            intersect(ray, partScene.surfaces[i], int(i), nearest);
     if (!std::isfinite(nearest.distance)) return std::nullopt;
     return nearest;
 }
@@ -140,8 +139,9 @@ Vec3 SurfacePicker::calcLocation(int part, int skinNode) const {
 Vec3 SurfacePicker::calcInnerLocation(int part, int node) const {
     const PartSnapshot& motion = snapshot.parts[std::size_t(part)];
     const DeformedSurface surface(motion.skin);
-    return motion.X_GD * surface.calcNodePosition(
-                             node, motion.xi, snapshot.partStyle.deformationFactor, motion.reference);
+    return motion.X_GD * surface.calcNodePosition(node, motion.xi,
+                                                  snapshot.partStyle.deformationFactor,
+                                                  motion.reference);
 }
 
 double SurfacePicker::getValue(int part, int skinNode) const {

@@ -52,5 +52,42 @@ TEST(FlexibleBodyPicture, ShowsEveryNodeWhereTheBodySaysItIs) {
     EXPECT_NEAR(last + 1, right, 1.5);
 }
 
+TEST(FlexibleBodyPicture, HiddenAndColouredOnesCountForNoRange) {
+    SimTK::MultibodySystem system;
+    SimTK::SimbodyMatterSubsystem matter(system);
+    matter.setShowDefaultGeometry(false);
+    FlexibleBodySubsystem flexible(system, matter);
+    const auto part = test::makePointMassPart().body;
+    FlexibleBody bent(flexible, part, "bent"), less(flexible, part, "less");
+    SimTK::State state = system.realizeTopology();
+    SimTK::Vector xi(part->numModes, 0.0);
+    xi[0] = 0.05;
+    bent.setModalCoordinates(state, xi);
+    less.setModalCoordinates(state, 0.2 * xi);
+
+    OffscreenVisualizer viz(system, 64, 36);
+    EXPECT_THROW(viz.setBodyLook(bent, BodyLook()), std::invalid_argument);
+    viz.addFlexibleBody(bent).addFlexibleBody(less).setShowColorBar(false);
+    const auto calcLargest = [&] {
+        viz.fitToMotion(std::vector<SimTK::State>{state});
+        viz.drawFrame(state);
+        return double(viz.getContourRange()[1]);
+    };
+    const double both = calcLargest();
+    BodyLook look;
+    look.isVisible = false;
+    viz.setBodyLook(bent, look);
+    const double without = calcLargest();
+    EXPECT_NEAR(without, 0.2 * both, 1e-6 * both);
+    look.isVisible = true;
+    look.hasContour = false;
+    viz.setBodyLook(bent, look);
+    EXPECT_EQ(calcLargest(), without);
+    viz.setBodyLook(bent, BodyLook());
+    EXPECT_EQ(calcLargest(), both);
+    look.opacity = 0;
+    EXPECT_THROW(viz.setBodyLook(less, look), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace simflex

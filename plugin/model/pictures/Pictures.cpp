@@ -11,6 +11,7 @@
 #include "simflex/forces/JointFriction.h"
 #include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/builders/ModelGeometry.h"
+#include "simflex/model/builders/RigidBodies.h"
 #include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/ForcePictures.h"
@@ -104,6 +105,43 @@ void setReferences(const Model& model, const ModelValue& frames, OffscreenVisual
         if (!bodies.insert(frame.getFlexibleBodyIndex()).second)
             value.fail("is a second frame on one body; leave one of them out");
         viz.setReference(frame);
+    }
+}
+
+/** Colours of bodies that have none: those that follow each other differ. **/
+const Vec3 UsualColors[] = {{0.62, 0.67, 0.73}, {0.78, 0.70, 0.56}, {0.60, 0.72, 0.60},
+                            {0.70, 0.62, 0.72}, {0.78, 0.60, 0.54}, {0.52, 0.70, 0.71},
+                            {0.52, 0.56, 0.66}, {0.78, 0.76, 0.54}};
+
+void setLooks(const Model& model, OffscreenVisualizer& viz) {
+    const ModelValue bodies = model.getFile().get("bodies"),
+                     pictures = model.getFile().get("pictures"), looks = pictures.get("bodies");
+    const bool hasContour = pictures.get("contour").getText() != "none";
+    if (looks.isGiven()) {
+        std::vector<std::string> names;
+        for (const Model::BodyEntry& body : model.getBodies()) names.push_back(body.name);
+        for (const std::string& name : looks.getKeys())
+            if (std::find(names.begin(), names.end(), name) == names.end())
+                looks.get(name).failUnknown("body", name, names);
+    }
+    size_t numUsual = 0;
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        BodyLook look;
+        if (bodies.get(body.name).has("color"))
+            look.color = readColor(bodies.get(body.name).get("color"));
+        else if (!body.flexible || !hasContour)
+            look.color = UsualColors[numUsual++ % std::size(UsualColors)];
+        if (looks.isGiven() && looks.has(body.name)) {
+            const ModelValue given = looks.get(body.name);
+            look.isVisible = given.get("visible").getBool();
+            look.opacity = given.get("opacity").getNumber();
+            look.hasContour = !given.has("color");
+            if (given.has("color")) look.color = readColor(given.get("color"));
+        }
+        if (body.flexible)
+            viz.setBodyLook(*body.flexible, look);
+        else
+            viz.setBodyLook(body.mobod.getMobilizedBodyIndex(), look);
     }
 }
 
@@ -290,6 +328,7 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
     viz->setWindowTitle(getModelTitle(model.getFile()));
     for (const Model::BodyEntry& body : model.getBodies())
         if (body.flexible) viz->addFlexibleBody(*body.flexible);
+    setLooks(model, *viz);
     addForces(model, *viz);
     addReactions(model, *viz);
     if (pictures.get("contour").getText() != "displacement" || pictures.get("range").isGiven())

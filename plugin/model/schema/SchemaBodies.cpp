@@ -300,9 +300,9 @@ SchemaForm body() {
                 .without({"mass"})
                 .such("7850"),
             SchemaKey("color", {color(), list({number(0, 1)}, {3})},
-                      "Color in pictures: a name, '#rrggbb' or "
-                      "[red, green, blue].")
-                .orElseNote("one color a body")
+                      "Color in pictures, of a flexible body where it has no contour: a name, "
+                      "'#rrggbb' or [red, green, blue].")
+                .orElseNote("neighbours differ")
                 .such("'#c04020'"),
             SchemaKey("mobilizer", {mobilizer()}, "How a rigid body moves against a rigid parent.")
                 .without(rigid)

@@ -447,6 +447,19 @@ SchemaForm pictures() {
                           .such("[tip.x]"),
                       SchemaKey("title", {text()}, "Title.").orElse("''").such("Tip"),
                   });
+    SchemaForm look =
+        map("how a body is drawn",
+            {
+                SchemaKey("visible", {boolean()}, "Draws it; joints and forces at it stay.")
+                    .orElse("true")
+                    .such("false"),
+                SchemaKey("opacity", {number(0.01, 1)}, "How little is seen through it.")
+                    .orElse("1")
+                    .such("0.3"),
+                SchemaKey("color", {color(), list({number(0, 1)}, {3})},
+                          "Color instead of its own and of the contour.")
+                    .such("'#c04020'"),
+            });
     return map(
         "settings of pictures",
         {
@@ -493,6 +506,10 @@ SchemaForm pictures() {
                       "flexible bodies, one for each body.")
                 .orElse("joints")
                 .such("rod.big_end"),
+            SchemaKey("bodies", {entries("bodies", {look})},
+                      "How bodies are drawn, by their names. What is hidden or has a color of its "
+                      "own counts for no range of the contour's colors.")
+                .such("{rod: {opacity: 0.3}}"),
             SchemaKey("ghost", {boolean()}, "Draws the undeformed shape as well.")
                 .orElse("true")
                 .such("false"),

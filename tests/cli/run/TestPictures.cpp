@@ -265,5 +265,72 @@ TEST_F(RunPicturesTest, DisplacementsAreMeasuredFromTheJointUnlessAnotherFrameIs
     EXPECT_THAT(err, HasSubstr("is a second frame on one body; leave one of them out"));
 }
 
+TEST_F(RunPicturesTest, BodiesAreHiddenSeenThroughAndColoredAsAsked) {
+    testing::writeText(folder / "bar.inp", testing::Brick().text());
+    // The ball hangs in front of the bar's middle.
+    const auto draw = [&](const std::string& choice) {
+        std::string model = makeSaggingBar(
+            "cameras: [{view: front}], ghost: false, axes: false, ground: none" + choice);
+        const std::string bodies = "bodies: {";
+        model.insert(model.find(bodies) + bodies.size(),
+                     "ball: {mass: 1, inertia: [1, 1, 1], shape: {sphere: 0.02, position: [0.1, 0, "
+                     "0.05]}, color: [1, 0, 0], mobilizer: {type: weld}}, ");
+        writeModel(model);
+        EXPECT_EQ(runModel(), 0) << err;
+        return Image::readPng(folder / "shots/frame_00001.png");
+    };
+    const auto count = [](const Image& image, const auto& isMeant) {
+        int number = 0;
+        for (int y = 0; y < image.getHeight(); ++y)
+            for (int x = 0; x < image.getWidth(); ++x) number += isMeant(image.getPixel(x, y));
+        return number;
+    };
+    const auto isRed = [](const Image::Pixel& p) { return p[0] > 3 * p[1] && p[0] > 3 * p[2]; };
+    const auto isBlue = [](const Image::Pixel& p) { return p[2] > 3 * p[1] && p[2] > 3 * p[0]; };
+    // Of the colour bar: its upper end.
+    const auto isLargest = [](const Image::Pixel& p) {
+        return p == Image::Pixel{253, 231, 37, 255};
+    };
+    const Image usual = draw("");
+    EXPECT_GT(count(usual, isRed), 100);
+    EXPECT_EQ(count(usual, isBlue), 0);
+    EXPECT_GE(count(usual, isLargest), 6);
+
+    const Image withoutBall = draw(", bodies: {ball: {visible: false}}");
+    EXPECT_EQ(count(withoutBall, isRed), 0);
+    EXPECT_GE(count(withoutBall, isLargest), 6);
+    const Image blueBar = draw(", bodies: {bar: {color: [0, 0, 1]}}");
+    EXPECT_GT(count(blueBar, isBlue), 100);
+    EXPECT_EQ(count(blueBar, isLargest), 0);
+    const Image withoutBar = draw(", bodies: {bar: {visible: false}}");
+    EXPECT_GT(count(withoutBar, isRed), 100);
+    EXPECT_EQ(count(withoutBar, isLargest), 0);
+    // The bar's blue shines through the ball.
+    const Image behindGlass = draw(", bodies: {bar: {color: [0, 0, 1]}, ball: {opacity: 0.3}}");
+    EXPECT_GT(count(behindGlass, isBlue), count(blueBar, isBlue) + 20);
+
+    writeModel(makeSaggingBar("bodies: {baar: {visible: false}}"));
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err,
+                HasSubstr("pictures.bodies.baar: there is no body 'baar'; did you mean 'bar'"));
+}
+
+/** Its own colour is that of a flexible body which has no contour. **/
+TEST_F(RunPicturesTest, FlexibleBodiesHaveTheirColorWithoutContour) {
+    testing::writeText(folder / "bar.inp", testing::Brick().text());
+    std::string model = makeSaggingBar("contour: none, ghost: false, ground: none");
+    model.replace(model.find("damping: 0.1"), 12, "color: [0, 0, 1]");
+    writeModel(model);
+    ASSERT_EQ(runModel(), 0) << err;
+    const Image image = Image::readPng(folder / "shots/frame_00001.png");
+    int numBlue = 0;
+    for (int y = 0; y < image.getHeight(); ++y)
+        for (int x = 0; x < image.getWidth(); ++x) {
+            const Image::Pixel p = image.getPixel(x, y);
+            numBlue += p[2] > 3 * p[1] && p[2] > 3 * p[0];
+        }
+    EXPECT_GT(numBlue, 100);
+}
+
 }  // namespace
 }  // namespace simflex
