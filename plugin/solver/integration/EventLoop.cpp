@@ -14,14 +14,14 @@ using SimTK::Vector;
 using Clock = std::chrono::steady_clock;
 
 void ImplicitIntegrator::Implementation::calcTriggersAt(double t, Vector& values) {
-    calcPoint(t, m_trial);
+    m_stepper->calcPoint(t, m_trial);
     if (m_events.hasAutoUpdates()) m_scratch = m_state;
     writeState(m_trial, m_scratch);
     m_events.calcTriggers(m_scratch, values);
 }
 
 bool ImplicitIntegrator::Implementation::locateTrigger() {
-    const double start = m_history[solvesStages() ? radau::NumStages : 1].t, end = m_history[0].t;
+    const double start = m_stepper->getLastStart(), end = getNewestTime();
     double low = start, high = start;
     bool isFound = false;
     for (int k = 1; k <= triggerSamples && !isFound; ++k) {
@@ -34,7 +34,7 @@ bool ImplicitIntegrator::Implementation::locateTrigger() {
     if (!isFound) return false;
     // The root is sought on the step's own polynomial; no step is repeated.
     TriggerSearch search(m_events, low, m_triggersBefore, high, m_triggerTrial,
-                         accuracy * m_system.getDefaultTimeScale());
+                         settings.accuracy * m_system.getDefaultTimeScale());
     while (!search.isDone()) {
         const double t = search.calcTrialTime();
         calcTriggersAt(t, m_triggerTrial);
@@ -43,23 +43,8 @@ bool ImplicitIntegrator::Implementation::locateTrigger() {
     m_triggersBefore = search.getValuesAtLow();
     m_triggersAfter = search.getValuesAtHigh();
     m_triggered.window = SimTK::Vec2(search.getLow(), search.getHigh());
-    cutLastStep(search.getHigh());
+    m_stepper->cutLastStep(search.getHigh());
     return true;
-}
-
-void ImplicitIntegrator::Implementation::cutLastStep(double end) {
-    // The same polynomial, through the stages of the shorter step.
-    std::vector<SolutionPoint> points;
-    if (solvesStages()) {
-        const double start = m_history[radau::NumStages].t;
-        for (int i = 0; i + 1 < radau::NumStages; ++i) {
-            calcPoint(start + radau::C[i] * (end - start), m_trial);
-            points.push_back(m_trial);
-        }
-    }
-    calcPoint(end, m_trial);
-    points.push_back(m_trial);
-    m_history.replaceNewest(points);
 }
 
 void ImplicitIntegrator::Implementation::keepState() {
@@ -92,9 +77,9 @@ void ImplicitIntegrator::Implementation::handleAsAWhole(const std::function<void
 void ImplicitIntegrator::Implementation::takeOver(const EventDriver::Outcome& outcome) {
     m_system.realize(m_state, Stage::Velocity);
     // What Motions prescribe may have jumped.
-    const bool keepsEquations = outcome.lowestChange > Stage::Instance &&
-                                m_state.getTime() == m_kept.getTime() &&
-                                !m_equations->getSimbody().getPrescribed() && !m_remembers;
+    const bool keepsEquations =
+        outcome.lowestChange > Stage::Instance && m_state.getTime() == m_kept.getTime() &&
+        !getEquations().getSimbody().getPrescribed() && !m_stepper->hasMemory();
     if (outcome.hasChangedState && keepsEquations) {
         continueFromHandlersState();
         m_isIntervalStart = true;
@@ -112,43 +97,40 @@ void ImplicitIntegrator::Implementation::takeOver(const EventDriver::Outcome& ou
 
 void ImplicitIntegrator::Implementation::passTrigger() {
     if (!m_hasTriggered) return;
-    restartAtNewest();
+    m_stepper->restart();
     showPoint(m_visible.t);
     m_events.calcTriggers(getState(), m_triggersBefore);
     m_hasTriggered = false;
 }
 
 void ImplicitIntegrator::Implementation::takeLaterVariables(const State& from) {
-    m_equations->takeVariables(m_laterVariables, from);
+    updEquations().takeVariables(m_laterVariables, from);
     for (State* state : {&m_scratch, &m_builtFrom}) copyVariables(m_laterVariables, from, *state);
 }
 
 void ImplicitIntegrator::Implementation::continueFromHandlersState() {
     const Vector &now = m_state.getY(), &before = m_kept.getY();
-    bool isSame = !isLater(m_visible.t, m_history[0].t);
+    bool isSame = !isLater(m_visible.t, getNewestTime());
     for (int i = 0; i < now.size(); ++i) isSame = isSame && now[i] == before[i];
-    const SolutionPoint newest = m_history[0];
+    const SolutionPoint newest = m_stepper->getNewest();
     try {
         takeLaterVariables(m_state);
         const ImplicitStep::Imbalance imbalance =
-            isSame ? m_step->calcImbalance(newest) : ImplicitStep::Imbalance();
-        if (imbalance.positionError > constraintTolerance || imbalance.speedError > 1e-8) {
+            isSame ? m_stepper->updStep().calcImbalance(newest) : ImplicitStep::Imbalance();
+        if (imbalance.positionError > settings.constraintTolerance || imbalance.speedError > 1e-8) {
             // Motions have changed, not forces alone.
             startFromHandlersState();
             return;
         }
         // What is below the accuracy in a step makes no start worth its while.
         constexpr double Small = 0.1;
-        const double nextStep = m_nextStep;
-        if (m_hasTriggered || !(imbalance.displacement <= Small * accuracy)) {
-            restartAtNewest();
-            m_nextStep = nextStep;
-        }
+        if (m_hasTriggered || !(imbalance.displacement <= Small * settings.accuracy))
+            m_stepper->restart();
         showPoint(m_visible.t);
         if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
         copyVariables(m_laterVariables, m_state, m_kept);
     } catch (...) {
-        m_history.newest() = newest;
+        m_stepper->updNewest() = newest;
         takeLaterVariables(m_kept);
         throw;
     }
@@ -161,16 +143,9 @@ Real ImplicitIntegrator::Implementation::calcEnergy(const State& state) const {
 }
 
 void ImplicitIntegrator::Implementation::startFromHandlersState() {
-    const auto progress = [this] {
-        return std::tie(m_history, m_visible, m_trial, m_new, m_formula, m_errorQ, m_errorU,
-                        m_errorZ, m_builtFrom, breaks, m_controller, m_nextStep, m_order,
-                        m_stepsAtOrder, m_numRedundantAtStart, m_triggersBefore);
-    };
-    auto kept =
-        std::apply([](const auto&... part) { return std::make_tuple(part...); }, progress());
-    bookPhases();
-    auto equations = std::move(m_equations);
-    auto step = std::move(m_step);
+    auto before = std::make_tuple(m_visible, m_builtFrom, m_triggersBefore);
+    m_stepper->bookPhases();
+    std::unique_ptr<Stepper> stepper = std::move(m_stepper);
     try {
         const double work = m_visible.work, energy = calcEnergy(m_kept);
         buildEquations();  // discrete variables may have changed at any stage
@@ -179,9 +154,8 @@ void ImplicitIntegrator::Implementation::startFromHandlersState() {
         m_visible.work = work + calcEnergy(m_scratch) - energy;
         start();
     } catch (...) {
-        m_equations = std::move(equations);
-        m_step = std::move(step);
-        progress() = std::move(kept);
+        m_stepper = std::move(stepper);
+        std::tie(m_visible, m_builtFrom, m_triggersBefore) = std::move(before);
         m_scratch = m_builtFrom;
         throw;
     }
@@ -189,18 +163,17 @@ void ImplicitIntegrator::Implementation::startFromHandlersState() {
 
 void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
     if (m_events.hasAutoUpdates() && statistics.stepsTaken > 0)
-        updateDiscreteVariables(m_history[0]);
-    if (breaks.isAtEnd(m_history[0].t)) passBreak();
+        updateDiscreteVariables(m_stepper->getNewest());
     try {
-        takeStep(std::min(limit, breaks.getEnd()));
+        m_stepper->takeStep(limit);
     } catch (...) {
-        showPoint(m_history[0].t);
+        showPoint(getNewestTime());
         throw;
     }
     m_isTimeAdvancePending = m_events.hasTimeAdvancedEvents();
     if (m_events.hasTriggers()) m_hasTriggered = locateTrigger();
     m_pending = m_hasTriggered ? Pending::Trigger : Pending::Step;
-    if (stepObserver && !stepObserver(m_history[0].t)) m_isInterrupted = true;
+    if (stepObserver && !stepObserver(getNewestTime())) m_isInterrupted = true;
 }
 
 double ImplicitIntegrator::Implementation::calcStepLimit(double eventTime,
@@ -235,7 +208,7 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
             reportTime = eventTime;
         statistics.simbodySeconds += secondsSince(eventStart);
         const Real target = std::min({goal, finalTime, reportTime, eventTime});
-        while (isLater(m_history[0].t, target) && !m_hasTriggered && !m_isTimeAdvancePending &&
+        while (isLater(getNewestTime(), target) && !m_hasTriggered && !m_isTimeAdvancePending &&
                !m_isInterrupted && !isStepDue()) {
             advanceInternally(calcStepLimit(eventTime, target));
             ++steps;
@@ -243,7 +216,7 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
         // What is shown stays, so that reports and events before the step's end are not missed.
         if (std::exchange(m_isInterrupted, false))
             return StepStatus(StepStatus::Interrupted, TimeHasAdvanced);
-        const double newestTime = m_history[0].t;
+        const double newestTime = getNewestTime();
         const bool isReached = target <= newestTime || !isLater(newestTime, target);
         const double visible = isReached ? target : newestTime;
         const bool isAtNewest = !isLater(visible, newestTime);
@@ -272,10 +245,12 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
             const auto handlerStart = Clock::now();
             handleAsAWhole([&] {
                 const EventDriver::Outcome outcome =
-                    isTriggered   ? m_events.handleTriggered(m_state, m_triggersBefore,
-                                                             m_triggersAfter, constraintTolerance)
-                    : isScheduled ? m_events.handleScheduled(m_state, constraintTolerance)
-                                  : m_events.handleTimeAdvanced(m_state, constraintTolerance);
+                    isTriggered
+                        ? m_events.handleTriggered(m_state, m_triggersBefore, m_triggersAfter,
+                                                   settings.constraintTolerance)
+                    : isScheduled
+                        ? m_events.handleScheduled(m_state, settings.constraintTolerance)
+                        : m_events.handleTimeAdvanced(m_state, settings.constraintTolerance);
                 ++(isTriggered   ? statistics.triggeredEvents
                    : isScheduled ? statistics.scheduledEvents
                                  : statistics.timeAdvancedEvents);
@@ -298,20 +273,12 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
     if (m_isTerminated) return StepStatus(StepStatus::Terminated, EndOfSimulation);
     if (getTime() < finalTime) return reach(ReachedReportTime);
     if (!m_isFinished) {
-        handleAsAWhole([&] { m_events.handleTermination(m_state, constraintTolerance); });
+        handleAsAWhole([&] { m_events.handleTermination(m_state, settings.constraintTolerance); });
         m_isFinished = true;
     }
     const bool wasReturned = std::exchange(m_isFinalTimeReturned, true);
     return StepStatus(StepStatus::ReachedFinalTime,
                       wasReturned || isStepper ? EndOfSimulation : ReachedReportTime);
-}
-
-void ImplicitIntegrator::Implementation::bookPhases() {
-    m_step->addInTiming();
-    // Asking Simbody happens within evaluations.
-    const double simbody = m_equations->updSimbody().takeSeconds();
-    statistics.simbodySeconds += simbody;
-    statistics.evaluationSeconds -= simbody;
 }
 
 bool ImplicitIntegrator::Implementation::hasSameSystem() const {
@@ -335,7 +302,7 @@ void ImplicitIntegrator::Implementation::runTimed(const std::function<void()>& w
     m_isRunning = true;
     const auto book = [&] {
         m_isRunning = false;
-        bookPhases();
+        m_stepper->bookPhases();
         refreshAdvancedState();
         statistics.totalSeconds += secondsSince(start_);
     };
@@ -365,13 +332,13 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepOnce() {
         // What is due at this time comes first.
         status = advance(m_visible.t);
         if (status != StepStatus::ReachedTime) return;
-        if (!isLater(m_visible.t, m_history[0].t)) {
+        if (!isLater(m_visible.t, getNewestTime())) {
             const State& state = getState();
             advanceInternally(calcStepLimit(m_events.calcNextEventTime(state),
                                             m_events.calcNextReportTime(state)));
         }
         m_isInterrupted = false;
-        status = advance(m_history[0].t);
+        status = advance(getNewestTime());
     });
     return status;
 }

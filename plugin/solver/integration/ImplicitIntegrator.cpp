@@ -31,22 +31,22 @@ void ImplicitIntegrator::setAccuracy(Real accuracy) {
 
 void ImplicitIntegrator::setAccuracyNorm(AccuracyNorm norm) {
     m_impl->requireNotInitialized("setAccuracyNorm");
-    m_impl->accuracyNorm = norm;
+    m_impl->settings.accuracyNorm = norm;
 }
 
 void ImplicitIntegrator::setConstraintTolerance(Real tolerance) {
     requirePositive(tolerance, "setConstraintTolerance");
     m_impl->setWaiting(&Implementation::Waiting::constraintTolerance, tolerance);
-    m_impl->hasOwnConstraintTolerance = true;
+    m_impl->settings.hasOwnConstraintTolerance = true;
 }
 
 void ImplicitIntegrator::setFormulation(Formulation formulation) {
     m_impl->requireNotInitialized("setFormulation");
-    m_impl->formulation = formulation;
+    m_impl->settings.formulation = formulation;
 }
 void ImplicitIntegrator::setBlockForm(BlockForm form) {
     m_impl->requireNotInitialized("setBlockForm");
-    m_impl->blockForm = form;
+    m_impl->settings.blockForm = form;
 }
 
 void ImplicitIntegrator::setInitialStepSize(Real h) {
@@ -74,8 +74,8 @@ void ImplicitIntegrator::setNewtonTolerances(const NewtonTolerances& tolerances)
     requirePositive(tolerances.displacement, "setNewtonTolerances: displacement");
     requirePositive(tolerances.multiplier, "setNewtonTolerances: multiplier");
     requirePositive(tolerances.maxIterations, "setNewtonTolerances: maxIterations");
-    m_impl->newtonTolerances = tolerances;
-    m_impl->hasOwnNewtonTolerances = true;
+    m_impl->settings.newtonTolerances = tolerances;
+    m_impl->settings.hasOwnNewtonTolerances = true;
 }
 
 void ImplicitIntegrator::setFinalTime(Real time) {
@@ -89,13 +89,13 @@ void ImplicitIntegrator::setNumThreads(int threads) {
 
 void ImplicitIntegrator::addBreakTimes(std::vector<Real> times) {
     m_impl->requireNotInitialized("addBreakTimes");
-    m_impl->breaks.add(std::move(times));
+    m_impl->settings.breaks.add(std::move(times));
 }
 
 void ImplicitIntegrator::addBreakTimes(std::function<Real(Real time)> next) {
     m_impl->requireNotInitialized("addBreakTimes");
     if (!next) throw std::invalid_argument(m_impl->name + "::addBreakTimes(): an empty function");
-    m_impl->breaks.add(std::move(next));
+    m_impl->settings.breaks.add(std::move(next));
 }
 
 void ImplicitIntegrator::setProjectInitialState(bool project) {
@@ -120,15 +120,15 @@ void ImplicitIntegrator::setAllowInterpolation(bool shouldInterpolate) {
 }
 
 void ImplicitIntegrator::setProjectInterpolatedStates(bool shouldProject) {
-    m_impl->projectInterpolatedStates = shouldProject;
+    m_impl->settings.projectInterpolatedStates = shouldProject;
 }
 
 void ImplicitIntegrator::setUseInfinityNorm(bool useInfinityNorm) {
-    m_impl->useInfinityNorm = useInfinityNorm;
+    m_impl->settings.useInfinityNorm = useInfinityNorm;
 }
 
 bool ImplicitIntegrator::isInfinityNormInUse() const {
-    return m_impl->useInfinityNorm;
+    return m_impl->settings.useInfinityNorm;
 }
 
 void ImplicitIntegrator::setForceFullNewton(bool forceFullNewton) {
@@ -148,14 +148,14 @@ void ImplicitIntegrator::addForceJacobian(const SimTK::Force& force,
     m_impl->requireNotInitialized("addForceJacobian");
     if (force.isEmptyHandle())
         throw std::invalid_argument(m_impl->name + "::addForceJacobian(): an empty Force");
-    m_impl->differentiated.push_back({force, bodies});
+    m_impl->settings.differentiated.push_back({force, bodies});
 }
 
 void ImplicitIntegrator::addForceJacobian(const std::vector<SimTK::MobilizedBodyIndex>& bodies) {
     m_impl->requireNotInitialized("addForceJacobian");
     if (bodies.empty())
         throw std::invalid_argument(m_impl->name + "::addForceJacobian(): no bodies named");
-    m_impl->differentiated.push_back({SimTK::Force(), bodies});
+    m_impl->settings.differentiated.push_back({SimTK::Force(), bodies});
 }
 
 void ImplicitIntegrator::setNewtonSystemObserver(
@@ -285,10 +285,10 @@ SimTK::Vector ImplicitIntegrator::getFrictionForces(const Joint& joint) const {
 }
 
 Real ImplicitIntegrator::getLastStepSize() const {
-    return m_impl->lastStep;
+    return m_impl->stepsTaken.lastLength;
 }
 int ImplicitIntegrator::getLastOrder() const {
-    return m_impl->lastOrder;
+    return m_impl->stepsTaken.lastOrder;
 }
 std::string ImplicitIntegrator::getErrorSource() const {
     return m_impl->getErrorSource();
@@ -317,10 +317,10 @@ int ImplicitIntegrator::getMethodMaxOrder() const {
     return m_impl->getScheme().getMaximumOrder();
 }
 Real ImplicitIntegrator::getAccuracyInUse() const {
-    return m_impl->accuracy;
+    return m_impl->settings.accuracy;
 }
 Real ImplicitIntegrator::getConstraintToleranceInUse() const {
-    return m_impl->constraintTolerance;
+    return m_impl->settings.constraintTolerance;
 }
 
 void ImplicitIntegrator::resetAllStatistics() {
@@ -328,7 +328,7 @@ void ImplicitIntegrator::resetAllStatistics() {
 }
 
 Real ImplicitIntegrator::getActualInitialStepSizeTaken() const {
-    return m_impl->firstStep;
+    return m_impl->stepsTaken.firstLength;
 }
 Real ImplicitIntegrator::getPredictedNextStepSize() const {
     return m_impl->getPredictedNextStepSize();

@@ -1,11 +1,9 @@
 #pragma once
 /** @file
-The state of an ImplicitIntegrator, and what it does (private header):
+What an ImplicitIntegrator does besides the steps that its Stepper takes (private header):
 
     IntegratorSettings.cpp    what may be set when
-    IntegratorStart.cpp       equations, a consistent point, the first step's length
-    StepTaking.cpp            a step: tries, their error, order and length of the next one
-    UnseenError.cpp           what loads and motions do inside of a step
+    IntegratorStart.cpp       equations, a consistent point
     EventLoop.cpp             time goes on: steps, triggers, reports and handlers
     ReturnedEvents.cpp        for programs that handle events themselves
     ShownState.cpp            States, accelerations and multipliers at a time
@@ -18,13 +16,8 @@ The state of an ImplicitIntegrator, and what it does (private header):
 #include "simflex/base/SecondsSince.h"
 #include "simflex/solver/ImplicitIntegrator.h"
 #include "simflex/solver/equations/StateImage.h"
-#include "simflex/solver/integration/BdfScheme.h"
-#include "simflex/solver/integration/BreakTimes.h"
 #include "simflex/solver/integration/EventDriver.h"
-#include "simflex/solver/integration/ImplicitStep.h"
-#include "simflex/solver/integration/IntegrationScheme.h"
-#include "simflex/solver/integration/RadauStep.h"
-#include "simflex/solver/integration/StepController.h"
+#include "simflex/solver/integration/Stepper.h"
 
 namespace simflex {
 
@@ -59,7 +52,9 @@ public:
     const SimTK::State& getReturnedState() const;
     const SimTK::State& getAdvancedState() const;
     SimTK::State& updAdvancedState();
-    SimTK::Real getPredictedNextStepSize() const { return m_nextStep; }
+    SimTK::Real getPredictedNextStepSize() const {
+        return m_stepper ? m_stepper->getNextLength() : 0;
+    }
     bool isOf(const SimTK::System& system) const { return m_system.isSameSystem(system); }
     const IntegrationScheme& getScheme() const { return *m_scheme; }
 
@@ -68,7 +63,9 @@ public:
 
     const SimTK::State& getState() const;
     SimTK::Vector calcUDot() const;
-    std::vector<std::string> describeRedundancies() const { return m_step->describeRedundancies(); }
+    std::vector<std::string> describeRedundancies() const {
+        return m_stepper->getStep().describeRedundancies();
+    }
     SimTK::Vector calcMultipliers(const Joint* joint) const;
     SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint) const;
     SimTK::Vector calcFrictionForces(const Joint& joint) const;
@@ -103,26 +100,15 @@ public:
 
     /** @name Settings **/
     /**@{**/
-    SimTK::Real accuracy = Waiting().accuracy, constraintTolerance = Waiting().constraintTolerance;
-    SimTK::Real initialStep = 0, maximumStep = 0, minimumStep = 1e-12, fixedStep = 0;
+    StepSettings settings;
     SimTK::Real finalTime = SimTK::Infinity;
-    int numThreads = 0;
     bool projectInitialState = true;
     ProjectionNorm projectionNorm = ProjectionNorm::Automatic;
     int triggerSamples = 1;
-    bool useInfinityNorm = false, forceFullNewton = false;
-    bool allowInterpolation = true, projectInterpolatedStates = true;
+    bool allowInterpolation = true;
     bool returnEveryInternalStep = false;
     int internalStepLimit = 0;  ///< 0: none
-    Formulation formulation = Formulation::StabilizedIndex2;
-    BlockForm blockForm = BlockForm::Automatic;
-    NewtonTolerances newtonTolerances;
-    AccuracyNorm accuracyNorm = AccuracyNorm::Automatic;
-    bool hasOwnConstraintTolerance = false, hasOwnNewtonTolerances = false;
-    std::function<void(const NewtonSystem&)> observer;
     std::function<bool(SimTK::Real)> stepObserver;
-    std::vector<ForceSelection> differentiated;
-    BreakTimes breaks;
     /**@}**/
 
     IntegratorStatistics statistics;
@@ -131,8 +117,7 @@ public:
     int count(long IntegratorStatistics::*figure) const {
         return int(statistics.*figure - statisticsAtReset.*figure);
     }
-    SimTK::Real firstStep = SimTK::NaN, lastStep = 0;
-    int lastOrder = 0;
+    StepsTaken stepsTaken;
 
 private:
     /** Takes over what waited. **/
@@ -145,8 +130,8 @@ private:
     void checkSettings(SimTK::Real startTime) const;
     /** Analyses the system at m_state; again after a handler changed it. **/
     void buildEquations();
-    /** What nobody has set and depends on what the equations are like. **/
-    void chooseSettings();
+    Evaluation& updEquations() { return m_stepper->updEquations(); }
+    const Evaluation& getEquations() const { return m_stepper->getEquations(); }
     /** Takes q, u and z from m_state and assembles if asked.
     @param forced  also if the constraints hold already **/
     void takeState(bool project, bool forced = false);
@@ -157,52 +142,13 @@ private:
     bool projectStateByWeights(bool forced);
     /** Handles the Initialization event. **/
     void initializeSystem();
-    /** Starts a new history at m_visible's t, q, u and z, from exact accelerations. **/
+    /** The first step begins at m_visible's t, q, u and z. **/
     void start();
-    /** Starts again at the newest point, which is smooth with what was before. **/
-    void restartAtNewest();
-    /** Derivatives, multipliers, power and error of a point from its t, q, u and z. **/
-    void completeStart(SolutionPoint& point);
-    /** @param longest  allowed **/
-    SimTK::Real chooseInitialStep(const SolutionPoint& point, SimTK::Real longest);
-    /** Lets the equations evaluate functions of time between the breaks about this one only. **/
-    void enterSmoothSpan(double time);
-
-    // steps
-    /** One accepted step that does not pass `limit`, with what belongs to its ends. **/
-    void advanceInternally(double limit);
-    /** Goes on beyond a break at the newest point: starts again there if something jumps. **/
-    void passBreak();
-    void takeStep(double limit);
-    bool attemptStep(double h, int order, double* error);
-    /** λ at the point's time, where a Newton iteration begins. **/
-    void predictLambda(int points, SolutionPoint& point);
-    /** The same of a method with stages. **/
-    bool attemptStages(double h, double* error);
-    /** True if a step's end has to be evaluated: positions projected, power, loads or the pose
-    looked at. **/
-    bool isEndAskedFor() const;
-    /** Brings m_new's positions onto the joints. @returns false if it cannot. **/
-    bool projectNew();
-    void acceptStep(double h, int order);
-    void chooseNextStep(double error, double h, int order);
-    /** Size of m_errorQ, m_errorU and m_errorZ in units of the accuracy. **/
-    double calcErrorSize(double h);
-    double calcError(int order);
-    double calcFirstError();
-    /** The same of what loads and motions do inside of the step that the ends of it and of those
-    before do not show: their distance from the polynomial of the step's order, at points between.
-    A load that begins and ends within a step would be passed over without a trace. **/
-    double calcUnseenError(int order);
-    double calcUnseenLoads(int order);
-    double calcUnseenMotions(int order);
-    /** q and u of the polynomial that the step's end lies on. **/
-    void interpolateNew(int order, double t, SolutionPoint& point);
-    enum class Failure { ErrorTest, Convergence, Projection };
-    /** @param error  of the last try, in units of the accuracy **/
-    [[noreturn]] void failStep(double h, Failure failure, double error);
 
     // driving
+    double getNewestTime() const { return m_stepper->getNewest().t; }
+    /** One accepted step that does not pass `limit`, with what belongs to its ends. **/
+    void advanceInternally(double limit);
     /** Who is told of what happens on the way. **/
     enum class Caller { User, TimeStepper, TimeStepperAtEveryState };
     StepStatus advance(SimTK::Real goal, Caller caller = Caller::User);
@@ -232,11 +178,7 @@ private:
     /** Shortens the last step to where a trigger function changes sign, if one does; true if so.
      * **/
     bool locateTrigger();
-    /** The last step ends here, inside of what it was. **/
-    void cutLastStep(double end);
     void calcTriggersAt(double t, SimTK::Vector& values);
-    /** Moves phase times from the solver and the equations into the statistics. **/
-    void bookPhases();
     /** False if bodies, forces or events have come since initialize(). **/
     bool hasSameSystem() const;
     void requireSameSystem() const;
@@ -244,9 +186,7 @@ private:
     void runTimed(const std::function<void()>& work);
 
     // output
-    /** The point at t: interpolated inside the last step, projected onto the joints. **/
-    void calcPoint(double t, SolutionPoint& point);
-    /** Makes it visible. **/
+    /** Makes the point at t visible. **/
     void showPoint(double t);
     void writeState(const SolutionPoint& point, SimTK::State& state) const;
     /** Swaps auto-update variables' values in, those computed at this point. **/
@@ -263,19 +203,8 @@ private:
     const SimTK::MultibodySystem& m_system;
     SimTK::StageVersion m_topologyVersion = 0;  ///< of m_system, that was initialized
     std::unique_ptr<IntegrationScheme> m_scheme;
-    OneStageScheme* m_formulas;  ///< the same, if its steps have one stage
-    /** Else of steps near singular positions: see ImplicitStep::solveNearSingularity(). **/
-    BdfScheme m_fallback;
-    OneStageScheme& updFormulas() { return m_formulas ? *m_formulas : m_fallback; }
-    /** True if the step being attempted, or taken last, has stages. **/
-    bool solvesStages() const { return !m_formulas && !m_solvesPositions; }
-    std::unique_ptr<Evaluation> m_equations;
-    std::unique_ptr<ImplicitStep> m_step;
-    /** m_step of a method with stages. **/
-    RadauStep& updStages() { return static_cast<RadauStep&>(*m_step); }
+    std::unique_ptr<Stepper> m_stepper;  ///< from initialize() on
     EventDriver m_events;
-    SolutionHistory m_history;
-    StepController m_controller;
 
     SimTK::State m_state;
     mutable bool m_stateIsCurrent = false;
@@ -283,18 +212,11 @@ private:
     SimTK::State m_builtFrom;  ///< m_state as the equations found it
     SimTK::State m_kept;       ///< m_state before a handler
     std::vector<SimTK::DiscreteVarKey> m_laterVariables;
-    bool m_remembers = false;  ///< forces or Measures have variables that steps update
-    bool m_isKept = false;     ///< m_kept's discrete variables are m_state's
+    bool m_isKept = false;  ///< m_kept's discrete variables are m_state's
     StateImage m_image;
     SolutionPoint m_visible;
     SolutionPoint m_trial;  ///< where triggers are evaluated
 
-    double m_longestStep = 0;  ///< allowed
-    double m_nextStep = 0;
-    /** For which errors of speeds act, of methods with stages: no less than the steps before, as
-    after a short one, where something jumps, long ones follow. **/
-    double m_speedTime = 0;
-    int m_order = 1, m_stepsAtOrder = 0;
     SimTK::Vector m_triggersBefore, m_triggersAfter, m_triggerTrial;
     bool m_hasTriggered = false, m_isTimeAdvancePending = false;
     bool m_isInitialized = false, m_isTerminated = false, m_isFinished = false;
@@ -313,25 +235,6 @@ private:
     mutable std::unique_ptr<SimTK::State> m_advanced;
     mutable SimTK::Array_<SimTK::StageVersion> m_advancedVersions;
 
-    // The step being attempted.
-    StepFormula m_formula;
-    SolutionPoint m_new;
-    bool m_solvesPositions = false;  ///< position equations in Newton's iteration, speeds projected
-    int m_worstProjectedRow = -1;
-    int m_numRedundantAtStart = 0;
-    ImplicitStep::Outcome m_outcome;
-    std::vector<double> m_errorQ, m_errorU, m_errorZ;
-    int m_worstErrorBlock = -1;
-
-    /** Loads and motions at points inside of a step. **/
-    struct Samples {
-        static constexpr int Count = 4;
-        std::vector<double> loads[Count], atNodes[6], unseen;
-        std::vector<double> q, u;
-
-        void resize(int numQ, int numU, int numMultipliers);
-    };
-    Samples m_samples;
     bool m_isInterrupted = false;
 };
 

@@ -131,28 +131,29 @@ void ImplicitIntegrator::Implementation::visitModel(Checkpoint& c) const {
 
 void ImplicitIntegrator::Implementation::visitSettings(Checkpoint& c) const {
     visitName(c, name, "integrator");
-    std::vector<std::pair<std::string, double>> settings = m_scheme->listSettings();
+    std::vector<std::pair<std::string, double>> all = m_scheme->listSettings();
     const std::vector<std::pair<std::string, double>> common = {
-        {"setAccuracy", accuracy},
-        {"setAccuracyNorm", double(accuracyNorm)},
-        {"setUseInfinityNorm", useInfinityNorm},
-        {"setConstraintTolerance", hasOwnConstraintTolerance ? constraintTolerance : 0},
-        {"setFormulation", double(formulation)},
-        {"setBlockForm", double(blockForm)},
-        {"setMaximumStepSize", maximumStep},
-        {"setMinimumStepSize", minimumStep},
-        {"setFixedStep", fixedStep},
+        {"setAccuracy", settings.accuracy},
+        {"setAccuracyNorm", double(settings.accuracyNorm)},
+        {"setUseInfinityNorm", settings.useInfinityNorm},
+        {"setConstraintTolerance",
+         settings.hasOwnConstraintTolerance ? settings.constraintTolerance : 0},
+        {"setFormulation", double(settings.formulation)},
+        {"setBlockForm", double(settings.blockForm)},
+        {"setMaximumStepSize", settings.maximumStep},
+        {"setMinimumStepSize", settings.minimumStep},
+        {"setFixedStep", settings.fixedStep},
         {"setAllowInterpolation", double(allowInterpolation)},
-        {"setForceFullNewton", double(forceFullNewton)},
-        {"setNewtonTolerances: displacement", newtonTolerances.displacement},
-        {"setNewtonTolerances: multiplier", newtonTolerances.multiplier},
-        {"setNewtonTolerances: bodyResidual", newtonTolerances.bodyResidual},
-        {"setNewtonTolerances: constraintResidual", newtonTolerances.constraintResidual},
-        {"setNewtonTolerances: maxIterations", newtonTolerances.maxIterations},
-        {"addForceJacobian, times called", double(differentiated.size())},
-        {"addBreakTimes, times called", double(breaks.numSources())}};
-    settings.insert(settings.end(), common.begin(), common.end());
-    for (const auto& [setting, value] : settings) {
+        {"setForceFullNewton", double(settings.forceFullNewton)},
+        {"setNewtonTolerances: displacement", settings.newtonTolerances.displacement},
+        {"setNewtonTolerances: multiplier", settings.newtonTolerances.multiplier},
+        {"setNewtonTolerances: bodyResidual", settings.newtonTolerances.bodyResidual},
+        {"setNewtonTolerances: constraintResidual", settings.newtonTolerances.constraintResidual},
+        {"setNewtonTolerances: maxIterations", settings.newtonTolerances.maxIterations},
+        {"addForceJacobian, times called", double(settings.differentiated.size())},
+        {"addBreakTimes, times called", double(settings.breaks.numSources())}};
+    all.insert(all.end(), common.begin(), common.end());
+    for (const auto& [setting, value] : all) {
         double written = value;
         c.visit(written);
         if (written == value) continue;
@@ -167,15 +168,10 @@ void ImplicitIntegrator::Implementation::visitSettings(Checkpoint& c) const {
 
 void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
     m_visible.visit(c);
-    m_history.visit(c);
-    m_new.visit(c);
-    m_controller.visit(c);
+    m_stepper->visit(c);
     m_events.visit(c);
-    c.visit(m_nextStep, m_speedTime);
-    c.visitWithin(m_order, 1, 5, "the order");
-    c.visit(m_stepsAtOrder, m_numRedundantAtStart);
-    c.visit(firstStep, lastStep);
-    c.visitWithin(lastOrder, 0, 5, "the last order");
+    c.visit(stepsTaken.firstLength, stepsTaken.lastLength);
+    c.visitWithin(stepsTaken.lastOrder, 0, 5, "the last order");
     visitTriggers(c, m_triggersBefore, m_events.getNumTriggers());
     visitTriggers(c, m_triggersAfter, m_events.getNumTriggers());
     c.visit(m_hasTriggered, m_isTimeAdvancePending, m_isTerminated, m_isFinished);
@@ -191,10 +187,6 @@ void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
                            std::to_string(m_events.getNumTriggers()) + " event triggers");
     if (m_events.getNumTriggers() == 0 && m_hasTriggered)
         Checkpoint::refuse("it stands at a triggered event, this model has no triggers");
-    breaks.visit(c);
-    m_equations->updFunctions().setSmoothSpan(breaks.getFirst(), breaks.getLast());
-    m_equations->visit(c);
-    m_step->visit(c);
     visitStatistics(c, statistics);
 }
 
@@ -233,16 +225,11 @@ void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, co
     prepare(builtFrom);
     visitProgress(checkpoint);
     checkpoint.requireEnd();
-    if (m_history.size() == 0) Checkpoint::refuse("it has no solution to go on from");
-    for (int age = 0; age < m_history.size(); ++age)
-        if (!std::isfinite(m_history[age].t) ||
-            (age > 0 && !(m_history[age].t < m_history[age - 1].t)))
-            Checkpoint::refuse("its points do not follow each other in time");
-    if (!std::isfinite(m_visible.t) || isLater(m_history[0].t, m_visible.t))
+    if (!std::isfinite(m_visible.t) || isLater(getNewestTime(), m_visible.t))
         Checkpoint::refuse("what it shows is later than its last point");
     m_state = now;
     m_system.realize(m_state, Stage::Velocity);
-    m_equations->takeVariables(m_events.getAutoUpdates(), m_state);
+    updEquations().takeVariables(m_events.getAutoUpdates(), m_state);
     m_scratch = m_state;
     m_stateIsCurrent = false;
     setFinalTime(finalTime);

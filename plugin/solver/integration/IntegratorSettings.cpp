@@ -26,7 +26,6 @@ ImplicitIntegrator::Implementation::Implementation(
     : name(std::move(integratorName)),
       m_system(requireMultibodySystem(system, name)),
       m_scheme(std::move(integrationScheme)),
-      m_formulas(dynamic_cast<OneStageScheme*>(m_scheme.get())),
       m_events(m_system),
       m_image(m_system) {}
 
@@ -42,9 +41,9 @@ void ImplicitIntegrator::Implementation::requireNotInitialized(const char* metho
 }
 
 void ImplicitIntegrator::Implementation::setFinalTime(Real time) {
-    if (m_isInitialized && !(time >= m_history[0].t))
+    if (m_isInitialized && !(time >= getNewestTime()))
         throw std::invalid_argument(name + "::setFinalTime(): time " + std::to_string(time) +
-                                    " s is before " + std::to_string(m_history[0].t) +
+                                    " s is before " + std::to_string(getNewestTime()) +
                                     " s, which is reached already");
     finalTime = time;
     const bool isReached = !(m_visible.t < finalTime);
@@ -59,47 +58,46 @@ void ImplicitIntegrator::Implementation::setWaiting(Real Waiting::*setting, Real
 }
 
 void ImplicitIntegrator::Implementation::adoptSettings() {
-    accuracy = m_waiting.accuracy;
-    constraintTolerance = m_waiting.constraintTolerance;
-    initialStep = m_waiting.initialStep;
+    settings.accuracy = m_waiting.accuracy;
+    settings.constraintTolerance = m_waiting.constraintTolerance;
+    settings.initialStep = m_waiting.initialStep;
 }
 
 void ImplicitIntegrator::Implementation::setMinimumStep(Real h) {
-    if (m_isInitialized && maximumStep > 0 && h > maximumStep)
+    if (m_isInitialized && settings.maximumStep > 0 && h > settings.maximumStep)
         throw std::invalid_argument(name + "::setMinimumStepSize(): above setMaximumStepSize()");
-    minimumStep = h;
+    settings.minimumStep = h;
 }
 
 void ImplicitIntegrator::Implementation::setMaximumStep(Real h) {
-    if (m_isInitialized && h < std::max(minimumStep, fixedStep))
+    if (m_isInitialized && h < std::max(settings.minimumStep, settings.fixedStep))
         throw std::invalid_argument(name +
                                     "::setMaximumStepSize(): below setMinimumStepSize() or "
                                     "setFixedStep()");
-    maximumStep = h;
-    if (m_isInitialized) m_longestStep = h;
+    settings.maximumStep = h;
 }
 
 void ImplicitIntegrator::Implementation::setFixedStep(Real h) {
-    if (m_isInitialized && maximumStep > 0 && h > maximumStep)
+    if (m_isInitialized && settings.maximumStep > 0 && h > settings.maximumStep)
         throw std::invalid_argument(name + "::setFixedStep(): above setMaximumStepSize()");
-    fixedStep = m_nextStep = h;
-    m_longestStep = std::max(m_longestStep, double(h));
+    settings.fixedStep = h;
+    if (m_stepper) m_stepper->setNextLength(h);
 }
 
 void ImplicitIntegrator::Implementation::setForceFullNewton(bool force) {
-    forceFullNewton = force;
-    if (m_step) m_step->forceFullNewton = force;
+    settings.forceFullNewton = force;
+    if (m_stepper) m_stepper->updStep().forceFullNewton = force;
 }
 
 void ImplicitIntegrator::Implementation::setNumThreads(int threads) {
-    numThreads = threads;
-    if (m_isInitialized) m_step->setNumThreads(numThreads);
+    settings.numThreads = threads;
+    if (m_isInitialized) m_stepper->updStep().setNumThreads(settings.numThreads);
 }
 
 void ImplicitIntegrator::Implementation::setNewtonSystemObserver(
     std::function<void(const NewtonSystem&)> newObserver) {
-    observer = std::move(newObserver);
-    if (m_isInitialized) m_step->observer = observer;
+    settings.observer = std::move(newObserver);
+    if (m_isInitialized) m_stepper->updStep().observer = settings.observer;
 }
 
 }  // namespace simflex

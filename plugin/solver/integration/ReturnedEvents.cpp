@@ -31,12 +31,12 @@ ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::Implementation::ste
 ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::Implementation::advanceReturningEvents(
     Real reportTime, Real eventTime) {
     if (std::exchange(m_isIntervalStart, false)) {
-        showPoint(m_history[0].t);
+        showPoint(getNewestTime());
         m_pending = Pending::Nothing;
         return StartOfContinuousInterval;
     }
     for (int steps = 0;; ++steps) {
-        const double newestTime = m_history[0].t;
+        const double newestTime = getNewestTime();
         if (m_pending == Pending::Trigger) {
             if (reportTime <= m_triggered.window[0]) {
                 showPoint(reportTime);
@@ -123,7 +123,7 @@ ImplicitIntegrator::Implementation::getTriggeredEvents(const char* method) const
 void ImplicitIntegrator::Implementation::reinitialize(Stage lowestChangedStage,
                                                       bool shouldTerminate) {
     if (lowestChangedStage < Stage::Report) {
-        runTimed([&] { showPoint(m_history[0].t); });
+        runTimed([&] { showPoint(getNewestTime()); });
         m_isIntervalStart = true;
     }
     m_isTerminated = m_isTerminated || shouldTerminate;
@@ -137,7 +137,7 @@ ImplicitIntegrator::TerminationReason ImplicitIntegrator::Implementation::getTer
 }
 
 bool ImplicitIntegrator::Implementation::isStateInterpolated() const {
-    return isLater(m_visible.t, m_history[0].t);
+    return isLater(m_visible.t, getNewestTime());
 }
 
 const State& ImplicitIntegrator::Implementation::getReturnedState() const {
@@ -164,7 +164,7 @@ void ImplicitIntegrator::Implementation::refreshAdvancedState() {
     if (!m_advanced) return;
     if (isStateInterpolated()) {
         *m_advanced = makeFreshState(m_system, m_state);
-        writeState(m_history[0], *m_advanced);
+        writeState(m_stepper->getNewest(), *m_advanced);
     } else {
         *m_advanced = makeFreshState(m_system, getState());
         m_system.realize(*m_advanced, Stage::Velocity);
@@ -176,7 +176,7 @@ void ImplicitIntegrator::Implementation::acceptAdvancedState() {
     if (!m_advanced ||
         m_advanced->getLowestSystemStageDifference(m_advancedVersions) == Stage::Infinity)
         return;
-    showPoint(m_history[0].t);
+    showPoint(getNewestTime());
     handleAsAWhole([&] {
         m_state = makeFreshState(m_system, *m_advanced);
         m_system.realize(m_state, Stage::Velocity);

@@ -1,18 +1,22 @@
 // One step: tries, their error, order and length of the next one.
+#include <algorithm>
+#include <cmath>
 #include <sstream>
+#include <stdexcept>
+#include <utility>
 
 #include "simflex/base/Chunk.h"
 #include "simflex/solver/integration/FailureDiagnosis.h"
-#include "simflex/solver/integration/ImplicitIntegratorImpl.h"
+#include "simflex/solver/integration/Stepper.h"
 
 namespace simflex {
 
 using SimTK::State;
 
-bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double* error) {
+bool Stepper::attemptStep(double h, int order, double* error) {
     if (solvesStages()) return attemptStages(h, error);
-    ++statistics.stepsAttempted;
-    const long iterationsBefore = statistics.newtonIterations;
+    ++m_statistics.stepsAttempted;
+    const long iterationsBefore = m_statistics.newtonIterations;
     const double t = m_history[0].t + h;
     m_equations->updErrorNorm().setReference(m_history[0].q.data(), m_history[0].u.data(),
                                              m_history[0].z.data());
@@ -29,13 +33,13 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     predictLambda(pointsOfLambda, m_new);
 
     m_outcome = m_solvesPositions ? m_step->solveNearSingularity(m_formula, m_new)
-                                  : m_step->solve(m_formula, formulation, m_new);
+                                  : m_step->solve(m_formula, m_settings.formulation, m_new);
     if (!m_outcome.converged) {
-        statistics.divergentIterations += statistics.newtonIterations - iterationsBefore;
+        m_statistics.divergentIterations += m_statistics.newtonIterations - iterationsBefore;
         return false;
     }
 
-    if (formulation == Formulation::StabilizedIndex2) {
+    if (m_settings.formulation == Formulation::StabilizedIndex2) {
         if (isEndAskedFor() && !projectNew()) return false;
         if (m_solvesPositions && !m_step->projectStepSpeeds(m_formula, m_new, &m_worstProjectedRow))
             return false;
@@ -49,42 +53,42 @@ bool ImplicitIntegrator::Implementation::attemptStep(double h, int order, double
     m_new.work = m_formula.workHist + m_formula.quadrature * m_new.power;
     m_equations->getBlocks().normalizeQ(m_new.q.data());
     updFormulas().completePoint(m_history, m_formula, m_new);
-    if (fixedStep > 0)
+    if (m_settings.fixedStep > 0)
         *error = 0;
     else
         *error = m_history.numNodes() > order ? calcError(order) : calcFirstError();
-    if (fixedStep == 0 && *error <= 1) *error = std::max(*error, calcUnseenError(order));
+    if (m_settings.fixedStep == 0 && *error <= 1) *error = std::max(*error, calcUnseenError(order));
     return true;
 }
 
-void ImplicitIntegrator::Implementation::predictLambda(int points, SolutionPoint& point) {
+void Stepper::predictLambda(int points, SolutionPoint& point) {
     // What redundant constraints leave undetermined no iteration would correct: extrapolated from
     // step to step, it would grow without bound.
-    if (statistics.redundantConstraints > 0)
+    if (m_statistics.redundantConstraints > 0)
         std::fill(point.lambda.begin(), point.lambda.end(), 0.0);
     else
         m_history.extrapolateLambda(points, point.t, point.lambda);
 }
 
-bool ImplicitIntegrator::Implementation::isEndAskedFor() const {
+bool Stepper::isEndAskedFor() const {
     const TimedLoads& loads = m_equations->getTimedLoads();
     return m_equations->getTopology().numMultipliers > 0 || m_equations->canHavePower() ||
            m_equations->updErrorNorm().isInMetres() || loads.hasLoads() || loads.hasMotions();
 }
 
-bool ImplicitIntegrator::Implementation::projectNew() {
-    m_new.constraintError = m_step->projectPositions(m_new.t, constraintTolerance, m_new.q, m_new.u,
-                                                     &m_worstProjectedRow);
-    return m_new.constraintError <= constraintTolerance && !m_step->mayLoseCount();
+bool Stepper::projectNew() {
+    m_new.constraintError = m_step->projectPositions(m_new.t, m_settings.constraintTolerance,
+                                                     m_new.q, m_new.u, &m_worstProjectedRow);
+    return m_new.constraintError <= m_settings.constraintTolerance && !m_step->mayLoseCount();
 }
 
-bool ImplicitIntegrator::Implementation::attemptStages(double h, double* error) {
-    ++statistics.stepsAttempted;
-    const long iterationsBefore = statistics.newtonIterations;
+bool Stepper::attemptStages(double h, double* error) {
+    ++m_statistics.stepsAttempted;
+    const long iterationsBefore = m_statistics.newtonIterations;
     const SolutionPoint& start = m_history[0];
     RadauStep& step = updStages();
     m_equations->updErrorNorm().setReference(start.q.data(), start.u.data(), start.z.data());
-    const IntegrationScheme::DenseNodes nodes = m_scheme->getDenseNodes(m_order);
+    const IntegrationScheme::DenseNodes nodes = m_scheme.getDenseNodes(m_order);
     for (int i = 0; i < radau::NumStages; ++i) {
         SolutionPoint& stage = step.updStage(i);
         stage.t = start.t + radau::C[i] * h;
@@ -98,7 +102,7 @@ bool ImplicitIntegrator::Implementation::attemptStages(double h, double* error) 
     m_outcome = step.solveStages(start, h);
     if (!m_outcome.converged) {
         m_new.t = start.t + h;
-        statistics.divergentIterations += statistics.newtonIterations - iterationsBefore;
+        m_statistics.divergentIterations += m_statistics.newtonIterations - iterationsBefore;
         return false;
     }
     if (!step.completeStages(start, h)) return false;
@@ -108,14 +112,15 @@ bool ImplicitIntegrator::Implementation::attemptStages(double h, double* error) 
     m_equations->getBlocks().normalizeQ(m_new.q.data());
     m_errorQ = m_new.q;
     // Without joints nothing is projected, and the error is evaluated there again.
-    const bool isEvaluated = m_equations->getTopology().numMultipliers > 0 || fixedStep > 0;
+    const bool isEvaluated =
+        m_equations->getTopology().numMultipliers > 0 || m_settings.fixedStep > 0;
     if (isEvaluated && !projectNew()) return false;
     for (size_t i = 0; i < m_errorQ.size(); ++i) m_errorQ[i] = m_new.q[i] - m_errorQ[i];
     std::fill(m_errorU.begin(), m_errorU.end(), 0.0);
     std::fill(m_errorZ.begin(), m_errorZ.end(), 0.0);
     const double projected = calcErrorSize(h);
     *error = 0;
-    if (fixedStep > 0) return true;
+    if (m_settings.fixedStep > 0) return true;
     if (projected > 1) {
         *error = projected;
         return true;
@@ -125,19 +130,19 @@ bool ImplicitIntegrator::Implementation::attemptStages(double h, double* error) 
                                      step.calcShareOfError(h, m_errorQ, m_errorU, m_errorZ));
     if (m_equations->getTimedLoads().hasLoads())
         m_equations->realize(m_new.t, m_new.q.data(), m_new.u.data());
-    if (*error <= 1) *error = std::max(*error, calcUnseenError(lastOrder));
+    if (*error <= 1) *error = std::max(*error, calcUnseenError(m_taken.lastOrder));
     return true;
 }
 
-double ImplicitIntegrator::Implementation::calcErrorSize(double h) {
+double Stepper::calcErrorSize(double h) {
     m_equations->getSimbody().clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
     return std::max(m_equations->updErrorNorm().calcSize(m_errorQ.data(), m_errorU.data(), h,
-                                                         &m_worstErrorBlock),
+                                                         &m_taken.worstBlock),
                     m_equations->updErrorNorm().calcZSize(m_errorZ.data())) /
-           accuracy;
+           m_settings.accuracy;
 }
 
-double ImplicitIntegrator::Implementation::calcError(int order) {
+double Stepper::calcError(int order) {
     const OneStageScheme::ErrorFactors factors =
         updFormulas().calcErrorFactors(m_history, order, m_new.t);
     const SolutionHistory::Weights prediction = m_history.calcInterpolation(order + 1, m_new.t);
@@ -163,7 +168,7 @@ double ImplicitIntegrator::Implementation::calcError(int order) {
     return calcErrorSize(m_new.t - m_history[0].t);
 }
 
-double ImplicitIntegrator::Implementation::calcFirstError() {
+double Stepper::calcFirstError() {
     const SolutionPoint& last = m_history[0];
     const double h = m_new.t - last.t, factor = updFormulas().getFirstErrorConstant() * h;
     std::fill(m_errorQ.begin(), m_errorQ.end(), 0.0);
@@ -174,11 +179,11 @@ double ImplicitIntegrator::Implementation::calcFirstError() {
     return calcErrorSize(h);
 }
 
-void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, int order) {
-    const int lowest = m_scheme->getLowestOrder();
-    const int highest = m_scheme->getHighestOrder(m_history);
-    if (fixedStep > 0) {
-        m_nextStep = fixedStep;
+void Stepper::chooseNextStep(double error, double h, int order) {
+    const int lowest = m_scheme.getLowestOrder();
+    const int highest = m_scheme.getHighestOrder(m_history);
+    if (m_settings.fixedStep > 0) {
+        m_nextLength = m_settings.fixedStep;
         m_order = std::min(std::max(order + 1, lowest), highest);
         return;
     }
@@ -186,7 +191,8 @@ void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, 
         // Small changes are not worth a new matrix.
         constexpr double LargestRatio = 4, LeastGrowth = 1.2;
         const double ratio = m_controller.calcRatio(error, order, LargestRatio);
-        m_nextStep = std::min(ratio > 1 && ratio < LeastGrowth ? h : h * ratio, m_longestStep);
+        m_nextLength =
+            std::min(ratio > 1 && ratio < LeastGrowth ? h : h * ratio, calcLongestLength());
         return;
     }
     // Candidate orders k−1, k, k+1; the one that allows the longest step wins, or of those that
@@ -201,7 +207,7 @@ void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, 
     int bestOrder = order;
     const auto isBetter = [&](double err, int k, double preference) {
         const double other = growth(err, k);
-        const bool isEitherLongest = h * std::min(best, other) >= m_longestStep;
+        const bool isEitherLongest = h * std::min(best, other) >= calcLongestLength();
         return isEitherLongest ? preference * err < leastError : other > preference * best;
     };
     const auto consider = [&](double err, int k, double preference) {
@@ -220,17 +226,17 @@ void ImplicitIntegrator::Implementation::chooseNextStep(double error, double h, 
     // Ratios to which the formulas are zero-stable with some room.
     const double largest = bestOrder <= 2 ? 2.0 : 1.5;
     if (bestOrder == order) {
-        m_nextStep = h * m_controller.calcRatio(error, order, largest);
+        m_nextLength = h * m_controller.calcRatio(error, order, largest);
     } else {
         m_controller.restart();
         m_stepsAtOrder = 0;
-        m_nextStep = h * std::clamp(best, 0.5, largest);
+        m_nextLength = h * std::clamp(best, 0.5, largest);
     }
     m_order = bestOrder;
-    m_nextStep = std::min(m_nextStep, m_longestStep);
+    m_nextLength = std::min(m_nextLength, calcLongestLength());
 }
 
-void ImplicitIntegrator::Implementation::passBreak() {
+void Stepper::passBreak() {
     // What does not depend on time is the same on both sides to the last bit.
     constexpr double SmallestJump = 1e-9;
     SolutionPoint& point = m_history.newest();
@@ -245,17 +251,17 @@ void ImplicitIntegrator::Implementation::passBreak() {
     if (!jumps) {
         // There may be a kink, through which no polynomial of high order goes.
         m_stepsAtOrder = 0;
-        m_order = std::min(m_order, m_scheme->getLowestOrder());
+        m_order = std::min(m_order, m_scheme.getLowestOrder());
         return;
     }
-    restartAtNewest();
-    m_nextStep = chooseInitialStep(point, m_nextStep);
+    restart();
+    m_nextLength = chooseFirstLength(point, m_nextLength);
 }
 
-void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
-    if (lastStep > 0 && statistics.stepsTaken > 0) {
-        statistics.sumOfSquaredLogRatios += std::pow(std::log(h / lastStep), 2);
-        ++statistics.stepRatios;
+void Stepper::acceptStep(double h, int order) {
+    if (m_taken.lastLength > 0 && m_statistics.stepsTaken > 0) {
+        m_statistics.sumOfSquaredLogRatios += std::pow(std::log(h / m_taken.lastLength), 2);
+        ++m_statistics.stepRatios;
     }
     if (solvesStages()) {
         // Whole points are copied: every array has its size already.
@@ -267,37 +273,43 @@ void ImplicitIntegrator::Implementation::acceptStep(double h, int order) {
     std::swap(m_history.push(), m_new);  // the next step writes all of it anew
     m_equations->updBlocks().followPose();
     m_equations->updFrictions().keep();
-    ++statistics.stepsTaken;
-    ++statistics.stepsAtOrder[size_t(order)];
-    statistics.timeCovered += h;
-    statistics.largestStep = std::max(statistics.largestStep, h);
-    statistics.smallestStep = statistics.stepsTaken == 1 ? h : std::min(statistics.smallestStep, h);
-    if (SimTK::isNaN(firstStep)) firstStep = h;
-    lastStep = h;
+    ++m_statistics.stepsTaken;
+    ++m_statistics.stepsAtOrder[size_t(order)];
+    m_statistics.timeCovered += h;
+    m_statistics.largestStep = std::max(m_statistics.largestStep, h);
+    m_statistics.smallestStep =
+        m_statistics.stepsTaken == 1 ? h : std::min(m_statistics.smallestStep, h);
+    if (SimTK::isNaN(m_taken.firstLength)) m_taken.firstLength = h;
+    m_taken.lastLength = h;
     m_speedTime = std::max(h, m_speedTime - 0.5 * h);
-    lastOrder = order;
+    m_taken.lastOrder = order;
 }
 
-void ImplicitIntegrator::Implementation::takeStep(double limit) {
-    double h = std::min(m_nextStep, m_longestStep);
+void Stepper::takeStep(double limit) {
+    if (m_breaks.isAtEnd(m_history[0].t)) passBreak();
+    stepWithin(std::min(limit, m_breaks.getEnd()));
+}
+
+void Stepper::stepWithin(double limit) {
+    double h = std::min(m_nextLength, calcLongestLength());
     bool isCut = false;
     const double remaining = limit - m_history[0].t;
     if (h >= remaining * (1 - 1e-10)) {
         isCut = h > remaining * (1 + 1e-10);
         h = remaining;
-    } else if (fixedStep == 0 && h > 0.5 * remaining) {
+    } else if (m_settings.fixedStep == 0 && h > 0.5 * remaining) {
         h = 0.5 * remaining;  // two equal steps rather than a long and a tiny one
         isCut = true;
     }
-    const double wanted = m_nextStep;
+    const double wanted = m_nextLength;
     int order = std::min(m_order, m_history.numNodes());
     int failures = 0, retries = 0;
     bool isShortened = false;
     m_solvesPositions = false;
-    if (!m_formulas && m_history.size() > 1 && lastOrder < m_scheme->getLowestOrder()) {
+    if (!m_formulas && m_history.size() > 1 && m_taken.lastOrder < m_scheme.getLowestOrder()) {
         // The slope that a fallback left would be taken for an error.
         m_trial = m_history[0];
-        completeStart(m_trial);
+        complete(m_trial);
         m_history.newest().uDot = m_trial.uDot;
     }
     for (;;) {
@@ -309,44 +321,44 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
         if (isSolved && error <= 1) {
             // m_history still lacks the new point: the estimates of other orders need it so.
             chooseNextStep(error, h, order);
-            if (isCut && failures == 0 && m_nextStep < wanted)
-                m_nextStep = std::max(m_nextStep, std::min(wanted, 2 * h));
+            if (isCut && failures == 0 && m_nextLength < wanted)
+                m_nextLength = std::max(m_nextLength, std::min(wanted, 2 * h));
             acceptStep(h, order);
             return;
         }
         if (isSolved) {
-            ++statistics.errorTestFailures;
+            ++m_statistics.errorTestFailures;
             h *= m_controller.calcRatioAfterRejection(error, order);
             ++failures;
         } else {
-            ++(m_outcome.converged  ? statistics.projectionFailures
-               : m_outcome.isFinite ? statistics.convergenceFailures
-                                    : statistics.nonFiniteFailures);
+            ++(m_outcome.converged  ? m_statistics.projectionFailures
+               : m_outcome.isFinite ? m_statistics.convergenceFailures
+                                    : m_statistics.nonFiniteFailures);
             if (!m_outcome.converged && m_outcome.retryWorthwhile && retries++ < 2) continue;
             retries = 0;
             // Near a singular position the velocity equations outrun the iteration. Far from them a
             // long step may be all that is wrong.
-            if (!m_formulas && fixedStep == 0 && !std::exchange(isShortened, true)) {
+            if (!m_formulas && m_settings.fixedStep == 0 && !std::exchange(isShortened, true)) {
                 m_controller.restart();
                 h *= 0.5;
                 ++failures;
                 continue;
             }
             if (!m_solvesPositions && !m_outcome.converged && m_outcome.isFinite &&
-                formulation == Formulation::StabilizedIndex2 &&
+                m_settings.formulation == Formulation::StabilizedIndex2 &&
                 m_equations->getTopology().numMultipliers > 0) {
                 m_solvesPositions = true;
                 continue;
             }
             m_solvesPositions = false;
-            if (fixedStep > 0)
+            if (m_settings.fixedStep > 0)
                 failStep(h, m_outcome.converged ? Failure::Projection : Failure::Convergence, 0);
             m_controller.restart();
             h *= 0.25;
             ++failures;
         }
         m_stepsAtOrder = 0;
-        if (!(h >= minimumStep))
+        if (!(h >= m_settings.minimumStep))
             failStep(h,
                      isSolved              ? Failure::ErrorTest
                      : m_outcome.converged ? Failure::Projection
@@ -354,13 +366,13 @@ void ImplicitIntegrator::Implementation::takeStep(double limit) {
                      error);
         if (failures == 3) {
             // The past is no guide: something jumped here.
-            restartAtNewest();
+            restart();
             order = m_order;
         }
     }
 }
 
-void ImplicitIntegrator::Implementation::failStep(double h, Failure failure, double error) {
+void Stepper::failStep(double h, Failure failure, double error) {
     const std::vector<std::string> redundancies = m_step->describeRedundancies();
     const FailureDiagnosis diagnosis(*m_equations);
     const FailureDiagnosis::FailedStep step{m_history[0],
@@ -369,10 +381,10 @@ void ImplicitIntegrator::Implementation::failStep(double h, Failure failure, dou
                                             m_outcome,
                                             redundancies,
                                             m_numRedundantAtStart,
-                                            !differentiated.empty(),
-                                            accuracy};
+                                            !m_settings.differentiated.empty(),
+                                            m_settings.accuracy};
     std::ostringstream text;
-    text << name << ": no step could be taken from t = " << m_history[0].t << " s (h = " << h
+    text << m_name << ": no step could be taken from t = " << m_history[0].t << " s (h = " << h
          << " s): ";
     if (!m_outcome.isFinite)
         text << diagnosis.explainNonFinite(step);
@@ -387,7 +399,8 @@ void ImplicitIntegrator::Implementation::failStep(double h, Failure failure, dou
                 "steps";
     else if (m_worstProjectedRow >= 0)
         text << "the positions cannot be brought back onto the joints: "
-             << diagnosis.explainNoProjection(step, m_worstProjectedRow, constraintTolerance);
+             << diagnosis.explainNoProjection(step, m_worstProjectedRow,
+                                              m_settings.constraintTolerance);
     text << ". The last good State is kept";
     throw std::runtime_error(text.str());
 }

@@ -1,6 +1,6 @@
 // What loads and motions do inside of a step.
 
-#include "simflex/solver/integration/ImplicitIntegratorImpl.h"
+#include "simflex/solver/integration/Stepper.h"
 
 namespace simflex {
 
@@ -12,7 +12,7 @@ constexpr double Inside[] = {0.1174723380352676, 0.3573842417596774, 0.642615758
 
 }  // namespace
 
-void ImplicitIntegrator::Implementation::Samples::resize(int numQ, int numU, int numMultipliers) {
+void Stepper::Samples::resize(int numQ, int numU, int numMultipliers) {
     const size_t size = size_t(numU + numMultipliers);
     for (std::vector<double>& vector : loads) vector.assign(size, 0);
     for (std::vector<double>& vector : atNodes) vector.assign(size, 0);
@@ -21,11 +21,11 @@ void ImplicitIntegrator::Implementation::Samples::resize(int numQ, int numU, int
     u.assign(size_t(numU), 0);
 }
 
-double ImplicitIntegrator::Implementation::calcUnseenError(int order) {
-    return std::max(calcUnseenLoads(order), calcUnseenMotions(order)) / accuracy;
+double Stepper::calcUnseenError(int order) {
+    return std::max(calcUnseenLoads(order), calcUnseenMotions(order)) / m_settings.accuracy;
 }
 
-double ImplicitIntegrator::Implementation::calcUnseenLoads(int order) {
+double Stepper::calcUnseenLoads(int order) {
     if (!m_equations->getTimedLoads().hasLoads()) return 0;
     const double end = m_new.t, h = end - m_history[0].t;
     const auto evaluate = [&](double t, std::vector<double>& loads) {
@@ -51,7 +51,7 @@ double ImplicitIntegrator::Implementation::calcUnseenLoads(int order) {
         }
     }
     for (int age = 0; age < std::min(order, m_history.size()) &&
-                      (age == 0 || m_history[age].t >= breaks.getFirst());
+                      (age == 0 || m_history[age].t >= m_breaks.getFirst());
          ++age, ++count) {
         nodes[count] = m_history[age].t;
         evaluate(nodes[count], m_samples.atNodes[count]);
@@ -75,7 +75,7 @@ double ImplicitIntegrator::Implementation::calcUnseenLoads(int order) {
     return m_step->calcResponse(m_formula.factors.stiffness, unseen);
 }
 
-double ImplicitIntegrator::Implementation::calcUnseenMotions(int order) {
+double Stepper::calcUnseenMotions(int order) {
     if (!m_equations->getTimedLoads().hasMotions()) return 0;
     const double h = m_new.t - m_history[0].t;
     std::vector<double>&q = m_samples.q, &u = m_samples.u;
@@ -93,7 +93,7 @@ double ImplicitIntegrator::Implementation::calcUnseenMotions(int order) {
     return largest;
 }
 
-void ImplicitIntegrator::Implementation::interpolateNew(int order, double t, SolutionPoint& point) {
+void Stepper::interpolateNew(int order, double t, SolutionPoint& point) {
     std::vector<double>&q = point.q, &u = point.u;
     if (solvesStages()) {
         const SolutionPoint* points[] = {&m_history[0], &updStages().updStage(0),
