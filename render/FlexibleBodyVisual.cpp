@@ -65,6 +65,12 @@ OffscreenVisualizer& OffscreenVisualizer::setBodyLook(SimTK::MobilizedBodyIndex 
     return *this;
 }
 
+OffscreenVisualizer& OffscreenVisualizer::setBodyName(SimTK::MobilizedBodyIndex body,
+                                                      const std::string& name) {
+    impl->bodyNames[body] = name;
+    return *this;
+}
+
 OffscreenVisualizer& OffscreenVisualizer::setReference(Reference reference) {
     impl->drawn.setMeanAxes(reference == Reference::MeanAxes);
     impl->forgetFit();

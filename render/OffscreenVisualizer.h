@@ -33,6 +33,7 @@ once.
 #include <vector>
 
 #include "Simbody.h"
+#include "simflex/render/AnimationOptions.h"
 #include "simflex/render/BodyLook.h"
 #include "simflex/render/CameraView.h"
 #include "simflex/render/ColorMap.h"
@@ -132,6 +133,18 @@ public:
     /** Frames reported from here on go to a video, too, complete after finish().
     @throws as VideoWriter does. **/
     OffscreenVisualizer& addVideo(const std::string& file, const VideoOptions& options = {});
+    /** The whole motion as a moving scene: a binary glTF 2.0 file, which browsers, Blender and
+    VTK open. Flexible bodies are morph targets with weights over time, to 2e-5 of their size,
+    exaggerated as pictures are; vertices carry the numbers of their nodes (_NODE, −1 between nodes)
+    and the colour of the contour's largest value in the motion. Cameras are those of pictures; what
+    comes and goes (arrows, springs, lines) is left out. Call fitToMotion() first.
+    @throws std::invalid_argument without States; std::runtime_error if it cannot be written. **/
+    void writeAnimation(const std::string& file, const std::vector<SimTK::State>& states,
+                        const AnimationOptions& options = {}) const;
+    void writeAnimation(const std::string& file, const MotionRecorder& motion,
+                        const AnimationOptions& options = {}) const;
+    /** What a mobilized body is called in such a file; flexible ones have their own names. **/
+    OffscreenVisualizer& setBodyName(SimTK::MobilizedBodyIndex body, const std::string& name);
     /** Threads that draw and write; 0: none, report() does it. The bytes are the same. Default:
     half as many as there are processors, from 2 to 4. @throws std::invalid_argument. **/
     OffscreenVisualizer& setNumThreads(int numThreads);

@@ -14,6 +14,7 @@ Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
 #include "simflex/render/OffscreenVisualizer.h"
 #include "simflex/render/frame/FrameOutput.h"
 #include "simflex/render/frame/FramePainter.h"
+#include "simflex/render/motion/MovingScene.h"
 #include "simflex/render/overlay/FramePlots.h"
 #include "simflex/render/scene/Camera.h"
 #include "simflex/render/scene/DrawnPoses.h"
@@ -138,6 +139,10 @@ public:
     std::string title;
 
     std::vector<ViewSnapshot> lastViews;
+    std::map<int, std::string> bodyNames;  // of mobilized bodies
+
+    /** The motion as it is drawn, see MovingScene. **/
+    MovingScene captureScene(const Motion& motion);
 
     /** Keeps what findNode() and pickNode() need of a frame. **/
     void rememberFrame(const FrameSnapshot& snapshot);
@@ -157,6 +162,8 @@ private:
     FrameSnapshot capture(const SimTK::State& state, const Decorations& geometry, int frameNumber);
     void captureDecorations(const SimTK::State& state, const Decorations& geometry,
                             FrameSnapshot& snapshot);
+    /** Appends what is drawn with mobilized bodies. @return their numbers **/
+    std::vector<int> captureShapes(const SimTK::State& state, MovingScene& scene);
     void addDecoration(SimTK::DecorativeGeometry piece, SceneBuilder& builder) const;
     FrameSnapshot captureOf(const Motion& motion, int i);
     void appendBounds(const FrameSnapshot& snapshot, MotionBounds& bounds);

@@ -27,6 +27,7 @@ struct RunOptions {
     bool resumes = false;
     bool writesCsv = false;
     bool drawsPictures = true;
+    std::string animation;  ///< a moving scene (.glb) of each transient analysis; empty: none
     /** Of the longest step that an analysis chooses by itself, its interval: what verifies it has
     shorter ones. **/
     double longestStep = 1;

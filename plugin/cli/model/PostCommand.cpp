@@ -69,6 +69,10 @@ void addPostCommand(CLI::App& app) {
             "--vtk", options->vtk,
             "Flexible bodies at each row for ParaView: this list, and files in a folder beside it")
         ->type_name("FILE.pvd");
+    command
+        ->add_option("--animation", options->animation,
+                     "The motion as one file that moves in browsers, Blender and ParaView (glTF)")
+        ->type_name("FILE.glb");
     command->add_flag("--csv", options->writesCsv, "A CSV file of each analysis as well");
     command->add_flag_callback(
         "--no-pictures", [arguments] { arguments->options.drawsPictures = false; },

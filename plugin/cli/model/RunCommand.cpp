@@ -51,6 +51,7 @@ std::string makeResumeCommand(const RunArguments& arguments) {
     if (arguments.verifies) command += " --verify";
     if (options.writesCsv) command += " --csv";
     if (!options.drawsPictures) command += " --no-pictures";
+    if (!options.animation.empty()) command += " --animation " + quote(options.animation);
     if (options.allowsScripts) command += " --allow-scripts";
     return command + " --resume";
 }
@@ -71,6 +72,7 @@ void verify(ModelText text, const ModelRun& run, RunOptions options) {
     options.output = fs::path(run.getResultPath()).replace_extension(".fine.h5").string();
     options.longestStep = 0.5;  // where that is what limits the error
     options.drawsPictures = options.writesCsv = false;
+    options.animation.clear();
     ModelRun fine(text, ModelOptions::Bodies::AsGiven, options);
     fine.perform();
     ProgressBar::clearLine();
@@ -150,6 +152,10 @@ void addRunCommand(CLI::App& app) {
     command->add_flag_callback(
         "--no-pictures", [arguments] { arguments->options.drawsPictures = false; },
         "Leave the model's pictures out");
+    command
+        ->add_option("--animation", options->animation,
+                     "The motion as one file that moves in browsers, Blender and ParaView (glTF)")
+        ->type_name("FILE.glb");
     command->add_flag("--check", options->onlyChecks,
                       "Build and assemble the model, list what it has, run nothing");
     command->add_option("--threads", options->threads, "Threads; results do not depend on it")

@@ -73,7 +73,10 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     m_modelOptions.bodies = bodies;
     m_modelOptions.allowsScripts = options.allowsScripts;
     // Pictures of the same names would replace those of the model as given.
-    if (bodies == ModelOptions::Bodies::Rigid) m_options.drawsPictures = false;
+    if (bodies == ModelOptions::Bodies::Rigid) {
+        m_options.drawsPictures = false;
+        m_options.animation.clear();
+    }
     m_modelOptions.listener = options.listener;
     m_modelOptions.listener.warn = [this](const std::string& warning) {
         m_options.listener.tellWarning(warning);
@@ -174,6 +177,12 @@ void ModelRun::checkWishes(const ModelValue& file) const {
         analyses.get(wanted.front())
             .fail("this is a sweep: do it with 'simflex sweep " + m_text.path + "'");
     checkWritable(m_resultPath);
+    if (!m_options.animation.empty()) {
+        checkAnimationName(m_options.animation);
+        const ModelValue states = file.get("output").get("states");
+        if (states.getText() == "none")
+            states.fail("an animation is made of States, which are not kept: leave 'none' out");
+    }
     for (const char* other : {".csv", ".txt", ".json", ".yaml", ".png", ".mp4"})
         if (fs::path(m_resultPath).extension() == other)
             throw std::runtime_error("the result file '" + m_resultPath +
@@ -274,6 +283,11 @@ void ModelRun::perform() {
             warn(name, value.getPath() + " has had no effect");
     }
     m_writer.reset();
+    if (!m_options.animation.empty())
+        for (const Results::Analysis& analysis : readResults(m_resultPath).analyses)
+            if (isWanted(analysis.name) && analysis.type == "transient" && !analysis.q.empty())
+                m_remarks[analysis.name].push_back(
+                    writeAnimation(*m_model, analysis, m_options.animation));
     if (m_options.writesCsv || m_model->getFile().get("output").get("csv").getBool())
         for (const Results::Analysis& analysis :
              readResults(m_resultPath, ReadStates::No).analyses) {

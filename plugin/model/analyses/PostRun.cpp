@@ -165,6 +165,7 @@ public:
         if (!m_options.vtk.empty() && fs::path(m_options.vtk).extension() != ".pvd")
             throw std::runtime_error("'" + m_options.vtk +
                                      "' is no name for ParaView: call it .pvd");
+        if (!m_options.animation.empty()) checkAnimationName(m_options.animation);
         ResultHeader header = m_results.header;
         header.title = getModelTitle(m_model->getFile());
         header.modelPath = m_text.path;
@@ -184,6 +185,11 @@ public:
         if (!m_options.vtk.empty())
             for (const Results::Analysis& analysis : done)
                 if (analysis.type == "transient" && !analysis.q.empty()) writeVtk(analysis);
+        if (!m_options.animation.empty())
+            for (const Results::Analysis& analysis : done)
+                if (analysis.type == "transient" && !analysis.q.empty())
+                    m_options.listener.tellNote(
+                        writeAnimation(*m_model, analysis, m_options.animation));
         if (m_options.writesCsv || m_model->getFile().get("output").get("csv").getBool())
             for (const Results::Analysis& analysis : done)
                 writeResultCsv(

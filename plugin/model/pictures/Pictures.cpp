@@ -8,6 +8,7 @@
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/forces/JointFriction.h"
 #include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/builders/ModelGeometry.h"
@@ -37,6 +38,7 @@ constexpr int PicturesPerPeriod = 24;  // of a mode
 constexpr double ModeRate = 20;        // pictures a second
 // What is smaller is not worth a picture in which bodies stick out of their joints.
 constexpr double LargestFactor = 1000;  // of an automatic exaggeration
+constexpr size_t MostTimes = 1000;      // of an animation
 constexpr double ModeAmplitude = 0.04;  // largest displacement, to the scene's size
 
 CameraView makeCamera(const Model& model, const ModelValue& camera, const UnitVec3& up) {
@@ -141,7 +143,8 @@ void setLooks(const Model& model, OffscreenVisualizer& viz) {
         if (body.flexible)
             viz.setBodyLook(*body.flexible, look);
         else
-            viz.setBodyLook(body.mobod.getMobilizedBodyIndex(), look);
+            viz.setBodyLook(body.mobod.getMobilizedBodyIndex(), look)
+                .setBodyName(body.mobod.getMobilizedBodyIndex(), body.name);
     }
 }
 
@@ -271,6 +274,28 @@ void addReactions(const Model& model, OffscreenVisualizer& viz) {
         [source](const State& state, const Joint& joint) {
             return source->getFriction(state, joint);
         });
+}
+
+/** Looks at a whole motion. **/
+void fitTo(const Model& model, const MotionRecorder& motion, OffscreenVisualizer& viz) {
+    viz.fitToMotion(motion);
+    if (isText(model.getFile().get("pictures").get("exaggeration"), "auto") &&
+        viz.getDeformationFactor() > LargestFactor)
+        viz.setDeformationFactor(LargestFactor).fitToMotion(motion);
+}
+
+/** Rows as States; of more than `most` every second one, third one … and the last. **/
+MotionRecorder collectMotion(const Model& model, const Results::Analysis& rows, size_t most) {
+    const State pattern = model.makeInitialState();
+    MotionRecorder motion(model.getSystem());
+    const size_t last = rows.time.size() - 1, stride = last / most + 1;
+    for (size_t row = 0; row <= last; row = row == last ? last + 1 : std::min(row + stride, last)) {
+        State state = pattern;
+        setNumbers(state, rows.time[row], rows.q.at(row), rows.u.at(row));
+        model.getSystem().realize(state, SimTK::Stage::Velocity);
+        motion.record(state);
+    }
+    return motion;
 }
 
 }  // namespace
@@ -404,6 +429,27 @@ std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Fram
     return "pictures: " + places;
 }
 
+void checkAnimationName(const std::string& file) {
+    if (fs::path(file).extension() != ".glb")
+        throw std::runtime_error("'" + file + "' is no name for an animation: call it .glb");
+    checkWritable(file);
+}
+
+std::string writeAnimation(const Model& model, const Results::Analysis& rows,
+                           const std::string& file) {
+    const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
+    // What results do not tell, and what comes and goes.
+    viz->setShowReactions(false).setShowLoads(false).setShowConnectors(false).setShowJoints(false);
+    const MotionRecorder motion = collectMotion(model, rows, MostTimes);
+    fitTo(model, motion, *viz);
+    AnimationOptions options;
+    options.slowMotion = model.getFile().get("pictures").get("slow_motion").getNumber();
+    const std::string path = makeName(model, file, rows.name);
+    viz->writeAnimation(path, motion, options);
+    return "animation: " + path + ", " + std::to_string(motion.getNumStates()) + " times, " +
+           writeFileSize(double(fs::file_size(path)));
+}
+
 void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz) {
     VideoOptions options;
     options.framesPerSecond = model.getFile().get("pictures").get("rate").getNumber();
@@ -414,10 +460,7 @@ void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& 
 bool drawMotion(const Model& model, const MotionRecorder& motion, const Results::Analysis& rows,
                 OffscreenVisualizer& viz, const Listener& listener) {
     addPlots(model, rows, viz);
-    viz.fitToMotion(motion);
-    if (isText(model.getFile().get("pictures").get("exaggeration"), "auto") &&
-        viz.getDeformationFactor() > LargestFactor)
-        viz.setDeformationFactor(LargestFactor).fitToMotion(motion);
+    fitTo(model, motion, viz);
     listener.tellProgress("pictures", 0);
     const int numDrawn = viz.reportAll(motion, [&](int numComplete, int numFrames) {
         return listener.tellProgress("pictures", double(numComplete) / numFrames);

@@ -52,6 +52,17 @@ std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Fram
                        const Results::Analysis& rows, const std::string& usualFolder,
                        const Listener& listener, const std::string& resumeCommand);
 
+/** @throws std::runtime_error unless it is called .glb and can be written. **/
+void checkAnimationName(const std::string& file);
+
+/** Writes the rows of a transient analysis as a moving scene, see
+OffscreenVisualizer::writeAnimation(): all, or evenly chosen ones where there are more than 1000.
+@param rows  with States
+@param file  gets the analysis' name added where the model has several
+@return what it is, for people @throws std::runtime_error. **/
+std::string writeAnimation(const Model& model, const Results::Analysis& rows,
+                           const std::string& file);
+
 /** Adds a video at the model's rate. @throws as OffscreenVisualizer::addVideo(). **/
 void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz);
 

@@ -102,6 +102,25 @@ TEST_F(PostTest, ParaViewGetsNodesWhereTheProbesHaveThem) {
     }
 }
 
+TEST_F(PostTest, AnAnimationHasNodesWhereParaViewHasThem) {
+    writeModel(makeBar("tip: {position: bar.tip}", "exaggeration: 1, slow_motion: 4"));
+    ASSERT_EQ(runModel("--only run --no-pictures --animation run.glb"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("animation: run_run.glb, 41 times, "));
+    ASSERT_EQ(post("model.results.h5 --no-pictures --vtk run.pvd --animation again.glb"), 0) << err;
+    EXPECT_TRUE(testing::readText(folder / "run_run.glb") ==
+                testing::readText(folder / "again_run.glb"));
+    const std::string command = "cd '" + (folder / "") + "' && /usr/bin/python3 '" +
+                                SIMFLEX_SOURCE_DIR +
+                                "/tests/cli/run/check_animation.py' run_run.glb run bar >out 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0) << testing::readText(folder / "out");
+    EXPECT_THAT(testing::readText(folder / "out"), HasSubstr(" nodes at 41 times, "));
+
+    EXPECT_NE(post("model.results.h5 --no-pictures --animation run.gltf"), 0);
+    EXPECT_THAT(err, HasSubstr("'run.gltf' is no name for an animation: call it .glb"));
+    EXPECT_NE(runModel("--animation run.glb --set output.states=none"), 0);
+    EXPECT_THAT(err, HasSubstr("output.states: an animation is made of States"));
+}
+
 TEST_F(PostTest, WhatStatesDoNotTellIsRefused) {
     writeModel(makeBar("tip: {position: bar.tip}"));
     ASSERT_EQ(runModel("--only run"), 0) << err;
