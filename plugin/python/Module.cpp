@@ -47,8 +47,8 @@ PYBIND11_MODULE(simflex, module) {
         }
     });
 
-    python::addModel(module);
     python::addResults(module);
+    python::addModel(module);
     python::addPart(module);
     python::addSession(module);
 }

@@ -11,9 +11,9 @@ namespace {
 using Analysis = Results::Analysis;
 
 template <class Items>
-py::list listNames(const Items& items) {
-    py::list names;
-    for (const auto& item : items) names.append(item.name);
+std::vector<std::string> listNames(const Items& items) {
+    std::vector<std::string> names;
+    for (const auto& item : items) names.push_back(item.name);
     return names;
 }
 
@@ -26,31 +26,35 @@ py::array_t<double> getProbe(const Analysis& analysis, const std::string& name) 
     }
 }
 
-/** The name of a column: "tip.x". **/
-std::string getColumnName(const ResultColumn& probe, size_t k) {
-    return probe.columns[k].empty() ? probe.name : probe.name + '.' + probe.columns[k];
-}
-
-py::object makeDataFrame(const Analysis& analysis) {
+py::object toPandas(const Analysis& analysis) {
     py::dict columns;
     for (const Results::Series& series : analysis.probes)
         for (size_t k = 0; k < series.column.columns.size(); ++k)
-            columns[py::str(getColumnName(series.column, k))] = toArray(series.rows, k, 1);
-    const py::object pandas = py::module_::import("pandas");
-    if (analysis.time.empty()) return pandas.attr("DataFrame")(columns);
-    return pandas.attr("DataFrame")(columns, py::arg("index") = pandas.attr("Index")(
-                                                 toArray(analysis.time), py::arg("name") = "time"));
+            columns[py::str(nameColumn(series.column.name, series.column.columns[k]))] =
+                toArray(series.rows, k, 1);
+    return makeDataFrame(columns, analysis.time);
 }
 
 py::array_t<double> toMatrix(const std::vector<std::vector<double>>& rows) {
     if (rows.empty()) return toArray({});
-    if (rows.size() == 1) return toArray(rows[0]);
-    return toArray(rows, 0, rows[0].size());
+    py::array_t<double> matrix({rows.size(), rows[0].size()});
+    double* next = matrix.mutable_data();
+    for (const std::vector<double>& row : rows) next = std::copy(row.begin(), row.end(), next);
+    return matrix;
 }
 
 template <class Member>
 auto makeGetter(Member member) {
     return [member](const Analysis& analysis) { return toArray(analysis.*member); };
+}
+/** Of modes: a row for each speed of campbell, else one alone. **/
+template <class Member>
+auto makeModeGetter(Member member) {
+    return [member](const Analysis& analysis) -> py::array_t<double> {
+        const auto& rows = analysis.*member;
+        if (analysis.type != "campbell" && rows.size() == 1) return toArray(rows[0]);
+        return toMatrix(rows);
+    };
 }
 template <class Member>
 auto makeMatrixGetter(Member member) {
@@ -69,35 +73,42 @@ void addResults(py::module_& module) {
         .def_property_readonly("time", makeGetter(&Analysis::time), "n [s], of transient ones.")
         .def_property_readonly("probes",
                                [](const Analysis& analysis) {
-                                   py::list names;
+                                   std::vector<std::string> names;
                                    for (const Results::Series& series : analysis.probes)
-                                       names.append(series.column.name);
+                                       names.push_back(series.column.name);
                                    return names;
                                })
         .def("__getitem__", &getProbe, py::arg("probe"),
              "n numbers of a probe, or n×k of one with columns; SI units, see unit().")
-        .def("unit", [](const Analysis& analysis,
-                        const std::string& probe) { return analysis.findProbe(probe).column.unit; })
-        .def("columns",
-             [](const Analysis& analysis, const std::string& probe) {
-                 return analysis.findProbe(probe).column.columns;
-             })
+        .def(
+            "unit",
+            [](const Analysis& analysis, const std::string& probe) {
+                return analysis.findProbe(probe).column.unit;
+            },
+            py::arg("probe"), "Of a probe: m, rad/s …")
+        .def(
+            "columns",
+            [](const Analysis& analysis, const std::string& probe) {
+                return analysis.findProbe(probe).column.columns;
+            },
+            py::arg("probe"),
+            "Names of a probe's columns: x, y, z; one without name if it has one.")
         .def_property_readonly("q", makeMatrixGetter(&Analysis::q), "Coordinates, n×nq.")
         .def_property_readonly("u", makeMatrixGetter(&Analysis::u), "Speeds, n×nu.")
         .def_property_readonly("speeds", makeGetter(&Analysis::speeds), "Of campbell [rad/s].")
-        .def_property_readonly("frequency", makeMatrixGetter(&Analysis::frequency),
+        .def_property_readonly("frequency", makeModeGetter(&Analysis::frequency),
                                "Modes of eigen, or speeds × modes of campbell [Hz].")
-        .def_property_readonly("damping_ratio", makeMatrixGetter(&Analysis::dampingRatio))
+        .def_property_readonly("damping_ratio", makeModeGetter(&Analysis::dampingRatio))
         .def_property_readonly(
             "events",
             [](const Analysis& analysis) {
-                py::list events;
+                std::vector<std::pair<std::string, double>> events;
                 for (const Analysis::Event& event : analysis.events)
-                    events.append(py::make_tuple(event.name, event.time));
+                    events.emplace_back(event.name, event.time);
                 return events;
             },
             "What has happened: (name, time [s]), in its order.")
-        .def("to_pandas", &makeDataFrame, "All probes as columns of a pandas.DataFrame.")
+        .def("to_pandas", &toPandas, "All probes as columns of a pandas.DataFrame.")
         .def("__repr__", [](const Analysis& analysis) {
             return "<simflex.Analysis '" + analysis.name + "', " + analysis.type + ">";
         });

@@ -1,11 +1,16 @@
 #include <pybind11/complex.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 
+#include "simflex/base/TemporaryFolder.h"
 #include "simflex/model/Session.h"
-#include "simflex/python/Values.h"
+#include "simflex/python/Callables.h"
+#include "simflex/render/Video.h"
 #include "simflex/solver/Eigenmodes.h"
 
 namespace simflex {
@@ -15,39 +20,45 @@ namespace {
 
 using Path = std::filesystem::path;
 
-ModelOptions makeOptions(bool isRigid) {
+std::unique_ptr<Session> makeSession(const ModelText& text, bool isRigid,
+                                     const Callables& callables) {
     ModelOptions options;
     if (isRigid) options.bodies = ModelOptions::Bodies::Rigid;
-    options.listener = makeListener();
-    return options;
-}
-
-std::unique_ptr<Session> makeSession(const ModelText& text, bool isRigid) {
-    const ModelOptions options = makeOptions(isRigid);
-    const py::gil_scoped_release unlocked;
-    return std::make_unique<Session>(text, options);
+    options.listener = makeListener(&callables);
+    return callables.watch([&] {
+        const py::gil_scoped_release unlocked;
+        return std::make_unique<Session>(text, options);
+    });
 }
 
 /** A Session of one thread at a time: others may run while it moves, and may not touch it. **/
 class OwnSession {
 public:
-    OwnSession(const ModelText& text, bool isRigid)
-        : m_isRigid(isRigid), m_session(makeSession(text, isRigid)) {}
+    OwnSession(ModelText text, bool isRigid)
+        : m_isRigid(isRigid),
+          m_callables(text),
+          m_session(makeSession(text, isRigid, m_callables)) {}
 
-    /** Calls work(session) @param isLong  others may run meanwhile **/
+    /** work(session), which makes no objects of Python. @param isLong  others may run meanwhile **/
     template <class Work>
     auto use(const Work& work, bool isLong = false) {
-        if (m_isBusy.exchange(true))
-            throw std::runtime_error(
-                "this Session is at work in another thread: give each thread one of its own");
-        struct Release {
-            std::atomic<bool>& isBusy;
-            ~Release() { isBusy = false; }
-        } release{m_isBusy};
-        if (!isLong) return work(*m_session);
-        const py::gil_scoped_release unlocked;
+        const Turn turn(m_isBusy);
+        if (m_callables.isEmpty() && !isLong) return work(*m_session);
+        const Events events(*this);
+        return m_callables.watch([&] {
+            const py::gil_scoped_release unlocked;
+            return work(*m_session);
+        });
+    }
+    /** work(session), which may make objects of Python, and evaluates nothing. **/
+    template <class Work>
+    auto look(const Work& work) {
+        const Turn turn(m_isBusy);
         return work(*m_session);
     }
+    /** What has happened until now, in its order. **/
+    const std::vector<std::pair<std::string, double>>& getEvents() const { return m_events; }
+    const Callables& getCallables() const { return m_callables; }
 
     std::unique_ptr<OwnSession> copy() {
         auto other = std::make_unique<OwnSession>(
@@ -57,8 +68,39 @@ public:
     }
 
 private:
+    struct Turn {
+        std::atomic<bool>& isBusy;
+        explicit Turn(std::atomic<bool>& flag) : isBusy(flag) {
+            if (isBusy.exchange(true))
+                throw std::runtime_error(
+                    "this Session is at work already, in another thread or in a function of its "
+                    "model: give each thread one of its own");
+        }
+        ~Turn() { isBusy = false; }
+        Turn(const Turn&) = delete;
+        Turn& operator=(const Turn&) = delete;
+    };
+
+    /** Takes what has happened meanwhile; what is to come again is forgotten. **/
+    struct Events {
+        OwnSession& own;
+        explicit Events(OwnSession& session) : own(session) {}
+        ~Events() {
+            const double now = own.m_session->getTime();
+            auto& all = own.m_events;
+            const auto isToCome = [&](const auto& event) { return event.second > now; };
+            all.erase(std::remove_if(all.begin(), all.end(), isToCome), all.end());
+            for (auto& event : own.m_session->getModel().takeOccurrences())
+                all.push_back(std::move(event));
+        }
+        Events(const Events&) = delete;
+        Events& operator=(const Events&) = delete;
+    };
+
     bool m_isRigid;
+    Callables m_callables;
     std::unique_ptr<Session> m_session;
+    std::vector<std::pair<std::string, double>> m_events;
     std::atomic<bool> m_isBusy{false};
 };
 
@@ -69,7 +111,7 @@ const char* finish(Session::Outcome outcome) {
 
 const char* runTo(OwnSession& own, const std::function<double(double)>& calcEnd,
                   std::optional<double> interval) {
-    Interrupts interrupts;
+    Interrupts interrupts(&own.getCallables());
     double end = 0;
     const Session::Outcome outcome = own.use(
         [&](Session& session) {
@@ -82,7 +124,7 @@ const char* runTo(OwnSession& own, const std::function<double(double)>& calcEnd,
 }
 
 const char* takeSteps(OwnSession& own, int count) {
-    Interrupts interrupts;
+    Interrupts interrupts(&own.getCallables());
     return finish(own.use(
         [&](Session& session) {
             return session.step(count, [&](double) { return interrupts.goesOn(); });
@@ -96,7 +138,7 @@ py::object get(OwnSession& own, const std::string& path) {
 
 void set(OwnSession& own, const std::string& path, const py::handle& value) {
     const std::vector<double> numbers = toNumbers(value);
-    own.use([&](Session& session) { session.set(path, numbers); });
+    own.use([&](Session& session) { session.set(path, numbers); }, true);
 }
 
 bool change(OwnSession& own, const std::string& key, const py::handle& value, bool goesOn) {
@@ -110,7 +152,7 @@ bool change(OwnSession& own, const std::string& key, const py::handle& value, bo
 }
 
 py::dict getRecord(OwnSession& own) {
-    return own.use([](const Session& session) {
+    return own.look([](const Session& session) {
         const ProbeRecord& record = session.getRecord();
         py::dict series;
         series["time"] = toArray(record.time);
@@ -123,14 +165,27 @@ py::dict getRecord(OwnSession& own) {
     });
 }
 
+py::object toPandas(OwnSession& own) {
+    return own.look([](const Session& session) {
+        const ProbeRecord& record = session.getRecord();
+        py::dict columns;
+        size_t column = 0;
+        for (const model::Probe& probe : session.getProbes())
+            for (const std::string& name : probe.columns)
+                columns[py::str(nameColumn(probe.name, name))] = toArray(record.rows, column++, 1);
+        return makeDataFrame(columns, record.time);
+    });
+}
+
 py::object settle(OwnSession& own) {
-    Interrupts interrupts;
+    Interrupts interrupts(&own.getCallables());
     const Session::Equilibrium found = own.use(
         [&](Session& session) { return session.settle([&] { return interrupts.goesOn(); }); },
         true);
     py::dict result;
     result["iterations"] = found.numIterations;
     result["free_motions"] = found.freeMotions;
+    result["unstable_motions"] = found.unstableMotions;
     return makeNamespace(result);
 }
 
@@ -167,6 +222,44 @@ py::array_t<std::uint8_t> draw(OwnSession& own) {
     return array[py::make_tuple(py::ellipsis(), py::slice(0, 3, 1))].attr("copy")();
 }
 
+/** A film, as bytes. **/
+struct Film {
+    std::string kind;  ///< gif, webp, mp4
+    std::string data;
+};
+
+Film animate(OwnSession& own, const std::optional<Path>& path, double rate) {
+    Interrupts interrupts(&own.getCallables());
+    const TemporaryFolder folder;
+    const std::string file = path ? path->string() : (folder.path() / "motion.gif").string();
+    VideoOptions options;
+    options.framesPerSecond = rate;
+    const bool isComplete = own.use(
+        [&](const Session& session) {
+            VideoWriter video(file, options);
+            const auto visualizer = session.makeVisualizer();
+            for (const SimTK::State& state : session.getPath()) {
+                if (!interrupts.goesOn()) return false;
+                video.write(visualizer->drawFrame(state));
+            }
+            video.finish();
+            return true;
+        },
+        true);
+    if (!isComplete) throw py::error_already_set();
+    std::ifstream stream(file, std::ios::binary);
+    return {std::filesystem::path(file).extension().string().substr(1),
+            {std::istreambuf_iterator<char>(stream), {}}};
+}
+
+std::string showInNotebook(const Film& film) {
+    const std::string kind = film.kind == "mp4" ? "video/mp4" : "image/" + film.kind;
+    const std::string data = py::str(
+        py::module_::import("base64").attr("b64encode")(py::bytes(film.data)).attr("decode")());
+    return (film.kind == "mp4" ? "<video controls loop src=\"data:" : "<img src=\"data:") + kind +
+           ";base64," + data + (film.kind == "mp4" ? "\"></video>" : "\">");
+}
+
 py::bytes encodePicture(OwnSession& own) {
     const auto png =
         own.use([](const Session& session) { return session.draw().encodePng(); }, true);
@@ -176,6 +269,15 @@ py::bytes encodePicture(OwnSession& own) {
 }  // namespace
 
 void addSession(py::module_& module) {
+    py::class_<Film>(module, "Animation", "A film: notebooks show it.")
+        .def_readonly("kind", &Film::kind, "gif, webp or mp4")
+        .def_property_readonly(
+            "data", [](const Film& film) { return py::bytes(film.data); }, "Bytes of the file.")
+        .def("_repr_html_", &showInNotebook)
+        .def("__repr__", [](const Film& film) {
+            return "<simflex.Animation " + film.kind + ", " + std::to_string(film.data.size()) +
+                   " bytes>";
+        });
     py::class_<SavedState>(module, "SavedState", "Where a Session was, to the last bit.");
 
     py::class_<OwnSession>(
@@ -189,7 +291,7 @@ void addSession(py::module_& module) {
         .def_property_readonly(
             "time",
             [](OwnSession& own) {
-                return own.use([](const Session& session) { return session.getTime(); });
+                return own.look([](const Session& session) { return session.getTime(); });
             },
             "[s]")
         .def_property_readonly(
@@ -200,7 +302,7 @@ void addSession(py::module_& module) {
             "Kinetic and potential [J].")
         .def_property_readonly("probes",
                                [](OwnSession& own) {
-                                   return own.use([](const Session& session) {
+                                   return own.look([](const Session& session) {
                                        std::vector<std::string> names;
                                        for (const model::Probe& probe : session.getProbes())
                                            names.push_back(probe.name);
@@ -234,9 +336,13 @@ void addSession(py::module_& module) {
             "reset", [](OwnSession& own) { own.use([](Session& s) { s.reset(); }, true); },
             "Back to the start.")
         .def("settle", &settle,
-             "Goes to the static equilibrium near by; returns iterations and free_motions.")
+             "Goes to the static equilibrium near by; returns iterations, and in words\n"
+             "free_motions, which nothing holds, and unstable_motions, in which it falls away.")
         .def("get", &get, py::arg("path"), "A number, or an array.")
-        .def("set", &set, py::arg("path"), py::arg("value"))
+        .def("set", &set, py::arg("path"), py::arg("value"),
+             "A number, or a sequence of as many as get() gives. The motion begins anew from "
+             "there,\n"
+             "with small steps.")
         .def("__getitem__", &get)
         .def("__setitem__", &set)
         .def(
@@ -263,7 +369,7 @@ void addSession(py::module_& module) {
             [](OwnSession& own, const SavedState& saved) {
                 own.use([&](Session& session) { session.restore(saved); }, true);
             },
-            py::arg("state"))
+            py::arg("state"), "Back to where save() was; the record ends there.")
         .def("copy", &OwnSession::copy, "Another Session at the same State.")
         .def(
             "keep",
@@ -282,8 +388,24 @@ void addSession(py::module_& module) {
              "shape (speeds × modes); free motions first, of frequency 0.")
         .def("picture", &draw, "As the model's `pictures` say: height×width×3 of 0…255.")
         .def("_repr_png_", &encodePicture)
+        .def("animation", &animate, py::arg("path") = py::none(), py::arg("rate") = 25,
+             "A film of the motion so far, which notebooks show: of at most 64 States, evenly\n"
+             "chosen, at a rate [1/s]. With a path (.mp4, .gif, .webp) it is written there, too.\n"
+             "Needs ffmpeg.")
+        .def_property_readonly(
+            "events", [](OwnSession& own) { return own.getEvents(); },
+            "What has happened in motions until now: (name, time [s]), in its order.")
+        .def("to_pandas", &toPandas,
+             "What run() has recorded, as a pandas.DataFrame: columns as tip.x, by time [s].")
+        .def(
+            "analyse",
+            [](OwnSession& own, const std::string& type, const py::kwargs& keys) {
+                return analyse(own.look([](const Session& session) { return session.getText(); }),
+                               type, keys);
+            },
+            py::arg("type"), "As Model.analyse(), of the model as it is now, from its own start.")
         .def("__repr__", [](OwnSession& own) {
-            return own.use([](const Session& session) {
+            return own.look([](const Session& session) {
                 return "<simflex.Session '" + session.getTitle() +
                        "' at t = " + std::string(py::str(py::float_(session.getTime()))) + " s>";
             });

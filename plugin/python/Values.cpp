@@ -2,13 +2,16 @@
 
 #include <memory>
 
+#include "simflex/python/Callables.h"
+
 namespace simflex {
 namespace python {
 
-std::string toYaml(const py::handle& value) {
+std::string toYaml(const py::handle& value, ModelText* model) {
     // YAML reads what JSON writes.
-    const py::cpp_function makePlain([](const py::object& other) -> py::object {
+    const py::cpp_function makePlain([model](const py::object& other) -> py::object {
         if (py::hasattr(other, "tolist")) return other.attr("tolist")();
+        if (model && PyCallable_Check(other.ptr())) return py::str(addCall(*model, other));
         throw py::type_error("a model file has no " +
                              std::string(py::str(py::type::of(other).attr("__name__"))));
     });
@@ -48,11 +51,23 @@ std::vector<double> toNumbers(const py::handle& value) {
     return std::vector<double>(array.data(), array.data() + array.size());
 }
 
+py::object makeDataFrame(const py::dict& columns, const std::vector<double>& time) {
+    const py::object pandas = py::module_::import("pandas");
+    if (time.empty()) return pandas.attr("DataFrame")(columns);
+    return pandas.attr("DataFrame")(
+        columns, py::arg("index") = pandas.attr("Index")(toArray(time), py::arg("name") = "time"));
+}
+
+std::string nameColumn(const std::string& probe, const std::string& column) {
+    return column.empty() ? probe : probe + '.' + column;
+}
+
 py::object makeNamespace(const py::dict& attributes) {
     return py::module_::import("types").attr("SimpleNamespace")(**attributes);
 }
 
 bool Interrupts::goesOn() {
+    if (m_callables && m_callables->haveFailed()) return false;
     const auto now = std::chrono::steady_clock::now();
     if (now - m_lastLook < std::chrono::milliseconds(50)) return true;
     m_lastLook = now;
@@ -60,15 +75,15 @@ bool Interrupts::goesOn() {
     return PyErr_CheckSignals() == 0;
 }
 
-Listener makeListener() {
+Listener makeListener(const Callables* callables) {
     Listener listener;
     listener.warn = [](const std::string& text) {
         const py::gil_scoped_acquire lock;
         const py::object category = py::module_::import("simflex").attr("SimflexWarning");
         if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) != 0) throw py::error_already_set();
     };
-    listener.progress = [interrupts = std::make_shared<Interrupts>()](const std::string&, double,
-                                                                      const Listener::Detail&) {
+    listener.progress = [interrupts = std::make_shared<Interrupts>(callables)](
+                            const std::string&, double, const Listener::Detail&) {
         return interrupts->goesOn();
     };
     return listener;

@@ -11,15 +11,18 @@ Values on their way between Python and the library. **/
 #include <vector>
 
 #include "simflex/model/Listener.h"
+#include "simflex/model/Results.h"
 
 namespace simflex {
+struct ModelText;
 namespace python {
 
 namespace py = pybind11;
 
 /** YAML of numbers, texts, lists, dicts and arrays of NumPy.
+@param model  callables become functions of its formulas; null: they are refused
 @throws py::error_already_set for what has none. **/
-std::string toYaml(const py::handle& value);
+std::string toYaml(const py::handle& value, ModelText* model = nullptr);
 
 /** A copy. **/
 py::array_t<double> toArray(const std::vector<double>& values);
@@ -31,6 +34,13 @@ py::object toNumberOrArray(const std::vector<double>& values);
 /** Of a number, or of a sequence of numbers. @throws py::type_error. **/
 std::vector<double> toNumbers(const py::handle& value);
 
+class Callables;
+
+/** Of pandas, by time if there is any. **/
+py::object makeDataFrame(const py::dict& columns, const std::vector<double>& time);
+/** The name of a column: "tip.x". **/
+std::string nameColumn(const std::string& probe, const std::string& column);
+
 /** Some attributes under a name, as types.SimpleNamespace has them. **/
 py::object makeNamespace(const py::dict& attributes);
 
@@ -38,16 +48,24 @@ py::object makeNamespace(const py::dict& attributes);
 lock. **/
 class Interrupts {
 public:
+    /** @param callables  outlive it **/
+    explicit Interrupts(const Callables* callables = nullptr) : m_callables(callables) {}
     /** False once a Python exception is waiting. **/
     bool goesOn();
 
 private:
+    const Callables* m_callables;
     std::chrono::steady_clock::time_point m_lastLook = std::chrono::steady_clock::now();
 };
-/** Warnings become Python's, of this category; Ctrl-C stops. **/
-Listener makeListener();
+/** Warnings become Python's, of this category; Ctrl-C stops, and so does a callable that fails. **/
+Listener makeListener(const Callables* callables = nullptr);
+
+/** One analysis of a model, whether its file has it or not. @throws as runAnalyses(). **/
+Results::Analysis analyse(ModelText model, const std::string& type, const py::kwargs& keys);
 
 /** Adds the classes of a module. **/
+/** Those that models have for keys are the Model's attributes. **/
+void addKeys(py::module_& module, py::class_<ModelText>& model);
 void addModel(py::module_& module);
 void addPart(py::module_& module);
 void addResults(py::module_& module);

@@ -9,6 +9,7 @@ A fenced block is told by its info string:
                       the file is copied here
   yaml                part of a model file: must agree with the schema
   python              run
+  python continued    run after the Python before it
   python by-hand      not run
   cpp                 a whole program of README.md, which tests/consumer compiles
   text output         what the command before printed: '…' stands for anything, numbers may differ by 2 %
@@ -114,6 +115,7 @@ class Page:
         self.work.mkdir(parents=True)
         (self.work / "examples").symlink_to(self.source / "examples")  # where the pages say so
         self.schema = self.messages = None
+        self.program = ""
 
     def fail(self, block, what):
         self.failures.append(f"{self.path}:{block.line}: {what}")
@@ -138,7 +140,10 @@ class Page:
         elif block.language == "sh":
             return "by-hand" in block.words or self.run(block, ["bash", "-e", "-o", "pipefail", "-c", block.text])
         elif block.language == "python":
-            return "by-hand" in block.words or self.run(block, ["/usr/bin/python3", "-c", block.text])
+            if "by-hand" in block.words:
+                return True
+            self.program = (self.program if "continued" in block.words else "") + block.text
+            return self.run(block, ["/usr/bin/python3", "-c", self.program])
         elif block.language == "yaml":
             self.check_part(block)
         elif block.language == "text" and "output" in block.words:

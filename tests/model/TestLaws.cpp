@@ -780,7 +780,7 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
         EXPECT_THAT(findMistake(t + std::string("\n")), HasSubstr("'t' is the time wherever")) << t;
     EXPECT_THAT(
         findMistake(withForce("-2*g", "  g: {rate: {body: mass}}\n")),
-        HasSubstr("'g' is a parameter, constant or table and a probe, state or event: rename one"));
+        HasSubstr("'g' is a parameter, constant, table or function and a probe, state or event: rename one"));
     EXPECT_THAT(findMistake(kSlide + "motions: {lead: {between: [ground, mass], position: x}}\n"),
                 HasSubstr("; it is a quantity of the motion, and this is a function of time "
                           "alone"));
@@ -792,7 +792,7 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
                 HasSubstr("loads.push.force.0: the table 'm' has two arguments, here it gets 1"));
     EXPECT_THAT(
         findMistake("parameters: {v: 3}\n" + withForce("-2*v")),
-        HasSubstr("'v' is a parameter, constant or table and a probe, state or event: rename one"));
+        HasSubstr("'v' is a parameter, constant, table or function and a probe, state or event: rename one"));
     EXPECT_THAT(findMistake(kSlide + "events: {e: {when: x}}\n"),
                 HasSubstr("it must be a comparison, such as 'gap < 0'"));
     EXPECT_THAT(findMistake(kSlide + "events: {e: {when: x < 0, do: [{release: pivot}]}}\n"),

@@ -21,6 +21,7 @@ formula::Formula readFormula(const std::string& text, const formula::Scope& scop
         for (const auto& constant : scope.constants) known.push_back(constant.first);
         for (const auto& table : scope.tables) known.push_back(table.first);
         for (const auto& table : scope.surfaces) known.push_back(table.first);
+        for (const auto& function : scope.functions) known.push_back(function.first);
         for (const std::string& function : formula::getFunctionNames()) known.push_back(function);
         const std::string proposal = proposeName(error.unknown, known);
         throw SyntaxError(error.what() + (proposal.empty() ? "" : "; " + proposal), error.position);

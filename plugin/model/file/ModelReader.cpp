@@ -88,6 +88,31 @@ std::vector<Word> findWords(const std::string& formula) {
     return words;
 }
 
+/** Adds the functions of a program to what formulas may name. **/
+void addFunctions(const ModelText& text, formula::Scope& scope) {
+    for (const auto& [name, function] : text.functions) {
+        const auto fail = [&, &key = name](const std::string& message) {
+            throw ModelError({text.path}, "", "the function '" + key + "' " + message);
+        };
+        if (findWords(name + " ").size() != 1 || findWords(name)[0].text != name ||
+            name.find('.') != std::string::npos)
+            fail("has no name of formulas: letters, digits and _, a letter or _ first");
+        if (isFormulaWord(name)) fail("has a name that means something else in formulas");
+        if (function.fewest < 1 || function.most < function.fewest)
+            fail("needs at least one argument");
+        scope.functions[name] = std::make_shared<const formula::OwnFunction>(function);
+    }
+}
+void checkFunctions(const ModelText& text, const formula::Scope& scope) {
+    for (const auto& entry : text.functions)
+        if (scope.constants.count(entry.first) + scope.tables.count(entry.first) +
+                scope.surfaces.count(entry.first) >
+            0)
+            throw ModelError({text.path}, "",
+                             "the function '" + entry.first +
+                                 "' has the name of a parameter or table: rename one of them");
+}
+
 /** A name in the formula of a probe that is a probe and something else could mean either. **/
 void checkProbeNames(const ModelValue& model) {
     const ModelValue probes = model.get("probes"), parameters = model.get("parameters");
@@ -168,7 +193,9 @@ ModelValue readModel(const ModelText& text) {
     auto file = std::make_shared<ModelFile>();
     file->path = text.path;
     file->scope.constants = {{"pi", M_PI}, {"deg", M_PI / 180}, {"g", StandardGravity}};
+    addFunctions(text, file->scope);
     const ModelValue model(checkModel(file, tree));
+    checkFunctions(text, file->scope);
     checkProbeNames(model);
     return model;
 }

@@ -4,10 +4,12 @@ Reads model files (YAML) and checks every key, kind and range against the schema
 anything is built. Nothing in a file is executed. **/
 
 #include <initializer_list>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "simflex/model/file/ModelValue.h"
+#include "simflex/model/formula/OwnFunction.h"
 
 namespace simflex {
 
@@ -21,6 +23,7 @@ struct ModelText {
     std::string path;                   ///< of the file; its folder is where relative paths begin
     std::string text = "simflex: 1\n";  ///< the file's bytes
     std::vector<std::string> settings;  ///< "solver.accuracy=1e-5", in order of application
+    std::map<std::string, formula::OwnFunction> functions{};  ///< that formulas may call
 
     /** Gives what stands at a path another value, in YAML; replaces an earlier setting of it. A
     single parameter can be changed, not added. **/

@@ -81,7 +81,8 @@ void checkNumber(Node& node, const SchemaForm& form) {
             for (const std::string& name : used)
                 if (std::find(ambiguous.begin(), ambiguous.end(), name) != ambiguous.end())
                     node.fail("'" + name +
-                              "' is a parameter, constant or table and a probe, state or event: "
+                              "' is a parameter, constant, table or function and a probe, state or "
+                              "event: "
                               "rename one of them");
             node.isLaw = std::any_of(used.begin(), used.end(),
                                      [](const std::string& name) { return name != "t"; });

@@ -64,7 +64,7 @@ class Application {
 public:
     explicit Application(const Operands& operands) : operand(operands) {}
 
-    /** Of what is no Number and no Variable. **/
+    /** Of what is no Number, Variable or Call. **/
     S calc(Operation operation, const Table* table, const SurfaceTable* surface) const {
         using std::acos;
         using std::asin;
@@ -82,6 +82,7 @@ public:
         switch (operation) {
             case Operation::Number:
             case Operation::Variable:
+            case Operation::Call:
                 break;
             case Operation::Lookup:
                 return lookUp(*table, operand(0));
@@ -343,6 +344,12 @@ S evaluate(const Tree& tree, int number, const S* inputs) {
     const Node& node = tree[number];
     if (node.operation == Operation::Number) return S(node.number);
     if (node.operation == Operation::Variable) return inputs[node.variable];
+    if (node.operation == Operation::Call) {
+        std::vector<S> arguments;
+        for (const int operand : node.operands)
+            arguments.push_back(evaluate(tree, operand, inputs));
+        return call(*node.function, arguments.data(), static_cast<int>(arguments.size()));
+    }
     struct Operands {
         const Tree& tree;
         const Node& node;

@@ -12,7 +12,7 @@ namespace formula {
 namespace {
 
 /** Adds the largest parts below a node that depend on variable 0 alone. @returns false if a node
-depends on another one. **/
+depends on another one, or on what a program's own function makes of it. **/
 bool collectTimed(const Tree& tree, int number, std::vector<int>& parts) {
     const Node& node = tree[number];
     if (node.operation == Operation::Variable) {
@@ -20,7 +20,7 @@ bool collectTimed(const Tree& tree, int number, std::vector<int>& parts) {
         return node.variable == 0;
     }
     const std::size_t before = parts.size();
-    bool isTimed = true;
+    bool isTimed = node.operation != Operation::Call;
     for (int operand : node.operands) isTimed &= collectTimed(tree, operand, parts);
     if (!isTimed || parts.size() == before) return isTimed;
     parts.resize(before);
@@ -139,6 +139,12 @@ std::string Formula::explain(int number, const double* values) const {
             return node.table->describeRefusal(x);
         case Operation::LookupTwo:
             return node.surface->describeRefusal(x, calcOperand(1));
+        case Operation::Call: {
+            std::string arguments;
+            for (std::size_t i = 0; i < node.operands.size(); ++i)
+                arguments += (i == 0 ? "" : ", ") + writeGeneral(calcOperand(i), 9);
+            return "'" + text + "' gives no finite number for " + arguments;
+        }
         case Operation::Variable:
             return "'" + text + "' has no value";
         default:

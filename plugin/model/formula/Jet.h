@@ -15,8 +15,10 @@ slope |x'|. Derivatives that do not exist are not finite. **/
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <vector>
 
 #include "simflex/model/formula/Interval.h"
+#include "simflex/model/formula/OwnFunction.h"
 #include "simflex/model/formula/SurfaceTable.h"
 #include "simflex/model/formula/Table.h"
 
@@ -301,6 +303,48 @@ inline Jet<Interval> lookUp(const SurfaceTable& table, const Jet<Interval>& x,
         if (x.value.isEmpty() || y.value.isEmpty()) return Interval::makeEmpty();
         return isKnown ? table.calcBounds(x.value, y.value, i, j) : Interval::makeWhole();
     });
+}
+
+//---------------------------------------------------------------------------------------------------------
+// functions of a program's own: slopes by central differences, no second derivative
+
+inline double call(const OwnFunction& function, const double* x, int count) {
+    for (int i = 0; i < count; ++i)
+        if (std::isnan(x[i])) return NoNumber;
+    return function.calc(x, count);
+}
+/** Of x(s) = x + s·direction, by s. **/
+inline double callSlope(const OwnFunction& function, const double* x, const double* direction,
+                        int count) {
+    double size = 1, length = 0;
+    for (int i = 0; i < count; ++i) {
+        if (direction[i] != 0) size = std::max(size, std::abs(x[i]));
+        length = std::max(length, std::abs(direction[i]));
+    }
+    if (length == 0) return 0;
+    const double step = 1e-6 * size / length;
+    std::vector<double> sides(static_cast<std::size_t>(2 * count));
+    double* const above = sides.data() + count;
+    for (int i = 0; i < count; ++i) {
+        sides[static_cast<std::size_t>(i)] = x[i] - step * direction[i];
+        above[i] = x[i] + step * direction[i];
+    }
+    return (call(function, above, count) - call(function, sides.data(), count)) / (2 * step);
+}
+inline Jet<double> call(const OwnFunction& function, const Jet<double>* x, int count) {
+    std::vector<double> values, direction;
+    bool isConstant = true;
+    for (int i = 0; i < count; ++i) {
+        values.push_back(x[i].value);
+        direction.push_back(x[i].first);
+        isConstant &= x[i].isConstant;
+    }
+    const double value = call(function, values.data(), count);
+    if (isConstant) return value;
+    return {value, callSlope(function, values.data(), direction.data(), count), NoNumber};
+}
+inline Jet<Interval> call(const OwnFunction&, const Jet<Interval>*, int) {
+    return {Interval::makeWhole(), Interval::makeWhole(), Interval::makeWhole()};
 }
 
 }  // namespace formula

@@ -190,11 +190,13 @@ private:
 
     int add(Operation operation, std::vector<int> operands, std::size_t begin,
             std::shared_ptr<const Table> table = nullptr,
-            std::shared_ptr<const SurfaceTable> surface = nullptr) {
+            std::shared_ptr<const SurfaceTable> surface = nullptr,
+            std::shared_ptr<const OwnFunction> function = nullptr) {
         Node node;
         node.operation = operation;
         node.table = std::move(table);
         node.surface = std::move(surface);
+        node.function = std::move(function);
         node.begin = static_cast<int>(begin);
         node.end = static_cast<int>(m_end);
         for (int operand : operands) node.depth = std::max(node.depth, m_tree[operand].depth + 1);
@@ -226,7 +228,7 @@ private:
             m_tree.nodes.pop_back();
             return taken;
         }
-        if (!node.operands.empty() &&
+        if (!node.operands.empty() && node.operation != Operation::Call &&
             std::all_of(node.operands.begin(), node.operands.end(), isNumber)) {
             const double value = evaluate<double>(m_tree, m_tree.getRoot(), nullptr);
             if (std::isfinite(value)) {
@@ -423,7 +425,9 @@ private:
         const auto surface = m_scope.surfaces.find(word);
         const bool isSurface = surface != m_scope.surfaces.end();
         const Function* function = findFunction(word);
-        if (table == m_scope.tables.end() && !isSurface && !function)
+        const auto own = m_scope.functions.find(word);
+        const bool isOwn = own != m_scope.functions.end();
+        if (table == m_scope.tables.end() && !isSurface && !function && !isOwn)
             throw SyntaxError(word == "t"
                                   ? "this number is constant: it cannot depend on the time t"
                                   : "'" + word + "' is no parameter, table or function",
@@ -432,16 +436,21 @@ private:
         const Nesting nesting(*this);
         const std::vector<int> arguments = parseArguments();
         const auto count = static_cast<int>(arguments.size());
-        const int own = isSurface ? 2 : 1;
-        const int fewest = function ? function->fewest : own,
-                  most = function ? function->most : own;
-        if (!function && count != own)
+        const int axes = isSurface ? 2 : 1;
+        const int fewest = function ? function->fewest
+                           : isOwn  ? own->second->fewest
+                                    : axes,
+                  most = function ? function->most
+                         : isOwn  ? own->second->most
+                                  : axes;
+        if (!function && !isOwn && count != axes)
             fail("the table '" + word + "' has " + (isSurface ? "two arguments" : "one argument") +
                      ", here it gets " + std::to_string(count),
                  begin);
         if (count < fewest) fail("the function '" + word + "' has too few arguments", begin);
         if (count > most) fail("the function '" + word + "' has too many arguments", begin);
         if (isSurface) return add(Operation::LookupTwo, arguments, begin, nullptr, surface->second);
+        if (isOwn) return add(Operation::Call, arguments, begin, nullptr, nullptr, own->second);
         if (!function) return add(Operation::Lookup, arguments, begin, table->second);
         if (const int composed = compose(word, arguments, begin); composed >= 0) return composed;
         if (function->most != Any) return add(function->operation, arguments, begin);

@@ -24,8 +24,11 @@ struct Scope {
     std::map<std::string, std::shared_ptr<const Table>> tables;
     std::map<std::string, std::shared_ptr<const SurfaceTable>> surfaces;  ///< of two variables
 
+    std::map<std::string, std::shared_ptr<const OwnFunction>> functions{};  ///< of a program
+
+    /** One of those that are called by their names. **/
     bool hasTable(const std::string& name) const {
-        return tables.count(name) > 0 || surfaces.count(name) > 0;
+        return tables.count(name) > 0 || surfaces.count(name) > 0 || functions.count(name) > 0;
     }
 };
 

@@ -93,6 +93,11 @@ int Program::add(const Tree& tree, int number, std::vector<int>& registers) {
     const auto addOperand = [&](std::size_t i) {
         result.operands[i] = add(tree, node.operands[i], registers);
     };
+    if (node.operation == Operation::Call) {
+        std::vector<int> arguments;
+        for (const int operand : node.operands) arguments.push_back(add(tree, operand, registers));
+        return own = addCall(node, arguments);
+    }
     addOperand(0);
     if (node.operation == Operation::If) {
         const int toElse = addJump(Jump::UnlessTrue, result.operands[0]);
@@ -114,6 +119,43 @@ int Program::add(const Tree& tree, int number, std::vector<int>& registers) {
     own = result.target = m_numRegisters++;
     m_instructions.push_back(result);
     return own;
+}
+
+int Program::addCall(const Node& node, const std::vector<int>& arguments) {
+    Instruction result;
+    result.operation = Operation::Call;
+    result.function = node.function.get();
+    result.operands[0] = static_cast<int>(m_arguments.size());
+    result.operands[1] = static_cast<int>(arguments.size());
+    m_arguments.insert(m_arguments.end(), arguments.begin(), arguments.end());
+    result.target = m_numRegisters++;
+    m_instructions.push_back(result);
+    return result.target;
+}
+
+template <class S>
+S Program::runCall(const Instruction& instruction, const S* registers) const {
+    const int* const arguments = m_arguments.data() + instruction.operands[0];
+    std::vector<S> values;
+    for (int i = 0; i < instruction.operands[1]; ++i) values.push_back(registers[arguments[i]]);
+    return call(*instruction.function, values.data(), instruction.operands[1]);
+}
+
+void Program::addInCallAdjoints(const Instruction& instruction, const double* registers,
+                                double* adjoints) const {
+    const int* const arguments = m_arguments.data() + instruction.operands[0];
+    const int count = instruction.operands[1];
+    std::vector<double> values, direction(static_cast<std::size_t>(count), 0.0);
+    for (int i = 0; i < count; ++i) values.push_back(registers[arguments[i]]);
+    for (int i = 0; i < count; ++i) {
+        if (arguments[i] < static_cast<int>(m_numbers.size())) continue;  // a Number
+        double& along = direction[static_cast<std::size_t>(i)];
+        along = 1;
+        adjoints[arguments[i]] +=
+            adjoints[instruction.target] *
+            callSlope(*instruction.function, values.data(), direction.data(), count);
+        along = 0;
+    }
 }
 
 template <class S>
@@ -156,6 +198,9 @@ void Program::run(const S* inputs, S* registers) const {
             case Operation::Max:
                 result = maximum(operand(0), operand(1));
                 break;
+            case Operation::Call:
+                result = runCall(*at, registers);
+                break;
             default:
                 result = apply(*at, registers);
         }
@@ -183,11 +228,14 @@ std::optional<double> Program::calcSlopes(const double* inputs, double* slopes, 
             run(inputs, registers);
             std::fill_n(adjoints, m_numRegisters, 0.0);
             adjoints[m_result] = 1;
-            for (auto at = m_instructions.rbegin(); at != m_instructions.rend(); ++at)
+            for (auto at = m_instructions.rbegin(); at != m_instructions.rend(); ++at) {
                 // What was skipped has no part in the value.
-                if (at->jump == Jump::None && adjoints[at->target] != 0 &&
-                    !addInAdjoints(*at, registers, adjoints))
+                if (at->jump != Jump::None || adjoints[at->target] == 0) continue;
+                if (at->operation == Operation::Call)
+                    addInCallAdjoints(*at, registers, adjoints);
+                else if (!addInAdjoints(*at, registers, adjoints))
                     return std::nullopt;
+            }
             std::fill_n(slopes, count, 0.0);
             for (const Input& input : m_inputs)
                 if (input.variable < count) slopes[input.variable] = adjoints[input.target];
@@ -204,6 +252,7 @@ bool Program::addInAdjoints(const Instruction& instruction, const double* regist
     switch (instruction.operation) {
         case Operation::Number:
         case Operation::Variable:
+        case Operation::Call:
         case Operation::Less:
         case Operation::LessOrEqual:
         case Operation::Equal:

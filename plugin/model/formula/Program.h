@@ -40,6 +40,7 @@ private:
         const double* exponent = nullptr;  ///< if it is a Number
         const Table* table = nullptr;
         const SurfaceTable* surface = nullptr;
+        const OwnFunction* function = nullptr;  ///< operands: where its arguments begin, how many
     };
     struct Input {
         int variable, target;
@@ -49,11 +50,17 @@ private:
     std::vector<double> m_numbers;
     std::vector<Input> m_inputs;
     std::vector<Instruction> m_instructions;
+    std::vector<int> m_arguments;  ///< of calls: registers
     int m_numRegisters = 0, m_result = 0;
 
     void findConstants(const Tree& tree, std::vector<int>& registers);
     int add(const Tree& tree, int number, std::vector<int>& registers);
     int addJump(Jump jump, int operand);
+    int addCall(const Node& node, const std::vector<int>& arguments);
+    template <class S>
+    S runCall(const Instruction& instruction, const S* registers) const;
+    void addInCallAdjoints(const Instruction& instruction, const double* registers,
+                           double* adjoints) const;
     template <class S>
     void run(const S* inputs, S* registers) const;
     /** False at a kink. **/

@@ -10,6 +10,7 @@ Operands stand before what is made of them. What depends on no variable is a Num
 #include <memory>
 #include <vector>
 
+#include "simflex/model/formula/OwnFunction.h"
 #include "simflex/model/formula/SurfaceTable.h"
 #include "simflex/model/formula/Table.h"
 
@@ -21,6 +22,7 @@ enum class Operation {
     Variable,
     Lookup,     ///< in a table
     LookupTwo,  ///< in a table of two variables
+    Call,       ///< of a function of a program's own
     Negate,
     Add,
     Subtract,
@@ -68,6 +70,7 @@ struct Node {
     int variable = -1;                            ///< of Variable
     std::shared_ptr<const Table> table;           ///< of Lookup
     std::shared_ptr<const SurfaceTable> surface;  ///< of LookupTwo
+    std::shared_ptr<const OwnFunction> function;  ///< of Call
     int begin = 0, end = 0;                       ///< its characters
     int depth = 1;                                ///< of the tree below
 };

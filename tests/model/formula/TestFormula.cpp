@@ -342,3 +342,47 @@ TEST(Formula, BoundsInAWrongOrderAreRefused) {
     EXPECT_EQ(refuse("deadband(t, -2)"), "the width of deadband(x, width) is negative");
     EXPECT_EQ(refuse("clamp(t, 2, 1)"), "clamp(x, low, high) has a low above its high");
 }
+
+TEST(Formula, FunctionsOfAProgramAreCalledAndDifferentiated) {
+    Scope scope = makeScope();
+    int numCalls = 0;
+    OwnFunction own;
+    own.fewest = 2;
+    own.most = 3;
+    own.calc = [&](const double* x, int count) {
+        ++numCalls;
+        return std::sin(x[0]) * x[1] * x[1] + (count == 3 ? x[2] : 0);
+    };
+    scope.functions["f"] = std::make_shared<OwnFunction>(own);
+    const std::vector<std::string> names{"t", "x", "y"};
+    const double at[] = {0.3, 0.7, -2.5};
+    const double x = at[1], y = at[2];
+    const Formula formula("1 + x*f(x, y)^2 + f(y, 2, f(t, x))", scope, names);
+    const double inner = std::sin(x) * y * y;
+    EXPECT_DOUBLE_EQ(formula.calc(at),
+                     1 + x * inner * inner + std::sin(y) * 4 + std::sin(0.3) * x * x);
+    double slopes[3];
+    formula.calcSlopes(at, slopes, 3);
+    EXPECT_NEAR(slopes[0], std::cos(0.3) * x * x, 1e-8);
+    EXPECT_NEAR(slopes[1],
+                inner * inner + 2 * x * inner * std::cos(x) * y * y + std::sin(0.3) * 2 * x, 1e-7);
+    EXPECT_NEAR(slopes[2], 2 * x * inner * std::sin(x) * 2 * y + std::cos(y) * 4, 1e-7);
+    const Jet<double> jets[] = {at[0], Jet<double>::makeVariable(x), at[2]};
+    const Jet<double> along = formula.calc(jets);
+    EXPECT_NEAR(along.first, slopes[1], 1e-8);
+    EXPECT_TRUE(std::isnan(along.second));
+    // What is not taken is not called; what the time makes of it is nobody's to know.
+    numCalls = 0;
+    EXPECT_EQ(Formula("if(x > 1, f(x, y), 3)", scope, names).calc(at), 3);
+    EXPECT_EQ(
+        Formula("if(f(t, 1) > 0.1, 1, 2) + step(t, 1, 0, 2, 1)", scope, {"t"}).findSwitches(0, 10),
+        (std::vector<double>{1, 2}));
+    EXPECT_EQ(numCalls, 0);
+    EXPECT_EQ(Formula("f(pi/2, 2)", scope, names).calc(at), 4);
+    for (const char* wrong : {"f(x)", "f(1, 2, 3, 4)", "f", "f()"})
+        EXPECT_THROW(Formula(wrong, scope, names), SyntaxError) << wrong;
+    own.calc = [](const double*, int) { return std::nan(""); };
+    scope.functions["g"] = std::make_shared<OwnFunction>(own);
+    EXPECT_EQ(Formula("1 + g(x, 2)", scope, names).explain(at),
+              "'g(x, 2)' gives no finite number for 0.7, 2");
+}
