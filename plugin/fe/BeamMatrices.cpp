@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "MatrixEntries.h"
 #include "SolidElements.h"
 
 namespace simflex {
@@ -92,27 +93,16 @@ void integrate(const Eigen::Matrix<double, 3, NumNodes>& x, const BeamMaterial& 
     }
 }
 
-/** The matrix with more entries, given in its lower triangle. **/
-SymmetricMatrix sum(const SymmetricMatrix& A, std::vector<std::int32_t> rows,
-                    std::vector<std::int32_t> columns, std::vector<double> values, int size) {
-    for (int column = 0; column < A.size; ++column)
-        for (auto k = A.columnStarts[size_t(column)]; k < A.columnStarts[size_t(column) + 1]; ++k) {
-            rows.push_back(A.rows[size_t(k)]);
-            columns.push_back(column);
-            values.push_back(A.values[size_t(k)]);
-        }
-    return SymmetricMatrix::fromEntries(size, rows, columns, values);
-}
-
 }  // namespace
 
 void addBeamMatrices(const DeckModel& deck, FeModel& model) {
     const auto beams = deck.solids.find(BeamSolid);
     if (beams == deck.solids.end()) return;
     const auto materials = findMaterials(deck);
-    const auto rule = makeBeamIntegrationPoints();
-    std::vector<std::int32_t> rowsOfK, columnsOfK, rowsOfM, columnsOfM;
-    std::vector<double> valuesOfK, valuesOfM;
+    const auto full = makeBeamIntegrationPoints(makeFullSection());
+    std::vector<std::vector<IntegrationPoint>> rules;
+    for (const auto& section : deck.walls) rules.push_back(makeBeamIntegrationPoints(section));
+    MatrixEntries entriesOfK, entriesOfM;
     ElementMatrix K;
     Eigen::Matrix<double, NumNodes, NumNodes> m;
     for (const auto& beam : beams->second) {
@@ -123,23 +113,20 @@ void addBeamMatrices(const DeckModel& deck, FeModel& model) {
             const auto position = model.mesh.position(nodes[size_t(k)]);
             x.col(k) << position[0], position[1], position[2];
         }
+        const auto walls = deck.wallsOf.find(beam.number);
+        const auto& rule = walls == deck.wallsOf.end() ? full : rules[walls->second];
         integrate(x, materials.at(beam.number), rule, beam.number, K, m);
         for (int i = 0; i < 3 * NumNodes; ++i)
             for (int j = 0; j <= i; ++j) {
-                rowsOfK.push_back(3 * nodes[size_t(i / 3)] + i % 3);
-                columnsOfK.push_back(3 * nodes[size_t(j / 3)] + j % 3);
-                valuesOfK.push_back(K(i, j));
+                entriesOfK.add(3 * nodes[size_t(i / 3)] + i % 3, 3 * nodes[size_t(j / 3)] + j % 3,
+                               K(i, j));
                 if (i % 3 || j % 3) continue;
-                rowsOfM.push_back(nodes[size_t(i / 3)]);
-                columnsOfM.push_back(nodes[size_t(j / 3)]);
-                valuesOfM.push_back(m(i / 3, j / 3));
+                entriesOfM.add(nodes[size_t(i / 3)], nodes[size_t(j / 3)], m(i / 3, j / 3));
             }
     }
     const int numNodes = model.mesh.numNodes();
-    model.K =
-        sum(model.K, std::move(rowsOfK), std::move(columnsOfK), std::move(valuesOfK), 3 * numNodes);
-    model.m =
-        sum(model.m, std::move(rowsOfM), std::move(columnsOfM), std::move(valuesOfM), numNodes);
+    model.K = addEntries(model.K, std::move(entriesOfK), 3 * numNodes);
+    model.m = addEntries(model.m, std::move(entriesOfM), numNodes);
 }
 
 }  // namespace simflex

@@ -2,7 +2,8 @@
 /** @file
 Stiffness and mass of the solids that B32R beams become. Internal to fe.
 
-CalculiX integrates these hexahedra of 20 nodes with 2 points along the beam and 5×5 across it, so
+CalculiX integrates these hexahedra of 20 nodes with 2 points along the beam and 5×5 across it (of
+pipes and boxes, with points in their walls: ThinSections.h), so
 that they bend without shearing and do not warp for nothing. Its plain solids have no such rule:
 these are integrated here.
 

@@ -66,6 +66,7 @@ void assemble(const DeckModel& deck, const std::string& program, const ProgressC
     }
     addBeamMatrices(deck, model);
     addPointMasses(deck, model);
+    addSprings(deck, model);
 }
 
 void visitMatrix(Archive& archive, SymmetricMatrix& A) {
@@ -93,7 +94,9 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     std::vector<DeckCard> cards = readModelCards(path);
     Hash hash;
     if (options.checkpoint) hash = hashCards(cards);
-    DeckModel deck = buildDeckModel(path, std::move(cards));
+    DeckModel deck =
+        buildDeckModel(path, std::move(cards),
+                       options.leavesContactOut ? ContactUse::LeftOut : ContactUse::Refused);
     if (options.note)
         for (const std::string& note : deck.notes) options.note(note);
     if (options.warn)

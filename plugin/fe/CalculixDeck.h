@@ -13,7 +13,8 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
   not have (C3D10M, hybrid ones, S3R …) are taken as the nearest it has, with a warning.
 - *PART, *INSTANCE, *ASSEMBLY: flattened (DeckAssembly.h).
 - Shells S3, S4, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS)
-  and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC; OFFSET1, OFFSET2), isotropic, become
+  and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC; of B32R PIPE and BOX, by *BEAM GENERAL
+  SECTION, too; OFFSET1, OFFSET2), isotropic, become
   solids as ccx expands them (ThinElements.h), with new nodes that have numbers behind the deck's.
   The deck's own node stays as a place between its expanded nodes; node sets take both in, so that
   an interface on the edge of a shell holds rotation too. Where normals, thicknesses or kinds
@@ -29,13 +30,16 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
   directions alone): nodes follow the rigid motion of the reference node; of a shell or beam the
   expanded nodes, so that its thickness there does not stretch as in ccx. *DISTRIBUTING stiffens
   nothing.
-- *MASS of elements of type MASS, in nodes of elements or of rigid bodies.
+- *MASS of elements of type MASS, in nodes of elements or of rigid bodies, *ROTARY INERTIA in those
+  of rigid bodies (PointElements.h); *SPRING of elements SPRINGA and SPRING2.
 - *INITIAL CONDITIONS, TYPE=TEMPERATURE: a material that depends on temperature is taken at that of
   the nodes of its elements, which must be one.
 - Left out and reported: steps, *BOUNDARY, loads, amplitudes, output, other initial conditions,
-  surface and line elements that Gmsh writes, nodes of no element that nothing ties.
+  springs to the ground (SPRING1), dashpots, *DISTRIBUTING COUPLING and *MPC of MEANROT (which
+  stiffen nothing), surface and line elements that Gmsh writes, nodes of no element that nothing
+  ties.
 - Refused, with file and line: what makes K or M other than that of free solids, such as
-  contact, springs, inertias of points, membranes, equations of rotations, composite shells,
+  contact, springs that are not linear, membranes, equations of rotations, composite shells,
   other beam sections, and B31R (in ccx without inertia about its axis);
   keywords and parameters that are not known; elements without material, materials without
   *ELASTIC or *DENSITY; nodes given twice at different places; elements with swapped nodes.
@@ -56,6 +60,8 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
 namespace simflex {
 
 struct CalculixOptions {
+    /** Contact pairs and gaps are left out with a warning; else they are refused. **/
+    bool leavesContactOut = false;
     /** The ccx program; if empty, $SIMFLEX_CCX, else `ccx` on the PATH. **/
     std::string program;
     /** Called with each thing left out or changed; FeModel::notes holds them too. **/

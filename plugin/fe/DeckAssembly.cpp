@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "DeckVocabulary.h"
+#include "PointElements.h"
 #include "ThinElements.h"
 #include "Vec3d.h"
 #include "simflex/base/AsciiText.h"
@@ -192,7 +193,7 @@ private:
         if (const std::string* nearest = findNearestElement(type)) type = *nearest;
         if (const ThinType* thin = findThinType(type)) return size_t(thin->numNodes);
         if (const ElementType* solid = findSolid(type)) return size_t(numNodesOf(*solid));
-        if (type == PointMass) return 1;
+        if (const int count = numPointNodesOf(type)) return size_t(count);
         return size_t(numSkinNodesOf(type));
     }
 

@@ -24,6 +24,7 @@
 #include "ElementShapes.h"
 #include "IncompatibleModes.h"
 #include "NastranDeck.h"
+#include "PointElements.h"
 #include "ThinSections.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
@@ -45,7 +46,8 @@ void sortUnique(std::vector<int>& values) {
 
 class Builder {
 public:
-    Builder(const std::string& path, std::vector<DeckCard> cards) {
+    Builder(const std::string& path, std::vector<DeckCard> cards, ContactUse contact)
+        : m_contact(contact) {
         m_model.path = path;
         m_cards = flattenAssembly(std::move(cards), m_model.notes);
     }
@@ -105,8 +107,10 @@ public:
                 keepNumbers(card);
                 m_model.sections.push_back(card);
             } else if (keyword == "SOLIDSECTION" || keyword == "SHELLSECTION" ||
-                       keyword == "BEAMSECTION") {
+                       keyword == "BEAMSECTION" || keyword == "BEAMGENERALSECTION") {
                 m_model.sections.push_back(card);
+                if (keyword == "BEAMGENERALSECTION")
+                    m_model.sections.back().keyword = "BEAMSECTION";
             } else if (keyword == "NODALTHICKNESS") {
                 m_thicknessCards.push_back(card);
             } else if (keyword == "EQUATION" || keyword == "MPC") {
@@ -121,12 +125,16 @@ public:
                 m_tieCards.push_back(card);
             } else if (keyword == "SURFACE") {
                 m_surfaceCards.push_back(card);
-            } else if (keyword == "MASS") {
-                m_massCards.push_back(card);
+            } else if (keyword == "MASS" || keyword == "ROTARYINERTIA" || keyword == "SPRING" ||
+                       keyword == "DASHPOT" || keyword == "DISTRIBUTINGCOUPLING" ||
+                       keyword == "GAP") {
+                m_pointCards.push_back(card);
             } else if (keyword == "TRANSFORM") {
                 readTransform(card);
             } else if (use == CardUse::LeftOut || use == CardUse::LeftOutProperty) {
                 if (keyword != "HEADING") noteLeftOut(card.title, card, findConsequence(keyword));
+            } else if (use == CardUse::Contact) {
+                leaveContactOut(card);
             } else if (use == CardUse::Refused) {
                 refuseCard(card, card.title +
                                      " cannot be part of a flexible body: " + getRefusal(keyword));
@@ -149,7 +157,7 @@ public:
         finishSections();
         expandThin();
         readTemperatures();
-        readMasses();
+        readPointCards();
         checkRigidNodes();
         readEquationCards();
         finishMesh();
@@ -195,6 +203,17 @@ private:
         if (entry.count++ > 0) return;
         entry.where = " (" + card.file + ":" + std::to_string(card.line) + ")";
         entry.consequence = consequence;
+    }
+
+    void leaveContactOut(const DeckCard& card) {
+        static const std::string PassThrough = "what touches there passes through each other";
+        if (m_contact == ContactUse::Refused)
+            refuseCard(card, card.title +
+                                 " cannot be part of a flexible body, for contact is not linear: "
+                                 "tie surfaces that stay together by *TIE, or leave all contact "
+                                 "out by --without-contact (of a model's part, without_contact: "
+                                 "true)");
+        noteLeftOut(card.title, card, &PassThrough);
     }
 
     /** Shortens numbers to what ccx reads; says so, for ccx itself would have cut the exponent. **/
@@ -273,12 +292,13 @@ private:
         const ThinType* thin = findThinType(type);
         const ElementType* solid = thin ? nullptr : findSolid(type);
         const int skinNodes = numSkinNodesOf(type);
-        const bool isMass = type == PointMass;
-        if (!solid && !skinNodes && !thin && !isMass) refuseCard(card, findElementRefusal(type));
-        const int size = solid    ? numNodesOf(*solid)
-                         : thin   ? thin->numNodes
-                         : isMass ? 1
-                                  : skinNodes;
+        const int pointNodes = numPointNodesOf(type);
+        if (!solid && !skinNodes && !thin && !pointNodes)
+            refuseCard(card, findElementRefusal(type));
+        const int size = solid        ? numNodesOf(*solid)
+                         : thin       ? thin->numNodes
+                         : pointNodes ? pointNodes
+                                      : skinNodes;
         std::vector<int> numbers;
         int firstLine = 0;
         std::vector<int>* set = card.has("ELSET") ? &m_elementSets[card.get("ELSET")] : nullptr;
@@ -290,10 +310,12 @@ private:
             if (int(numbers.size()) > size + 1)
                 refuseCard(card,
                            "element " + std::to_string(numbers[0]) + " has more than the " +
-                               std::to_string(size) + " nodes of a " + type,
+                               std::to_string(size) + " nodes of a " + type +
+                               "; is its type another?",
                            firstLine);
-            if (isMass) {
-                m_massElements[numbers[0]] = {numbers[1], card.where(firstLine)};
+            if (pointNodes) {
+                m_pointElements[numbers[0]] = {
+                    type, {numbers.begin() + 1, numbers.end()}, card.where(firstLine)};
             } else if (solid || thin) {
                 if (!m_solidNumbers.insert({numbers[0], type}).second)
                     refuseCard(card, "element " + std::to_string(numbers[0]) + " is given twice",
@@ -455,10 +477,16 @@ private:
                                          m_solidNumbers.at(number));
                 if (found == m_thinIndex.end()) continue;
                 ThinElement& element = m_thin[found->second];
-                if (section.section == BeamSection::Circle && element.nodes.size() == 2)
-                    refuseCard(card,
-                               "beam " + std::to_string(number) +
-                                   " is linear, which can have no circular section; use B32R");
+                if (section.section != BeamSection::Rectangle && element.nodes.size() == 2)
+                    refuseCard(card, "beam " + std::to_string(number) +
+                                         " is linear, which can have no section but RECT; use "
+                                         "B32R");
+                const bool hasWalls = section.walls[0] > 0;
+                if (hasWalls && element.type != "B32R")
+                    refuseCard(card, "beam " + std::to_string(number) + " is a " + element.type +
+                                         ", of which PIPE and BOX have no integration points; use "
+                                         "B32R");
+                if (hasWalls) m_model.wallsOf[number] = m_model.walls.size();
                 section.number = element.number;
                 section.type = element.type;
                 section.nodes = element.nodes;
@@ -467,6 +495,7 @@ private:
                 element = section;
             }
             if (isSolid) continue;
+            if (section.walls[0] > 0) m_model.walls.push_back(makeWallPoints(section));
             const std::map<std::string, std::string> kept = {{"ELSET", set},
                                                              {"MATERIAL", card.get("MATERIAL")}};
             card.keyword = "SOLIDSECTION";
@@ -581,9 +610,11 @@ private:
                             nodes.end());
                 return nodes;
             };
+            std::vector<int> averaged;
             auto equations = card.keyword == "MPC"
-                                 ? readMultiPointConstraints(card, nodesOf, positionOf)
+                                 ? readMultiPointConstraints(card, nodesOf, positionOf, averaged)
                                  : readEquations(card, nodesOf);
+            for (const int node : averaged) m_averagedNodes.emplace_back(card, node);
             for (DeckEquation& equation : equations) {
                 for (const auto& term : equation.terms) {
                     positionOf(term.node);
@@ -760,40 +791,127 @@ private:
             m_temperatures.thinNodes[element.number] = element.nodes;
     }
 
-    /** Masses of nodes, which become part of the mesh. **/
-    void readMasses() {
+    /** Calls visit(card, element) for each element that a card of the keyword speaks of. **/
+    template <class Visit>
+    void visitPoints(const char* keyword, const Visit& visit) const {
         std::set<int> given;
-        for (const DeckCard& card : m_massCards) {
+        for (const DeckCard& card : m_pointCards) {
+            if (card.keyword != keyword) continue;
             const auto set = m_elementSets.find(card.get("ELSET"));
             if (set == m_elementSets.end())
                 refuseCard(card, card.title + " names element set " + card.get("ELSET") +
                                      ", which the deck does not have");
+            for (const int number : set->second) {
+                const auto element = m_pointElements.find(number);
+                if (element == m_pointElements.end() ||
+                    getPointCard(element->second.type) != keyword)
+                    refuseCard(card, card.title + " names element " + std::to_string(number) +
+                                         ", which is of another type");
+                if (!given.insert(number).second)
+                    refuseCard(card,
+                               "element " + std::to_string(number) + " has two " + card.title);
+                for (const int node : element->second.nodes)
+                    if (!m_nodes.count(node))
+                        throw std::invalid_argument(element->second.where + "element " +
+                                                    std::to_string(number) + " uses node " +
+                                                    std::to_string(node) +
+                                                    ", which the deck does not define");
+                visit(card, element->second);
+            }
+        }
+        for (const auto& [number, element] : m_pointElements)
+            if (getPointCard(element.type) == keyword && !given.count(number))
+                throw std::invalid_argument(element.where + "element " + std::to_string(number) +
+                                            ", a " + element.type + ", has no *" + keyword);
+    }
+
+    /** Masses, inertias and springs of nodes, which become part of the mesh. **/
+    void readPointCards() {
+        visitPoints("MASS", [&](const DeckCard& card, const PointElement& element) {
             if (card.data.empty()) refuseCard(card, card.title + " needs a mass");
             const double mass = readDeckNumber(card, card.data[0], 0, "a mass");
             if (!(mass > 0))
                 refuseCard(card,
                            card.title + " is " + card.data[0].fields[0] + ", must be positive",
                            card.data[0].line);
-            for (const int number : set->second) {
-                const auto element = m_massElements.find(number);
-                if (element == m_massElements.end())
-                    refuseCard(card, card.title + " gives a mass to element " +
-                                         std::to_string(number) + ", which is none of type MASS");
-                const int node = element->second.first;
-                if (!m_nodes.count(node))
-                    throw std::invalid_argument(
-                        element->second.second + "mass " + std::to_string(number) + " uses node " +
-                        std::to_string(node) + ", which the deck does not define");
-                if (!given.insert(number).second)
-                    refuseCard(card, "mass " + std::to_string(number) + " is given twice");
-                m_model.masses[node] += mass;
-                m_extraNodes.push_back(node);
+            m_model.masses[element.nodes[0]] += mass;
+            m_extraNodes.push_back(element.nodes[0]);
+        });
+        visitPoints("ROTARYINERTIA", [&](const DeckCard& card, const PointElement& element) {
+            addInertia(card, element.nodes[0]);
+        });
+        visitPoints("SPRING", [&](const DeckCard& card, const PointElement& element) {
+            if (card.has("NONLINEAR"))
+                refuseCard(card, card.title +
+                                     ", NONLINEAR: simflex has linear springs in a part; give its "
+                                     "stiffness about the state you need, or put it into the "
+                                     "multibody model");
+            if (element.type == "SPRING1") {
+                static const std::string Grounds =
+                    "they hold the part to the ground; put them into the multibody model";
+                return noteLeftOut(card.title + " of SPRING1", card, &Grounds);
             }
+            std::array<Vec3d, 2> places{};
+            for (size_t k = 0; k < 2; ++k) places[k] = m_nodes.at(element.nodes[k]);
+            const auto axes = findAxes(card, places[0]);
+            m_model.springs.push_back(readSpring(card, element, places, axes ? &*axes : nullptr));
+            m_extraNodes.insert(m_extraNodes.end(), element.nodes.begin(), element.nodes.end());
+        });
+        visitPoints("DASHPOT", [&](const DeckCard& card, const PointElement&) {
+            noteLeftOut(card.title, card, findConsequence("DAMPING"));
+        });
+        visitPoints("GAP",
+                    [&](const DeckCard& card, const PointElement&) { leaveContactOut(card); });
+        visitPoints("DISTRIBUTINGCOUPLING", [&](const DeckCard& card, const PointElement& element) {
+            m_averagedNodes.emplace_back(card, element.nodes[0]);
+        });
+    }
+
+    /** The axes at a place of the ORIENTATION that a card names, if it does. **/
+    std::optional<Axes> findAxes(const DeckCard& card, const Vec3d& place) const {
+        if (!card.has("ORIENTATION")) return {};
+        for (const DeckCard& section : m_model.sections)
+            if (section.keyword == "ORIENTATION" && section.get("NAME") == card.get("ORIENTATION"))
+                return Orientation(section).calcAxes(place);
+        refuseCard(card, "the deck has no *ORIENTATION " + card.get("ORIENTATION"));
+    }
+
+    /** Point masses that follow the rigid body of a node have its inertia. **/
+    void addInertia(const DeckCard& card, int node) {
+        const auto body =
+            std::find_if(m_rigidCards.begin(), m_rigidCards.end(), [&](const DeckRigidCard& rigid) {
+                if (rigid.isDistributing) return false;
+                if (rigid.reference == node || rigid.rotation == node) return true;
+                const auto set = m_nodeSets.find(rigid.nodeSet);
+                return set != m_nodeSets.end() &&
+                       std::find(set->second.begin(), set->second.end(), node) != set->second.end();
+            });
+        if (body == m_rigidCards.end())
+            refuseCard(card, card.title + " stands in node " + std::to_string(node) +
+                                 ", which has no rotation: tie it to the part by *RIGID BODY or "
+                                 "*COUPLING with *KINEMATIC, or weld a rigid body to an "
+                                 "interface");
+        const Vec3d place = m_nodes.at(node);
+        double size = 0;
+        for (const auto& [number, position] : m_nodes)
+            size = std::max(size, normOf(minus(position, place)));
+        constexpr double Near = 0.01;  // of the part
+        const auto given = m_model.masses.find(node);
+        const double mass = given == m_model.masses.end() ? 0 : given->second;
+        const auto axes = findAxes(card, place);
+        double left = mass;
+        for (const PointMass& point :
+             spreadInertia(card, mass, Near * size, axes ? &*axes : nullptr)) {
+            if (!(point.mass > 0)) continue;
+            const int number = m_nodes.rbegin()->first + 1;
+            m_nodes[number] = sumOf(place, 1, point.arm);
+            m_model.masses[number] = point.mass;
+            m_extraNodes.push_back(number);
+            m_inertiaNodes[body->reference].push_back(number);
+            left -= point.mass;
         }
-        for (const auto& [number, element] : m_massElements)
-            if (!given.count(number))
-                throw std::invalid_argument(element.second + "element " + std::to_string(number) +
-                                            ", a MASS, has no *MASS");
+        m_model.masses[node] = mass > 0 ? 0 : left;
+        m_extraNodes.push_back(node);
     }
 
     void checkRigidNodes() {
@@ -815,6 +933,8 @@ private:
             if (found != m_indexOf.end() && number != body.reference)
                 nodes.push_back(found->second);
         };
+        if (const auto found = m_inertiaNodes.find(body.reference); found != m_inertiaNodes.end())
+            for (const int number : found->second) add(number);
         const auto refuseSet = [&](const char* kind, const std::string& name) {
             refuseCard(body.card, body.card.title + " names " + kind + " " + name +
                                       ", which the deck does not have");
@@ -845,7 +965,21 @@ private:
         return nodes;
     }
 
+    /** Nodes that are the mean of others stiffen nothing, if nothing else uses them. **/
+    void noteAveragedNodes() {
+        for (const auto& [card, node] : m_averagedNodes) {
+            if (m_indexOf.count(node))
+                refuseCard(card, card.title + " hangs node " + std::to_string(node) +
+                                     " on the mean of others, and something else uses that node: "
+                                     "simflex does not do that in a deck; make the nodes a "
+                                     "distributing interface instead");
+            m_model.notes.push_back(card.where() + card.title +
+                                    " stiffens nothing; loads on its node are left out");
+        }
+    }
+
     void makeRigidBodies() {
+        noteAveragedNodes();
         std::map<int, int> numUses;  // of reference nodes
         for (const DeckRigidCard& body : m_rigidCards) ++numUses[body.reference];
         int next = std::numeric_limits<int>::min();
@@ -891,7 +1025,9 @@ private:
         }
     }
 
-    /** The directions in which the nodes of a *COUPLING follow. **/
+    /** The directions in which the nodes of a *COUPLING follow; masses that are an inertia do in
+     * all.
+     * **/
     void findDirections(const DeckRigidCard& card, DeckRigidBody& body) const {
         if (card.axes == std::array<bool, 3>{true, true, true}) return;
         std::optional<Orientation> orientation;
@@ -901,7 +1037,14 @@ private:
         if (!card.orientation.empty() && !orientation)
             refuseCard(card.card, "the deck has no *ORIENTATION " + card.orientation);
         for (const int node : body.nodes) {
-            if (!orientation && m_axesOf.count(m_model.mesh.nodeNumbers[size_t(node)]))
+            const int number = m_model.mesh.nodeNumbers[size_t(node)];
+            if (const auto own = m_inertiaNodes.find(card.reference);
+                own != m_inertiaNodes.end() &&
+                std::count(own->second.begin(), own->second.end(), number) > 0) {
+                body.directions.push_back({{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+                continue;
+            }
+            if (!orientation && m_axesOf.count(number))
                 refuseCard(card.card,
                            "some directions of nodes with a *TRANSFORM follow, which "
                            "simflex does not do; give the axes as its ORIENTATION");
@@ -1003,6 +1146,7 @@ private:
                                         "have no material");
     }
 
+    const ContactUse m_contact;
     std::vector<DeckCard> m_cards;
     DeckModel m_model;
     std::map<int, std::array<double, 3>> m_nodes;
@@ -1022,8 +1166,10 @@ private:
     std::map<int, size_t> m_axesOf;  ///< index in m_transforms of nodes
     std::vector<Orientation> m_transforms;
     std::set<std::string> m_replaced;  ///< element types
-    std::vector<DeckCard> m_massCards;
-    std::map<int, std::pair<int, std::string>> m_massElements;  ///< node, and where it is given
+    std::vector<DeckCard> m_pointCards;
+    std::map<int, PointElement> m_pointElements;
+    std::map<int, std::vector<int>> m_inertiaNodes;  ///< by the reference node they follow
+    std::vector<std::pair<DeckCard, int>> m_averagedNodes;
     std::set<int> m_skin;
     std::set<std::string> m_skinTypes;
     size_t m_numSolids = 0;
@@ -1040,9 +1186,9 @@ std::vector<DeckCard> readModelCards(const std::string& path) {
     return readDeckCards(path);
 }
 
-DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards) {
+DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards, ContactUse contact) {
     try {
-        return Builder(path, std::move(cards)).build();
+        return Builder(path, std::move(cards), contact).build();
     } catch (const std::invalid_argument& error) {
         // What has no line of its own names the deck.
         const std::string text = error.what();

@@ -9,8 +9,12 @@ Reads the cards of a CalculiX deck into a DeckModel. Internal to fe. **/
 
 namespace simflex {
 
+/** What becomes of contact pairs and gaps. **/
+enum class ContactUse { LeftOut, Refused };
+
 /** @throws std::invalid_argument naming file and line for what cannot be a free solid part. **/
-DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards);
+DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards,
+                         ContactUse contact = ContactUse::LeftOut);
 
 /** The cards of a deck (.inp), or what stands for them in Nastran bulk data (.bdf, .nas, .dat) or a
 model of Ansys (.cdb).

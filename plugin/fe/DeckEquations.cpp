@@ -123,7 +123,7 @@ std::vector<DeckEquation> readEquations(const DeckCard& card, const FindDeckNode
 
 std::vector<DeckEquation> readMultiPointConstraints(
     const DeckCard& card, const FindDeckNodes& nodesOf,
-    const std::function<Vec3d(int node)>& positionOf) {
+    const std::function<Vec3d(int node)>& positionOf, std::vector<int>& averaged) {
     std::vector<DeckEquation> equations;
     for (const NodeList& list : readNodeLists(card, nodesOf)) {
         const std::string where = card.where(list.line) + card.title + " " + list.kind;
@@ -191,10 +191,14 @@ std::vector<DeckEquation> readMultiPointConstraints(
                      {list.nodes[1], scaled(n, -alpha)},
                      {list.nodes[third], scaled(n, -beta)}});
             }
+        } else if (list.kind == "MEANROT") {
+            needNodes(2);
+            averaged.push_back(list.nodes.back());
         } else {
             refuse(card, list.line,
                    list.kind +
-                       " is not known to simflex to be linear; it knows STRAIGHT, PLANE and BEAM");
+                       " is not known to simflex to be linear; it knows STRAIGHT, PLANE, BEAM (a "
+                       "distance that stays) and MEANROT");
         }
     }
     return equations;

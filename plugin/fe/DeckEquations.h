@@ -40,10 +40,11 @@ std::vector<DeckEquation> readEquations(const DeckCard& card, const FindDeckNode
 
 /** Those of one *MPC card, which may name sets of nodes.
 @param positionOf  of a node by its deck number
+@param averaged    gets the last node of each MEANROT, which shows how the others turn in the mean
 @throws std::invalid_argument with file and line, also where the nodes do not lie on the line or in
     the plane. **/
 std::vector<DeckEquation> readMultiPointConstraints(
     const DeckCard& card, const FindDeckNodes& nodesOf,
-    const std::function<Vec3d(int node)>& positionOf);
+    const std::function<Vec3d(int node)>& positionOf, std::vector<int>& averaged);
 
 }  // namespace simflex

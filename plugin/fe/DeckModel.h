@@ -10,6 +10,8 @@ buildDeckModel(). Internal to fe. **/
 #include <vector>
 
 #include "InpCards.h"
+#include "PointElements.h"
+#include "SolidElements.h"
 #include "simflex/fe/FeModel.h"
 
 namespace simflex {
@@ -26,11 +28,14 @@ struct DeckModel {
     std::map<std::string, std::vector<Solid>> solids;     ///< by CalculiX type, C3D8R …
     std::map<std::string, std::vector<int>> elementSets;  ///< element numbers, solids only
     std::map<int, double> masses;                         ///< of points, by node [kg]
-    NodalConstraints constraints;                         ///< what ties nodes to each other
-    std::vector<DeckCard> materials;                      ///< *MATERIAL with its properties
-    std::vector<DeckCard> sections;                       ///< *ORIENTATION, *SOLID SECTION
-    std::vector<std::string> notes;                       ///< see FeModel
-    std::vector<std::string> warnings;                    ///< see FeModel
+    std::vector<DeckSpring> springs;
+    std::vector<std::vector<SectionPoint>> walls;  ///< of pipes and boxes …
+    std::map<int, size_t> wallsOf;                 ///< … that beams are, by number
+    NodalConstraints constraints;                  ///< what ties nodes to each other
+    std::vector<DeckCard> materials;               ///< *MATERIAL with its properties
+    std::vector<DeckCard> sections;                ///< *ORIENTATION, *SOLID SECTION
+    std::vector<std::string> notes;                ///< see FeModel
+    std::vector<std::string> warnings;             ///< see FeModel
 
     /** Writes nodes, elements, sets, materials and sections; the solids of B32R beams as C3D20. No
     field is longer than the 20 characters that ccx reads. **/

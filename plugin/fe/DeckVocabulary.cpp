@@ -11,19 +11,42 @@ namespace simflex {
 namespace {
 
 /** Cards that make the part. **/
-const std::set<std::string> ReadCards = {
-    "NODE",        "ELEMENT",        "NSET",        "ELSET",
-    "SURFACE",     "MATERIAL",       "ORIENTATION", "SOLIDSECTION",
-    "BEAMSECTION", "SHELLSECTION",   "EQUATION",    "MPC",
-    "TIE",         "RIGIDBODY",      "COUPLING",    "DISTRIBUTING",
-    "KINEMATIC",   "NODALTHICKNESS", "INCLUDE",     "INITIALCONDITIONS",
-    "STEP",        "ENDSTEP",        "TRANSFORM",   "MASS"};
+const std::set<std::string> ReadCards = {"NODE",
+                                         "ELEMENT",
+                                         "NSET",
+                                         "ELSET",
+                                         "SURFACE",
+                                         "MATERIAL",
+                                         "ORIENTATION",
+                                         "SOLIDSECTION",
+                                         "BEAMSECTION",
+                                         "SHELLSECTION",
+                                         "EQUATION",
+                                         "MPC",
+                                         "TIE",
+                                         "RIGIDBODY",
+                                         "COUPLING",
+                                         "DISTRIBUTING",
+                                         "KINEMATIC",
+                                         "NODALTHICKNESS",
+                                         "INCLUDE",
+                                         "INITIALCONDITIONS",
+                                         "STEP",
+                                         "ENDSTEP",
+                                         "TRANSFORM",
+                                         "MASS",
+                                         "SPRING",
+                                         "DASHPOT",
+                                         "ROTARYINERTIA",
+                                         "DISTRIBUTINGCOUPLING",
+                                         "BEAMGENERALSECTION",
+                                         "GAP"};
 
 /** Parameters of those whose readers do not check them. **/
 const std::map<std::string, std::set<std::string>> Parameters = {
     {"NODE", {"NSET"}},
     {"ELEMENT", {"TYPE", "ELSET"}},
-    {"NSET", {"NSET", "ELSET", "GENERATE", "INTERNAL", "UNSORTED"}},
+    {"NSET", {"NSET", "ELSET", "GENERATE", "INTERNAL", "UNSORTED", "FREQUENCY"}},
     {"ELSET", {"ELSET", "GENERATE", "INTERNAL"}},
     {"SURFACE", {"NAME", "TYPE", "INTERNAL"}},
     {"MATERIAL", {"NAME"}},
@@ -33,6 +56,11 @@ const std::map<std::string, std::set<std::string>> Parameters = {
     {"SOLIDSECTION", {"ELSET", "MATERIAL", "ORIENTATION", "CONTROLS", "OFFSET"}},
     {"TRANSFORM", {"NSET", "TYPE"}},
     {"MASS", {"ELSET"}},
+    {"ROTARYINERTIA", {"ELSET", "ORIENTATION"}},
+    {"SPRING", {"ELSET", "ORIENTATION", "NONLINEAR"}},
+    {"DASHPOT", {"ELSET"}},
+    {"GAP", {"ELSET"}},
+    {"DISTRIBUTINGCOUPLING", {"ELSET"}},
     {"NODALTHICKNESS", {}},
     {"MPC", {}},
     {"RIGIDBODY", {"NSET", "TIENSET", "ELSET", "REFNODE", "ROTNODE"}},
@@ -123,10 +151,10 @@ const std::set<std::string> LeftOutCards = {"AMPLITUDE",
                                             "VIEWFACTOR",
                                             "VISCO"};
 
-constexpr const char *NotLinear =
-                         "contact is not linear; tie surfaces that stay together by *TIE, and "
-                         "take the card out where they may part",
-                     *Generates =
+/** Cards of contact between surfaces. **/
+const std::set<std::string> ContactCards = {"CONTACT", "CONTACTPAIR", "CLEARANCE"};
+
+constexpr const char *Generates =
                          "simflex does not make nodes and elements; write the deck out with them",
                      *MaterialCards = "the material is not linear",
                      *Changes = "simflex takes the part as it is before all steps";
@@ -135,26 +163,16 @@ constexpr const char *NotLinear =
 const std::map<std::string, std::string> RefusedCards = {
     {"NETWORKMPC", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
     {"TRANSFORMF", "it turns the axes of nodes, so that K is not one of plain nodal translations"},
-    {"BEAMGENERALSECTION", "its stiffness is not that of a solid; use *BEAM SECTION"},
     {"MEMBRANESECTION",
      "membranes are hinged at their nodes, so that the part is a mechanism; use shells"},
     {"NORMAL", "simflex finds the normals of shells and the axes of beams itself"},
     {"DISTRIBUTION", "it gives each element axes of its own; use *ORIENTATION by element sets"},
-    {"DISTRIBUTINGCOUPLING",
-     "its element DCOUP3D is not known to simflex; use *COUPLING with *DISTRIBUTING"},
     {"FLUIDSECTION", "fluid elements have no place in a solid part"},
     {"GASKETSECTION", "gaskets are not linear"},
     {"PRE-TENSIONSECTION", "a pre-tension section ties degrees of freedom"},
     {"CYCLICSYMMETRYMODEL", "cyclic symmetry ties degrees of freedom; mesh the whole part"},
     {"SUBMODEL", "a submodel is driven by another model"},
-    {"SPRING", "put springs into the multibody model"},
-    {"DASHPOT", "put dashpots into the multibody model"},
-    {"GAP", "gaps are not linear"},
-    {"ROTARYINERTIA", "weld a rigid body to an interface instead"},
     {"MATRIXASSEMBLE", "it adds matrices from files to those of the elements"},
-    {"CONTACT", NotLinear},
-    {"CONTACTPAIR", NotLinear},
-    {"CLEARANCE", NotLinear},
     {"NGEN", Generates},
     {"NFILL", Generates},
     {"NCOPY", Generates},
@@ -261,16 +279,14 @@ const std::map<std::string, std::pair<const char*, const char*>> RefusedFamilies
     {"T2D", {"trusses", "they are hinged at their nodes; use beams"}},
     {"T3D", {"trusses", "they are hinged at their nodes; use beams"}},
     {"M3D", {"membranes", "they are hinged at their nodes; use shells"}},
-    {"SPRING", {"springs", IsNoPart}},
+    {"SPRING", {"springs", "those that it knows are SPRINGA and SPRING2"}},
     {"DASHPOT", {"dashpots", IsNoPart}},
     {"CONN", {"connectors", IsNoPart}},
     {"GAP", {"gaps", "they are not linear; tie what stays together by *TIE or *EQUATION"}},
     {"ITT", {"contact elements", "they are not linear"}},
-    {"DCOUP", {"distributing couplings", "use *COUPLING with *DISTRIBUTING"}},
     {"COH", {"cohesive elements", "tie the surfaces by *TIE"}},
     {"GK", {"gaskets", "they are not linear"}},
     {"SC", {"continuum shells", "use C3D8I"}},
-    {"ROTARYI", {"inertias of points", "weld a rigid body to an interface instead"}},
     {"R2D", {"rigid elements", "use *RIGID BODY"}},
     {"R3D", {"rigid elements", "use *RIGID BODY"}},
     {"DC", {"elements of heat conduction alone", "they have no stiffness; use C3D ones"}},
@@ -291,6 +307,7 @@ CardUse findCardUse(const std::string& keyword) {
     if (MaterialCardsKept.count(keyword)) return CardUse::MaterialProperty;
     if (MaterialCardsLeftOut.count(keyword)) return CardUse::LeftOutProperty;
     if (LeftOutCards.count(keyword)) return CardUse::LeftOut;
+    if (ContactCards.count(keyword)) return CardUse::Contact;
     return RefusedCards.count(keyword) ? CardUse::Refused : CardUse::Unknown;
 }
 
@@ -353,7 +370,8 @@ const std::string* findNearestElement(const std::string& type) {
 
 std::string proposeCard(const std::string& keyword) {
     std::vector<std::string> known;
-    for (const auto* cards : {&ReadCards, &MaterialCardsKept, &MaterialCardsLeftOut, &LeftOutCards})
+    for (const auto* cards :
+         {&ReadCards, &MaterialCardsKept, &MaterialCardsLeftOut, &LeftOutCards, &ContactCards})
         known.insert(known.end(), cards->begin(), cards->end());
     for (const auto& card : RefusedCards) known.push_back(card.first);
     const std::string nearest = findNearestName(keyword, known);

@@ -15,6 +15,7 @@ enum class CardUse {
     Read,              ///< nodes, elements, sets, sections, what ties nodes
     MaterialProperty,  ///< child of *MATERIAL that K or M needs
     LeftOutProperty,   ///< child of *MATERIAL that they do not need
+    Contact,           ///< contact pairs and their like, left out where that is asked for
     LeftOut,           ///< may stand in the deck of a free solid part, but does not belong to K, M
     Refused,           ///< changes K or M in a way that simflex does not do
     Unknown
@@ -40,9 +41,6 @@ const ElementType* findSolid(const std::string& calculixType);
 
 /** The same. @throws std::out_of_range for a type that is no solid. **/
 ElementType getSolid(const std::string& calculixType);
-
-/** The element type of a mass in one node. **/
-constexpr const char* PointMass = "MASS";
 
 /** Number of nodes of an element that meshers write along the skin of a solid; 0 for others. **/
 int numSkinNodesOf(const std::string& calculixType);

@@ -80,10 +80,21 @@ void checkConnected(const FeModel& model) {
     const SymmetricMatrix& K = model.K;
     const int firstInternal = mesh.numNodes() - mesh.numInternalNodes;
     std::fill(used.begin() + firstInternal, used.end(), 1);
-    for (int column = 0; column < K.size; ++column)
-        for (auto k = K.columnStarts[column]; k < K.columnStarts[column + 1]; ++k)
-            if ((mesh.elements.empty() || K.rows[k] / 3 >= firstInternal) && K.values[k] != 0)
-                join(column / 3, K.rows[k] / 3);
+    // K joins what has no elements, and the pieces that are left: springs do.
+    const auto joinThroughK = [&](const auto& isAsked) {
+        for (int column = 0; column < K.size; ++column)
+            for (auto k = K.columnStarts[column]; k < K.columnStarts[column + 1]; ++k)
+                if (K.values[k] != 0 && isAsked(column / 3, K.rows[k] / 3))
+                    join(column / 3, K.rows[k] / 3);
+    };
+    std::vector<char> isLoose(used.size());
+    std::transform(used.begin(), used.end(), isLoose.begin(), [](char isUsed) { return !isUsed; });
+    joinThroughK([&](int first, int second) {
+        if (isLoose[first]) used[first] = 1;
+        if (isLoose[second]) used[second] = 1;
+        return mesh.elements.empty() || second >= firstInternal || isLoose[first] ||
+               isLoose[second];
+    });
     // A coordinate connects the nodes that it moves; one of an element must be among them.
     std::vector<int> nodeOf(size_t(T.numCoordinates), -1);
     for (const bool pass : {true, false})
@@ -100,13 +111,21 @@ void checkConnected(const FeModel& model) {
                 join(other, node);
             }
         }
-    std::vector<int> roots;
-    for (int node = 0; node < mesh.numNodes(); ++node) {
+    for (int node = 0; node < mesh.numNodes(); ++node)
         if (!used[node] && T.empty())
             throw std::invalid_argument(source + ": node " +
                                         std::to_string(mesh.nodeNumbers[node]) +
                                         " belongs to no element");
-        if (root(node) == node) roots.push_back(node);
+    std::vector<int> roots;
+    const auto findRoots = [&] {
+        roots.clear();
+        for (int node = 0; node < mesh.numNodes(); ++node)
+            if (root(node) == node) roots.push_back(node);
+    };
+    findRoots();
+    if (roots.size() > 1) {
+        joinThroughK([](int, int) { return true; });
+        findRoots();
     }
     if (roots.size() == 1) return;
     std::ostringstream text;

@@ -114,4 +114,11 @@ SymmetricMatrix takeNodalMass(const SymmetricMatrix& M, const Mesh& mesh) {
     return std::move(axes[0]);
 }
 
+SymmetricMatrix addEntries(const SymmetricMatrix& A, MatrixEntries more, int size) {
+    for (int column = 0; column < A.size; ++column)
+        for (auto k = A.columnStarts[size_t(column)]; k < A.columnStarts[size_t(column) + 1]; ++k)
+            more.add(A.rows[size_t(k)], column, A.values[size_t(k)]);
+    return SymmetricMatrix::fromEntries(size, more.rows, more.columns, more.values);
+}
+
 }  // namespace simflex

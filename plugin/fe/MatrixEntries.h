@@ -35,4 +35,7 @@ SymmetricMatrix makeSymmetric(const MatrixEntries& entries, MatrixForm form, con
 @throws std::invalid_argument if M is not that. **/
 SymmetricMatrix takeNodalMass(const SymmetricMatrix& M, const Mesh& mesh);
 
+/** The matrix with more entries, of its lower triangle, and so many rows. **/
+SymmetricMatrix addEntries(const SymmetricMatrix& A, MatrixEntries more, int size);
+
 }  // namespace simflex

@@ -580,6 +580,8 @@ private:
                 for (const int grid : dependent) addLine(all, {std::to_string(grid)});
                 addLine(all, {std::to_string(reference)});
             }
+            m_rigidSets.emplace(reference, tied);
+            for (const int grid : dependent) m_rigidSets.emplace(grid, tied);
             const auto [turn, isNew] = turnOf.emplace(reference, m_nextNode);
             if (isNew)
                 addLine(addCard(entry, "*NODE", {}),
@@ -603,16 +605,75 @@ private:
                 refuse(*entry, "hangs on RBE3 " + std::string(averaged->second->card.field(0)) +
                                    ", which simflex does not do; use RBE2, or a distributing "
                                    "interface and a body welded to it");
-            for (size_t place = 4; place < 14; ++place)
-                if (place != 7 && number(*entry, place, "an offset or inertia") != 0)
-                    refuse(*entry,
-                           "has an offset or inertia, which simflex does not do; weld a "
-                           "rigid body to an interface instead");
             const std::string set = "CONM2_" + std::to_string(id);
-            addLine(addCard(entry, "*ELEMENT", {{"TYPE", "MASS"}, {"ELSET", set}}),
-                    {std::to_string(m_nextElement++), std::to_string(grid)});
-            addLine(addCard(entry, "*MASS", {{"ELSET", set}}), {writeGeneral(mass)});
+            int node = grid;
+            bool isSpread = false;
+            for (size_t place = 4; place < 14; ++place)
+                isSpread |= place != 7 && number(*entry, place, "an offset or inertia") != 0;
+            if (isSpread) node = hangMass(*entry, grid);
+            if (mass != 0 || !isSpread) {
+                addLine(addCard(entry, "*ELEMENT", {{"TYPE", "MASS"}, {"ELSET", set}}),
+                        {std::to_string(m_nextElement++), std::to_string(node)});
+                addLine(addCard(entry, "*MASS", {{"ELSET", set}}), {writeGeneral(mass)});
+            }
+            if (isSpread) writeInertia(*entry, node, set + "_I");
         }
+    }
+
+    /** A node at the offset of a mass, which follows the rigid body of its grid. **/
+    int hangMass(const BulkEntry& entry, int grid) {
+        const auto rigid = m_rigidSets.find(grid);
+        if (rigid == m_rigidSets.end())
+            refuse(entry, "has an offset or inertia, but its grid " + std::to_string(grid) +
+                              " has no rotation; tie it to the part by RBE2, or weld a rigid body "
+                              "to an interface");
+        const int system = integer(entry, 2, "CID");
+        Vec3d x{};
+        for (size_t a = 0; a < 3; ++a) x[a] = number(entry, 4 + a, "an offset");
+        const Vec3d at = positionOf(entry, grid);
+        if (system < 0) {
+            x = minus(x, at);  // the centre of mass itself
+        } else if (system > 0) {
+            x = minus(toBasic(entry, system, x), toBasic(entry, system, {0, 0, 0}));
+        }
+        const int node = m_nextNode++;
+        addLine(addCard(&entry, "*NODE", {}),
+                {std::to_string(node), writeGeneral(at[0] + x[0]), writeGeneral(at[1] + x[1]),
+                 writeGeneral(at[2] + x[2])});
+        addLine(addCard(&entry, "*NSET", {{"NSET", rigid->second}}), {std::to_string(node)});
+        return node;
+    }
+
+    void writeInertia(const BulkEntry& entry, int node, const std::string& set) {
+        // I11, I21, I22, I31, I32, I33, in Nastran with products ∫ x y.
+        constexpr int Places[6][2] = {{0, 0}, {1, 0}, {1, 1}, {2, 0}, {2, 1}, {2, 2}};
+        double J[3][3] = {};
+        bool isThere = false;
+        for (size_t k = 0; k < 6; ++k) {
+            const auto& [i, j] = Places[k];
+            const double value = m_massFactor * number(entry, 8 + k, "an inertia");
+            isThere |= value != 0;
+            J[i][j] = J[j][i] = i == j ? value : -value;
+        }
+        if (!isThere) return;
+        const int system = std::max(0, integer(entry, 2, "CID"));
+        std::array<Vec3d, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+        for (Vec3d& axis : axes)
+            axis = minus(toBasic(entry, system, axis), toBasic(entry, system, {0, 0, 0}));
+        if (system > 0 && m_systems.at(system).kind != 'R')
+            refuse(entry, "has an inertia in axes that turn; give it a rectangular system");
+        double turned[3][3] = {};
+        for (size_t a = 0; a < 3; ++a)
+            for (size_t b = 0; b < 3; ++b)
+                for (size_t i = 0; i < 3; ++i)
+                    for (size_t j = 0; j < 3; ++j)
+                        turned[a][b] += axes[i][a] * J[i][j] * axes[j][b];
+        addLine(addCard(&entry, "*ELEMENT", {{"TYPE", "ROTARYI"}, {"ELSET", set}}),
+                {std::to_string(m_nextElement++), std::to_string(node)});
+        addLine(
+            addCard(&entry, "*ROTARY INERTIA", {{"ELSET", set}}),
+            {writeGeneral(turned[0][0]), writeGeneral(turned[1][1]), writeGeneral(turned[2][2]),
+             writeGeneral(turned[0][1]), writeGeneral(turned[0][2]), writeGeneral(turned[1][2])});
     }
 
     std::string m_path;
@@ -625,6 +686,7 @@ private:
     std::map<std::pair<int, double>, std::string> m_sets;  ///< of property and offset
     std::set<int> m_elementGrids, m_shellGrids;
     std::map<int, const BulkEntry*> m_averaged;
+    std::map<int, std::string> m_rigidSets;  ///< by the grids of RBE2 and RBAR
     std::map<std::string, std::pair<std::string, int>> m_leftOut;
     double m_massFactor = 1;
     int m_nextNode = 1, m_nextElement = 1;

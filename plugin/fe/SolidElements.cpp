@@ -197,7 +197,7 @@ std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixT
     return makePoints(makeRule(calculixType), type);
 }
 
-std::vector<IntegrationPoint> makeBeamIntegrationPoints() {
+std::vector<SectionPoint> makeFullSection() {
     // Kronrod's five points about Gauss's two.
     const double inner = 1 / std::sqrt(3.0), outer = std::sqrt(6.0 / 7);
     const std::pair<double, double> line[5] = {{-outer, 98.0 / 495},
@@ -205,10 +205,17 @@ std::vector<IntegrationPoint> makeBeamIntegrationPoints() {
                                                {0, 28.0 / 45},
                                                {inner, 27.0 / 55},
                                                {outer, 98.0 / 495}};
-    std::vector<WeightedPoint> rule;
+    std::vector<SectionPoint> points;
     for (const auto& [z, wz] : line)
-        for (const auto& [y, wy] : line)
-            for (const double x : {-inner, inner}) rule.push_back({{x, y, z}, wy * wz});
+        for (const auto& [y, wy] : line) points.push_back({y, z, wy * wz});
+    return points;
+}
+
+std::vector<IntegrationPoint> makeBeamIntegrationPoints(const std::vector<SectionPoint>& section) {
+    const double along = 1 / std::sqrt(3.0);
+    std::vector<WeightedPoint> rule;
+    for (const SectionPoint& at : section)
+        for (const double x : {-along, along}) rule.push_back({{x, at.eta, at.zeta}, at.weight});
     return makePoints(rule, ElementType::Hex20);
 }
 

@@ -26,9 +26,17 @@ struct IntegrationPoint {
 std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixType,
                                                     ElementType type);
 
-/** Those of the hexahedra of 20 nodes that B32R beams become: 2 along the first natural coordinate,
-5×5 across. **/
-std::vector<IntegrationPoint> makeBeamIntegrationPoints();
+/** A point of a beam's section, in the natural coordinates across the beam. **/
+struct SectionPoint {
+    double eta = 0, zeta = 0, weight = 0;
+};
+
+/** The points of the hexahedra of 20 nodes that B32R beams become: 2 along the first natural
+coordinate, and those of the section across. **/
+std::vector<IntegrationPoint> makeBeamIntegrationPoints(const std::vector<SectionPoint>& section);
+
+/** 5×5 points of a section that fills its square. **/
+std::vector<SectionPoint> makeFullSection();
 
 /** Sets the gradients of the shape functions in space at a point of the element whose nodes are at
 `positions`. @returns the point's share of the element's volume. **/

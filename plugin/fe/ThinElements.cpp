@@ -193,7 +193,8 @@ private:
                                     isSame(other.thickness[1], lead.thickness[1]) &&
                                     isSame(other.element->offset[0], lead.element->offset[0]) &&
                                     isSame(other.element->offset[1], lead.element->offset[1]) &&
-                                    other.element->section == lead.element->section))
+                                    other.element->section == lead.element->section &&
+                                    other.element->walls == lead.element->walls))
                     continue;
                 expansion.normal = sumOf(expansion.normal, 1, other.normal);
                 tangent = sumOf(tangent, 1, other.tangent);

@@ -6,7 +6,8 @@ A shell of thickness t and offset o (share of t) becomes a solid between x − (
 x + (½−o) t n. Its normals n are averaged at each node over elements of the same thickness and
 offset whose normals are within 20° of that of the lowest element number. A beam becomes a
 hexahedron about its axis, its section spanned by n₁ (as given) and n₂ = tangent × n₁, averaged
-likewise; a circle becomes a quadratic hexahedron with its sides on the circle.
+likewise; a circle becomes a quadratic hexahedron with its sides on the circle. A pipe or box fills
+the square or rectangle about it, of which its walls alone are integrated (BeamMatrices.h).
 
 Where the elements of one node need several normals, thicknesses or offsets, or beams and shells
 meet, the node is a *knot*: its expanded nodes move with it as one,
@@ -27,7 +28,7 @@ Elsewhere the node itself is the place between its expanded nodes: u_node = Σ w
 
 namespace simflex {
 
-enum class BeamSection { Rectangle, Circle };
+enum class BeamSection { Rectangle, Circle, Pipe, Box };
 
 /** A shell or beam of the deck. **/
 struct ThinElement {
@@ -40,7 +41,8 @@ struct ThinElement {
     std::array<double, 2> thickness{};  ///< [m]; of beams along n₁ and n₂
     std::array<double, 2> offset{};     ///< shares of the thickness
     BeamSection section = BeamSection::Rectangle;
-    Vec3d n1{0, 0, -1};  ///< of beams, as given
+    std::array<double, 4> walls{};  ///< [m]; of a box at +n₁, +n₂, −n₁, −n₂, of a pipe its one
+    Vec3d n1{0, 0, -1};             ///< of beams, as given
 };
 
 /** What a shell or beam type of CalculiX becomes. **/

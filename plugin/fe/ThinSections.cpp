@@ -1,5 +1,7 @@
 #include "ThinSections.h"
 
+#include <cmath>
+#include <map>
 #include <string>
 
 namespace simflex {
@@ -17,6 +19,33 @@ void checkIsotropic(const DeckCard& section, const std::vector<DeckCard>& materi
             refuseCard(section, "material " + name +
                                     " is not isotropic, which simflex does not do in shells and "
                                     "beams; mesh the part with solids");
+    }
+}
+
+const std::map<std::string, BeamSection> BeamShapes = {{"RECT", BeamSection::Rectangle},
+                                                       {"CIRC", BeamSection::Circle},
+                                                       {"PIPE", BeamSection::Pipe},
+                                                       {"BOX", BeamSection::Box}};
+
+/** Of a pipe: radius, wall; of a box: two sides and four walls. **/
+void readWalls(const DeckCard& card, ThinElement& section) {
+    const DeckLine& data = card.data[0];
+    const bool isPipe = section.section == BeamSection::Pipe;
+    if (isPipe) {
+        section.walls[0] = section.thickness[1];
+        section.thickness.fill(2 * section.thickness[0]);
+    }
+    for (size_t k = 0; !isPipe && k < 4; ++k)
+        section.walls[k] = readDeckNumber(card, data, 2 + k, "two sides and four walls of its box");
+    for (size_t k = 0; k < (isPipe ? 1 : 4); ++k) {
+        const double room = isPipe       ? section.thickness[0] / 2
+                            : k % 2 == 0 ? section.thickness[0] - section.walls[(k + 2) % 4]
+                                         : section.thickness[1] - section.walls[(k + 2) % 4];
+        if (!(section.walls[k] > 0) || section.walls[k] > room)
+            refuseCard(card,
+                       card.title + " has a wall of " + data.fields[isPipe ? 1 : 2 + k] +
+                           ", which its section has no room for",
+                       data.line);
     }
 }
 
@@ -44,12 +73,16 @@ ThinElement readThinSection(const DeckCard& card, const std::vector<DeckCard>& m
     checkIsotropic(card, materials);
     if (isBeam) {
         const std::string shape = card.get("SECTION").substr(0, 4);  // as ccx: RECTANGULAR too
-        if (shape != "RECT" && shape != "CIRC")
+        const auto known = BeamShapes.find(shape);
+        if (known == BeamShapes.end())
             refuseCard(card,
                        "section " + card.get("SECTION") +
-                           " has no geometry of its own in CalculiX; use RECT or CIRC, or mesh "
-                           "the beam with shells or solids");
-        if (shape == "CIRC") section.section = BeamSection::Circle;
+                           " has no geometry of its own in CalculiX; use RECT, CIRC, PIPE or BOX, "
+                           "or mesh the beam with shells or solids");
+        section.section = known->second;
+        if (section.hasNodalThickness && section.section != BeamSection::Rectangle &&
+            section.section != BeamSection::Circle)
+            refuseCard(card, card.title + " of a " + shape + " takes no NODAL THICKNESS");
     }
     size_t line = 0;
     if (!section.hasNodalThickness) {
@@ -59,6 +92,8 @@ ThinElement readThinSection(const DeckCard& card, const std::vector<DeckCard>& m
                                    ? readDeckNumber(card, card.data[0], 1, "its second thickness")
                                    : section.thickness[0];
         line = 1;
+        if (section.section == BeamSection::Pipe || section.section == BeamSection::Box)
+            readWalls(card, section);
     } else if (isBeam && !card.data.empty()) {
         line = 1;
     }
@@ -68,6 +103,41 @@ ThinElement readThinSection(const DeckCard& card, const std::vector<DeckCard>& m
                 readDeckNumber(card, card.data[line], a, "three numbers of its axis n1");
     if (normOf(section.n1) == 0) refuseCard(card, "the axis n1 of the beam is zero");
     return section;
+}
+
+std::vector<SectionPoint> makeWallPoints(const ThinElement& section) {
+    std::vector<SectionPoint> points;
+    if (section.section == BeamSection::Pipe) {
+        constexpr int NumPoints = 8;
+        const double inner = 1 - 2 * section.walls[0] / section.thickness[0],
+                     r = std::sqrt((1 + inner * inner) / 2);
+        for (int k = 0; k < NumPoints; ++k) {
+            const double angle = 2 * M_PI * k / NumPoints;
+            points.push_back(
+                {r * std::cos(angle), r * std::sin(angle), M_PI * (1 - inner * inner) / NumPoints});
+        }
+        return points;
+    }
+    // ζ points along n₁, η against n₂; corners of the walls' middles, and their thicknesses.
+    const auto& t = section.walls;
+    const double a = section.thickness[0], b = section.thickness[1];
+    const double zeta[2] = {1 - t[0] / a, -1 + t[2] / a}, eta[2] = {1 - t[3] / b, -1 + t[1] / b};
+    const double thickness[4] = {2 * t[0] / a, 2 * t[1] / b, 2 * t[2] / a, 2 * t[3] / b};
+    const std::array<double, 2> corners[5] = {{eta[0], zeta[0]},
+                                              {eta[1], zeta[0]},
+                                              {eta[1], zeta[1]},
+                                              {eta[0], zeta[1]},
+                                              {eta[0], zeta[0]}};
+    constexpr double Simpson[5] = {1.0 / 12, 4.0 / 12, 2.0 / 12, 4.0 / 12, 1.0 / 12};
+    for (size_t wall = 0; wall < 4; ++wall) {
+        const auto &from = corners[wall], &to = corners[wall + 1];
+        const double length = std::abs(to[0] - from[0]) + std::abs(to[1] - from[1]);
+        for (int k = 0; k < 5; ++k)
+            points.push_back({from[0] + 0.25 * k * (to[0] - from[0]),
+                              from[1] + 0.25 * k * (to[1] - from[1]),
+                              Simpson[k] * length * thickness[wall]});
+    }
+    return points;
 }
 
 }  // namespace simflex

@@ -5,6 +5,7 @@ What a *SHELL SECTION or *BEAM SECTION says of its elements. Internal to fe. **/
 #include <vector>
 
 #include "InpCards.h"
+#include "SolidElements.h"
 #include "ThinElements.h"
 
 namespace simflex {
@@ -13,5 +14,9 @@ namespace simflex {
 deck's *MATERIAL cards with their properties.
 @throws std::invalid_argument naming file and line for what simflex does not know or do. **/
 ThinElement readThinSection(const DeckCard& card, const std::vector<DeckCard>& materials);
+
+/** The integration points of a pipe, 8 on the circle of its radius of gyration, or of a box, by
+Simpson's rule along the middles of its walls, as CalculiX has them. **/
+std::vector<SectionPoint> makeWallPoints(const ThinElement& section);
 
 }  // namespace simflex

@@ -24,6 +24,14 @@ using Eigen::MatrixXd;
 /** Part of the largest singular value below which a direction of loads counts as none. **/
 constexpr double Rank = 1e-10;
 
+/** Stiffness, as a share of the diagonal's, that is round-off. **/
+constexpr double NoStiffness = 1e-12;
+/** Motions that have less than this share of their nodes' mass have none. **/
+constexpr double NoMass = 1e-4;
+/** Idle motions are looked for among so many, with so many steps of inverse iteration. **/
+constexpr Index NumSought = 24;
+constexpr int NumSteps = 4;
+
 /** Writing a factor and reading it again, about. **/
 constexpr double BytesPerSecond = 4e8;
 
@@ -96,6 +104,18 @@ SymmetricMatrix tripleAxes(const SymmetricMatrix& m) {
         }
     M.columnStarts.push_back(M.numEntries());
     return M;
+}
+
+/** The place of each diagonal entry among the values of A, −1 where there is none. **/
+std::vector<std::int64_t> findDiagonal(const SymmetricMatrix& A) {
+    std::vector<std::int64_t> places;
+    for (size_t column = 0; column < size_t(A.size); ++column) {
+        const std::int64_t first = A.columnStarts[column];
+        const bool isThere =
+            first < A.columnStarts[column + 1] && A.rows[size_t(first)] == int(column);
+        places.push_back(isThere ? first : -1);
+    }
+    return places;
 }
 
 /** Θᵀ M Θ: its eigenvalues are 1/ω² of the normal modes. **/
@@ -221,6 +241,8 @@ struct FixedInterfaces::Data {
                     const ProgressCallback& progress);
     void checkMemory(const SparseCholesky::Prediction& prediction, int numModes,
                      const ReductionOptions& options) const;
+    void factorHeld(SymmetricMatrix K, const ProgressCallback& progress);
+    std::vector<int> findIdleRows(const SymmetricMatrix& K, int singularRow);
     void prepareMeans();
 };
 
@@ -317,7 +339,7 @@ void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& opt
         checkMemory(prediction, numModes, options);
         reportProgress(progress, "factoring K", 0);
         const auto start = std::chrono::steady_clock::now();
-        cholesky.factor(K, progress);
+        factorHeld(K, progress);
         const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
         // Not where reading it again would take as long.
         if (options.checkpoint &&
@@ -330,9 +352,71 @@ void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& opt
                (singular.row >= 0 ? " at node " + std::to_string(coordinates.nodeNumberOf(
                                                       free[size_t(singular.row)]))
                                   : std::string()) +
-               "; look for pieces that hang on a single node or edge, and for elements without "
-               "stiffness");
+               "; look for pieces that hang on a single node or edge, for elements without "
+               "stiffness, and for few elements of reduced integration (C3D20R, S8R)");
     }
+}
+
+/** Factors K, where it must be with a coordinate held in each idle motion, one that has neither
+stiffness nor mass: those of C3D20R, and so of S8R, that vanish in all integration points. To hold
+it takes nothing away, for all else can have any share of such a motion. **/
+void FixedInterfaces::Data::factorHeld(SymmetricMatrix K, const ProgressCallback& progress) {
+    try {
+        return cholesky.factor(K, progress);
+    } catch (const SparseCholesky::SingularMatrix& singular) {
+        const auto diagonal = findDiagonal(K);
+        for (const int row : findIdleRows(K, singular.row))
+            K.values[size_t(diagonal[size_t(row)])] *= 2;
+    }
+    cholesky.factor(K, progress);
+}
+
+/** A row for each idle motion. @throws SparseCholesky::SingularMatrix if K is singular for another
+reason. **/
+std::vector<int> FixedInterfaces::Data::findIdleRows(const SymmetricMatrix& K, int singularRow) {
+    const Index size = K.size, count = std::min(size, NumSought);
+    const auto diagonal = findDiagonal(K);
+    Eigen::VectorXd D(size);
+    SymmetricMatrix shifted = K;
+    for (Index k = 0; k < size; ++k) {
+        const std::int64_t at = diagonal[size_t(k)];
+        if (at < 0 || !(K.values[size_t(at)] > 0)) throw SparseCholesky::SingularMatrix(int(k));
+        D[k] = K.values[size_t(at)];
+        shifted.values[size_t(at)] *= 1 + NoStiffness;
+    }
+    cholesky.factor(shifted);
+    const Eigen::VectorXd scale = D.cwiseSqrt();
+    MatrixXd X(size, count);
+    for (Index j = 0; j < count; ++j)
+        for (Index k = 0; k < size; ++k) X(k, j) = std::sin(double(1 + k * (2 * j + 1)));
+    // Columns of X are orthonormal in D.
+    for (int step = 0; step < NumSteps; ++step) {
+        X = orthonormalize(scale.asDiagonal() * cholesky.solve(D.asDiagonal() * X));
+        X = scale.cwiseInverse().asDiagonal() * X;
+    }
+    const SymmetricEigen stiffness =
+        calcSymmetricEigen(symmetricGram(Shapes(X), LowerTriangle(K).multiply(X)));
+    const Index numIdle = (stiffness.values.array() <= NoStiffness).count();
+    if (numIdle == 0 || numIdle == count) throw SparseCholesky::SingularMatrix(singularRow);
+
+    const MatrixXd motions = X * stiffness.vectors.leftCols(numIdle);
+    const Shapes u = coordinates.expand(free, motions);
+    Eigen::VectorXd masses = Eigen::VectorXd::Zero(u.rows());
+    const auto nodes = findDiagonal(model.m);
+    for (Index row = 0; row < u.rows(); ++row)
+        if (const auto at = nodes[size_t(row / 3)]; at >= 0)
+            masses[row] = model.m.values[size_t(at)];
+    const MatrixXd together = symmetricGram(u, products.m.multiplyPerAxis(u)),
+                   apart = u.transpose() * masses.asDiagonal() * u;
+    if (!(together.trace() <= NoMass * apart.trace())) {
+        Index row = 0, motion = 0;
+        together.diagonal().maxCoeff(&motion);
+        motions.col(motion).cwiseAbs().maxCoeff(&row);
+        throw SparseCholesky::SingularMatrix(int(row));
+    }
+    // Rows in which the motions are the farthest from dependent.
+    const std::vector<int> order = orderColumns((scale.asDiagonal() * motions).transpose());
+    return {order.begin(), order.begin() + std::ptrdiff_t(numIdle)};
 }
 
 void FixedInterfaces::Data::prepareMeans() {

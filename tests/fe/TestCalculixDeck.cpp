@@ -254,10 +254,12 @@ class RefusedCard : public CalculixDeckTest, public ::testing::WithParamInterfac
 TEST_P(RefusedCard, IsNamedWithFileLineAndReason) {
     const std::string text = brick.text();
     const long line = std::count(text.begin(), text.end(), '\n') + 1;
-    const std::string error = errorOf(text + GetParam().text);
-    EXPECT_THAT(error, AllOf(HasSubstr(GetParam().message),
-                             ContainsRegex("deck.inp:" + std::to_string(line) +
-                                           ":|deck.inp:" + std::to_string(line + 1) + ":")));
+    const std::string card = GetParam().text, error = errorOf(text + card);
+    std::string lines = std::to_string(line);
+    for (long k = 1; k < std::max(2L, long(std::count(card.begin(), card.end(), '\n'))); ++k)
+        lines += "|" + std::to_string(line + k);
+    EXPECT_THAT(error,
+                AllOf(HasSubstr(GetParam().message), ContainsRegex("deck.inp:(" + lines + "):")));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -277,8 +279,19 @@ INSTANTIATE_TEST_SUITE_P(
         BadCard{"Misspelt", "*SOLID SECTON,ELSET=BODY\n", "did you mean *SOLIDSECTION?"},
         BadCard{"Axisymmetric", "*ELEMENT,TYPE=CAX4\n9001,1,2,11,10\n", "axisymmetric"},
         BadCard{"Plane", "*ELEMENT,TYPE=CPE4H\n9001,1,2,11,10\n", "plane elements"},
-        BadCard{"SpringElement", "*ELEMENT,TYPE=SPRINGA\n9001,1,2\n", "multibody"},
+        BadCard{"SpringElement", "*ELEMENT,TYPE=SPRINGA\n9001,1,2\n", "has no *SPRING"},
+        BadCard{"SpringNonlinear", "*SPRING,ELSET=S,NONLINEAR\n1.,1.\n", "*SPRING"},
         BadCard{"MisspeltElement", "*ELEMENT,TYPE=C3D20T\n9001,1,2\n", "did you mean C3D10T?"},
+        BadCard{"ContactWithoutIt", "*CLEARANCE,MASTER=A,SLAVE=B\n", "--without-contact"},
+        BadCard{"SpringAcross",
+                "*ELEMENT,TYPE=SPRING2,ELSET=S\n9001,1,9\n*SPRING,ELSET=S\n2,2\n1e6\n",
+                "resists a turn of the whole part"},
+        BadCard{"SpringOfTwoAxes",
+                "*ELEMENT,TYPE=SPRING2,ELSET=S\n9001,1,9\n*SPRING,ELSET=S\n1,2\n1e6\n",
+                "holds the part to the ground"},
+        BadCard{"InertiaOfASolid",
+                "*ELEMENT,TYPE=ROTARYI,ELSET=S\n9001,1\n*ROTARY INERTIA,ELSET=S\n1,1,1\n",
+                "has no rotation"},
         BadCard{"Generator", "*NGEN\n1,2\n", "make nodes"},
         BadCard{"AxesOfOthers", "*ORIENTATION,NAME=O,DEFINITION=NODES\n1,2,3\n", "COORDINATES"},
         BadCard{"ReducedBeamElement", "*ELEMENT,TYPE=B31R\n9001,1,2\n", "inertia"},
@@ -458,6 +471,52 @@ constexpr const char* kKeywords =
     "SUBSTRUCTUREGENERATE SUBSTRUCTUREMATRIXOUTPUT SURFACE SURFACEBEHAVIOR SURFACEINTERACTION "
     "TEMPERATURE TIE TIMEPOINTS TRANSFORM TRANSFORMF UNCOUPLEDTEMPERATURE-DISPLACEMENT USERELEMENT "
     "USERMATERIAL USERSECTION VALUESATINFINITY VIEWFACTOR VISCO";
+
+TEST_F(CalculixDeckTest, ContactIsLeftOutWhereThatIsAskedFor) {
+    const std::string contact =
+        "*SURFACE,NAME=A\n1,S1\n*SURFACE,NAME=B\n2,S2\n*CONTACT PAIR,INTERACTION=I\nA,B\n"
+        "*SURFACE INTERACTION,NAME=I\n*ELEMENT,TYPE=GAPUNI,ELSET=G\n9001,1,9\n*GAP,ELSET=G\n0.\n";
+    CalculixOptions options;
+    options.leavesContactOut = true;
+    const FeModel model = read(brick.text() + contact, options);
+    EXPECT_EQ(model.K.values, read(brick.text()).K.values);
+    EXPECT_THAT(model.warnings, ::testing::Contains(AllOf(HasSubstr("left out *CONTACT PAIR"),
+                                                          HasSubstr("passes through each other"))));
+    EXPECT_THAT(model.warnings, ::testing::Contains(HasSubstr("left out *GAP")));
+    EXPECT_THAT(errorOf(brick.text() + contact), HasSubstr("--without-contact"));
+}
+
+TEST_F(CalculixDeckTest, AnInertiaOfAPointIsThatOfMassesWhichHaveIt) {
+    const std::string place = "0.3,0.01,0.02",
+                      head = "*NODE\n9001," + place + "\n9002," + place + "\n",
+                      body = "*RIGID BODY,NSET=RIGHT,REF NODE=9001,ROT NODE=9002\n";
+    const double mass = 0.24, J[3] = {1e-3, 2e-3, 1.5e-3};  // about x, y, z
+    const std::string own = head + body +
+                            "*ELEMENT,TYPE=MASS,ELSET=M\n9001,9001\n*MASS,ELSET=M\n0.24\n"
+                            "*ORIENTATION,NAME=O,SYSTEM=RECTANGULAR\n0,1,0,0,0,1\n"
+                            "*ELEMENT,TYPE=ROTARYI,ELSET=R\n9002,9001\n"
+                            "*ROTARY INERTIA,ELSET=R,ORIENTATION=O\n2e-3,1.5e-3,1e-3\n";
+    std::ostringstream masses, elements;
+    masses.precision(17);
+    for (int k = 0; k < 6; ++k) {
+        const int axis = k / 2, number = 9011 + k;
+        double x[3] = {0.3, 0.01, 0.02};
+        x[axis] +=
+            (k % 2 ? 1 : -1) * std::sqrt((J[0] + J[1] + J[2] - 2 * J[axis]) / (4 * mass / 6));
+        masses << number << "," << x[0] << "," << x[1] << "," << x[2] << "\n";
+        elements << number << "," << number << "\n";
+    }
+    const std::string other = head + masses.str() + "*NSET,NSET=RIGHT,GENERATE\n9011,9016\n" +
+                              body + "*ELEMENT,TYPE=MASS,ELSET=M\n" + elements.str() +
+                              "*MASS,ELSET=M\n0.04\n";
+    const auto one = testing::calcFreeFrequencies(read(brick.text() + own), 16),
+               two = testing::calcFreeFrequencies(read(brick.text() + other), 16);
+    for (size_t k = 6; k < one.size(); ++k) EXPECT_NEAR(one[k], two[k], 1e-8 * two[k]) << k;
+    EXPECT_THAT(errorOf(brick.text() + head + body +
+                        "*ELEMENT,TYPE=ROTARYI,ELSET=R\n9002,9001\n"
+                        "*ROTARY INERTIA,ELSET=R\n1.,1.,3.\n"),
+                HasSubstr("*ROTARY INERTIA has principal moments 1, 1, 3, which no body has"));
+}
 
 TEST(DeckVocabulary, DecidesOnEveryKeywordOfCalculix) {
     std::istringstream keywords(kKeywords);

@@ -194,7 +194,9 @@ TEST_F(ConstraintsTest, MultiPointConstraintsAreTheirLinearEquations) {
 TEST_F(ConstraintsTest, NodesOffTheirLineOrUnknownKindsAreRefused) {
     EXPECT_THAT(errorOf(Brick().text() + "*MPC\nSTRAIGHT,1,9,12\n"), HasSubstr("off the line"));
     EXPECT_THAT(errorOf(Brick().text() + "*MPC\nPLANE,1,2,3,4\n"), HasSubstr("on a line"));
-    EXPECT_THAT(errorOf(Brick().text() + "*MPC\nMEANROT,1,9,12\n"), HasSubstr("MEANROT"));
+    EXPECT_THAT(errorOf(Brick().text() + "*MPC\nDIST,1,9,12\n"), HasSubstr("*MPC DIST is not"));
+    EXPECT_THAT(errorOf(Brick().text() + "*MPC\nMEANROT,1,9,12\n"),
+                HasSubstr("something else uses that node"));
 }
 
 TEST_F(ConstraintsTest, EquationsInTheAxesOfTheirNodesHaveCalculixFrequencies) {
@@ -341,6 +343,20 @@ TEST_F(ConstraintsTest, ADistributingCouplingStiffensNothing) {
     EXPECT_THAT(
         errorOf(Brick().text() + cards + "*RIGID BODY, NSET=RIGHT, REF NODE=5000, ROT NODE=5001\n"),
         HasSubstr("something else uses that node"));
+}
+
+TEST_F(ConstraintsTest, NodesThatAreTheMeanOfOthersStiffenNothing) {
+    const std::string node = "*NODE\n9001,0.3,0,0\n";
+    const FeModel plain = read(Brick().text());
+    for (const std::string& cards :
+         {node + "*MPC\nMEANROT,1,1,1,9,9,9,18,18,18,9001\n",
+          node + "*ELEMENT,TYPE=DCOUP3D,ELSET=D\n9001,9001\n*DISTRIBUTING COUPLING,ELSET=D\n"
+                 "RIGHT,1.\n"}) {
+        const FeModel model = read(Brick().text() + cards);
+        EXPECT_EQ(model.K.values, plain.K.values);
+        EXPECT_EQ(model.m.values, plain.m.values);
+        EXPECT_THAT(model.notes, ::testing::Contains(HasSubstr("stiffens nothing")));
+    }
 }
 
 TEST_F(ConstraintsTest, ARigidBodyOnALineTurnsAboutItFreely) {

@@ -461,6 +461,59 @@ std::string bulkPlate(const std::string& more) {
     return bulkGrids(grids) + data + more;
 }
 
+/** Σ m (x·x 1 − x xᵀ) about the origin. **/
+std::array<std::array<double, 3>, 3> calcInertia(const FeModel& model) {
+    std::array<std::array<double, 3>, 3> J{};
+    for (int column = 0; column < model.m.size; ++column)
+        for (auto k = model.m.columnStarts[size_t(column)];
+             k < model.m.columnStarts[size_t(column) + 1]; ++k) {
+            const int row = model.m.rows[size_t(k)];
+            const auto x = model.mesh.position(row), y = model.mesh.position(column);
+            const double m = (row == column ? 1 : 2) * model.m.values[size_t(k)];
+            for (size_t a = 0; a < 3; ++a)
+                for (size_t b = 0; b < 3; ++b) {
+                    J[a][b] -= 0.5 * m * (x[a] * y[b] + x[b] * y[a]);
+                    if (a == b) J[a][a] += m * (x[0] * y[0] + x[1] * y[1] + x[2] * y[2]);
+                }
+        }
+    return J;
+}
+
+TEST_F(ModelSource, MassesOfNastranHaveTheirOffsetAndInertia) {
+    const std::string property = "PSHELL,7,1,0.004,1,,1\nMAT1,1,2.1+11,,.3,7850.\n",
+                      body = "GRID,90,,-0.05,0.05,0.02\nRBE2,17,90,123456,1,6,11\n",
+                      // x along −y, y along x: at (-0.03, 0.04, 0.05) of the basic system
+        system = "CORD2R,5,,1.,0.,0.,1.,0.,1.\n,1.,-1.,0.\n",
+                      inertia = "\n,3.-4,1.-5,2.-4,2.-5,-3.-5,4.-4\n";
+    const auto read = [&](const std::string& more) {
+        SourceOptions bulk;
+        bulk.path = write("plate.bdf", bulkPlate(property + body + system + more));
+        return readModelSource(bulk);
+    };
+    const FeModel bare = read(""), heavy = read("CONM2,30,90,5,0.5,0.01,0.02,0.03," + inertia),
+                  massless = read("CONM2,30,90,5,0.,0.01,0.02,0.03," + inertia),
+                  absolute = read("CONM2,30,90,-1,0.5,-0.03,0.04,0.05");
+    EXPECT_NEAR(heavy.calcMass() - bare.calcMass(), 0.5, 1e-12);
+    EXPECT_NEAR(massless.calcMass() - bare.calcMass(), 0, 1e-12);
+    const auto J0 = calcInertia(bare), J = calcInertia(heavy), J1 = calcInertia(massless),
+               J2 = calcInertia(absolute);
+    const double x[3] = {-0.05 + 0.02, 0.05 - 0.01, 0.02 + 0.03};
+    // Of the tensor in the mass's axes, with products turned to signs of a tensor.
+    const double own[3][3] = {{2e-4, 1e-5, 3e-5}, {1e-5, 3e-4, 2e-5}, {3e-5, 2e-5, 4e-4}};
+    for (size_t a = 0; a < 3; ++a)
+        for (size_t b = 0; b < 3; ++b) {
+            const double apart =
+                0.5 * ((a == b ? x[0] * x[0] + x[1] * x[1] + x[2] * x[2] : 0) - x[a] * x[b]);
+            EXPECT_NEAR(J2[a][b] - J0[a][b], apart, 1e-9) << a << b;
+            EXPECT_NEAR(J[a][b] - J0[a][b], apart + own[a][b], 1e-9) << a << b;
+            EXPECT_NEAR(J1[a][b] - J0[a][b], own[a][b], 1e-9) << a << b;
+        }
+    SourceOptions loose;
+    loose.path = write("plate.bdf", bulkPlate(property + "CONM2,30,15,,0.5,0.01\n"));
+    EXPECT_THAT(errorOf(loose), HasSubstr("has an offset or inertia, but its grid 15 has no "
+                                          "rotation; tie it to the part by RBE2"));
+}
+
 TEST_F(ModelSource, ShellsRigidBodiesAndMassesOfNastranAreThoseOfTheDeck) {
     SourceOptions bulk, deck;
     bulk.path = write("plate.bdf", bulkPlate("PSHELL,7,1,0.004,1,,1,,5.\nMAT1,1,2.1+11,,.3,7850.\n"

@@ -66,6 +66,9 @@ void SourceArguments::addTo(CLI::App& command) {
     command.add_option("--units", m_options.units, "units of deck or matrices: " + systems)
         ->capture_default_str()
         ->type_name("SYSTEM");
+    command.add_flag("--without-contact", m_options.calculix.leavesContactOut,
+                     "leave contact pairs and gaps of a deck out: what touches there passes "
+                     "through each other");
     add(gmsh, "--material", m_options.material,
         "E=…,nu=…,rho=… in SI units, or one of " + materials, "MATERIAL");
     add(gmsh, "--mesh-size", m_options.gmsh.meshSize,

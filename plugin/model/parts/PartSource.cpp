@@ -135,6 +135,7 @@ void addToKey(const Request& request, PartKey& key) {
     for (const std::string& text :
          {source.stiffnessName, source.massName, source.material, source.units})
         key.add(text);
+    if (source.calculix.leavesContactOut) key.add(std::string("without contact"));
     for (const double number :
          {source.gmsh.meshSize, double(source.gmsh.order), source.gmsh.lengthUnit})
         key.add(number);
@@ -166,6 +167,8 @@ void addToKey(const Request& request, PartKey& key) {
 Request readRequest(const ModelValue& part) {
     Request request;
     SourceOptions& source = request.source;
+    if (part.has("without_contact"))
+        source.calculix.leavesContactOut = part.get("without_contact").getBool();
     if (part.has("deck"))
         source.path = readFile(part.get("deck"));
     else if (part.has("geometry"))

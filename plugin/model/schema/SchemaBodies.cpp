@@ -114,6 +114,11 @@ SchemaForm part() {
                 .with(sources)
                 .orElse("m-kg-s")
                 .such("mm-t-s"),
+            SchemaKey("without_contact", {boolean()},
+                      "Contact pairs and gaps of the deck are left out, else refused.")
+                .with({"deck"})
+                .orElse("false")
+                .such("true"),
             SchemaKey(
                 "interfaces",
                 {entries(
