@@ -116,17 +116,3 @@ def test_wrong_arguments_are_named():
             session.formula(name)
         except (RuntimeError, ValueError, IndexError):
             pass
-
-
-def test_sessions_leave_nothing_behind():
-    def measure():
-        with open("/proc/self/statm", encoding="ascii") as file:
-            return int(file.read().split()[1]) * 4096
-
-    model = make_pendulum()
-    for _ in range(100):
-        simflex.Session(model).step(0.001)
-    before = measure()
-    for _ in range(500):
-        simflex.Session(model).step(0.001)
-    assert measure() - before < 4e6

@@ -1,6 +1,7 @@
-"""Sessions in threads, and Ctrl-C."""
+"""Sessions in threads and processes, and Ctrl-C."""
 
 import _thread
+import multiprocessing
 import threading
 import time
 
@@ -47,3 +48,18 @@ def test_ctrl_c_keeps_the_state():
     assert 0 < stopped < 1e6
     session.step(0.1)
     assert session.time == pytest.approx(stopped + 0.1)
+
+
+def swing(model):
+    session = simflex.Session(model)
+    session.run(0.5, interval=0.01)
+    return session.record["bob"]
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_sessions_move_in_processes(method):
+    models = [make_pendulum(initial={"joints": {"pivot": angle}}) for angle in (0.1, 0.2, 0.3)]
+    here = [swing(model) for model in models]   # whose threads a fork does not have
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        there = pool.map_async(swing, models).get(60)
+    assert all(np.array_equal(a, b) for a, b in zip(here, there))
