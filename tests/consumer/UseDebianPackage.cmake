@@ -1,5 +1,5 @@
-# Makes the Debian package of BUILD, unpacks it into WORK/unpacked, runs the program that is in it, and builds and runs
-# pendulum/ with it.
+# Makes the Debian packages of BUILD, unpacks them into WORK/unpacked, runs the program that is in them, builds and runs
+# pendulum/ with them, and moves a model from Python.
 include(${CMAKE_CURRENT_LIST_DIR}/Run.cmake)
 
 file(REMOVE_RECURSE ${WORK})
@@ -14,7 +14,8 @@ if(NATIVE)   # a package of this is refused, but for this test
     list(APPEND pack -D CPACK_PROJECT_CONFIG_FILE=)
 endif()
 run(${pack})
-file(GLOB package ${WORK}/*.deb)
+file(GLOB package ${WORK}/simflex_*.deb)
+file(GLOB python_package ${WORK}/python3-simflex_*.deb)
 run(dpkg-deb --extract ${package} ${WORK}/unpacked)
 
 run(dpkg-deb --field ${package} Depends)
@@ -24,8 +25,12 @@ foreach(library IN ITEMS libsimbody3.7 libhdf5 libstdc\\+\\+6)
     endif()
 endforeach()
 run(dpkg-deb --info ${package} triggers)
+run(dpkg-deb --field ${package} Description)
+if(NOT output MATCHES "block elimination")
+    message(FATAL_ERROR "the package says nothing about itself: ${output}")
+endif()
 if(LINTIAN)
-    run(${LINTIAN} --allow-root --fail-on error,warning ${package})
+    run(${LINTIAN} --allow-root --fail-on error,warning ${package} ${python_package})
 endif()
 
 # The libraries of all levels are where the loader looks for them.
@@ -62,4 +67,17 @@ run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/pendulum ${BUILD}/parts/rod.h5)
 if(NOT output MATCHES "fell by 0\\.39[0-9] rad")
     message(FATAL_ERROR "the pendulum: ${output}")
+endif()
+
+if(python_package)
+    run(dpkg-deb --extract ${python_package} ${WORK}/unpacked)
+    run(dpkg-deb --field ${python_package} Depends)
+    if(NOT output MATCHES "simflex \\(= .*python3 \\(<< 3\\.[0-9]+\\).*python3-numpy")
+        message(FATAL_ERROR "python3-simflex depends on ${output}")
+    endif()
+    set(ENV{PYTHONPATH} ${WORK}/unpacked/usr/lib/python3/dist-packages)
+    run(/usr/bin/python3 ${CMAKE_CURRENT_LIST_DIR}/fall.py)
+    if(NOT output MATCHES "^-4\\.905[0-9]* .*/unpacked/")
+        message(FATAL_ERROR "the module of the package: ${output}")
+    endif()
 endif()
