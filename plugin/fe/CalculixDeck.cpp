@@ -90,8 +90,9 @@ Hash hashCards(const std::vector<DeckCard>& cards) {
 }  // namespace
 
 FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options) {
-    reportProgress(options.progress, "reading the deck", 0);
-    std::vector<DeckCard> cards = readModelCards(path);
+    reportProgress(options.progress, ReadingDeck, 0);
+    std::vector<DeckCard> cards = readModelCards(path, options.progress);
+    reportProgress(options.progress, ReadingDeck, ReadingCards);
     Hash hash;
     if (options.checkpoint) hash = hashCards(cards);
     DeckModel deck =

@@ -11,7 +11,8 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
   *SOLID SECTION, *INCLUDE. The internal degrees of freedom of C3D8I become three more nodes of
   each, with numbers behind all others (IncompatibleModes.h). Types of Abaqus that CalculiX does
   not have (C3D10M, hybrid ones, S3R …) are taken as the nearest it has, with a warning.
-- *PART, *INSTANCE, *ASSEMBLY: flattened (DeckAssembly.h).
+- *PART, *INSTANCE, *ASSEMBLY: flattened (DeckAssembly.h). *NGEN, *NFILL, *NCOPY, *ELGEN, *ELCOPY
+  (DeckGenerators.h).
 - Shells S3, S4, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS)
   and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC; of B32R PIPE and BOX, by *BEAM GENERAL
   SECTION, too; OFFSET1, OFFSET2), isotropic, become

@@ -7,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "DeckGenerators.h"
 #include "DeckVocabulary.h"
 #include "PointElements.h"
 #include "ThinElements.h"
@@ -297,6 +298,10 @@ private:
         if (keyword == "SURFACE" || keyword == "ORIENTATION") rename("NAME");
 
         const Placement& placement = scope.placement;
+        if (isGenerator(keyword))
+            refuseCard(card, card.title +
+                                 " in a part is not known to simflex; write the part out "
+                                 "with the nodes and elements that it makes");
         if (keyword == "NODE") {
             if (card.has("SYSTEM") && card.get("SYSTEM") != "R")
                 refuseCard(card, "*NODE with SYSTEM is not known: give plain coordinates");

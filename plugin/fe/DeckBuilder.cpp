@@ -17,6 +17,7 @@
 #include "AnsysDeck.h"
 #include "DeckAssembly.h"
 #include "DeckConstraints.h"
+#include "DeckGenerators.h"
 #include "DeckMaterials.h"
 #include "DeckRigidBodies.h"
 #include "DeckVocabulary.h"
@@ -89,6 +90,8 @@ public:
                 addNodes(card);
             } else if (keyword == "ELEMENT") {
                 addElements(card);
+            } else if (isGenerator(keyword)) {
+                addGenerated(card);
             } else if (keyword == "NSET") {
                 addSet(card, "NSET", m_nodeSets);
             } else if (keyword == "ELSET") {
@@ -278,6 +281,49 @@ private:
                 refuseCard(card, text.str() + "; give it another number", data.line);
             }
             if (set) set->push_back(number);
+        }
+    }
+
+    /** What cards such as *NGEN and *ELGEN make. **/
+    void addGenerated(const DeckCard& card) {
+        GeneratorModel model;
+        model.positionOf = [&](int node) {
+            const auto found = m_nodes.find(node);
+            if (found == m_nodes.end())
+                refuseCard(card, card.title + " names node " + std::to_string(node) +
+                                     ", which the deck does not define before it");
+            return found->second;
+        };
+        model.nodesOf = [&](const std::string& field, int line) {
+            DeckLine data;
+            data.line = line;
+            return findNodes(card, data, field);
+        };
+        model.elementsOf = [&](const std::string& name) {
+            const auto set = m_elementSets.find(name);
+            if (set == m_elementSets.end())
+                refuseCard(card, card.title + " names element set " + name +
+                                     ", which the deck does not define before it");
+            return set->second;
+        };
+        std::unordered_map<int, std::pair<std::string, const std::vector<int>*>> elements;
+        for (const auto& [type, solids] : m_model.solids)
+            for (const auto& solid : solids) elements[solid.number] = {type, &solid.nodes};
+        for (const ThinElement& element : m_thin)
+            elements[element.number] = {element.type, &element.nodes};
+        model.findElement = [&](int number) {
+            const auto found = elements.find(number);
+            if (found == elements.end())
+                refuseCard(card, card.title + " copies element " + std::to_string(number) +
+                                     ", which is no solid, shell or beam that the deck defines "
+                                     "before it");
+            return std::make_pair(found->second.first, *found->second.second);
+        };
+        for (const DeckCard& made : generateCards(card, model)) {
+            if (made.keyword == "NODE") addNodes(made);
+            if (made.keyword == "ELEMENT") addElements(made);
+            if (made.keyword == "NSET") addSet(made, "NSET", m_nodeSets);
+            if (made.keyword == "ELSET") addSet(made, "ELSET", m_elementSets);
         }
     }
 
@@ -1178,12 +1224,12 @@ private:
 
 }  // namespace
 
-std::vector<DeckCard> readModelCards(const std::string& path) {
+std::vector<DeckCard> readModelCards(const std::string& path, const ProgressCallback& progress) {
     const std::string suffix = lowerCase(std::filesystem::path(path).extension().string());
     for (const char* bulk : {".bdf", ".nas", ".dat"})
         if (suffix == bulk) return readNastranCards(path);
     if (suffix == ".cdb") return readAnsysCards(path);
-    return readDeckCards(path);
+    return readDeckCards(path, progress);
 }
 
 DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards, ContactUse contact) {

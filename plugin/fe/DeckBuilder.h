@@ -19,6 +19,7 @@ DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards,
 /** The cards of a deck (.inp), or what stands for them in Nastran bulk data (.bdf, .nas, .dat) or a
 model of Ansys (.cdb).
 @throws as their readers. **/
-std::vector<DeckCard> readModelCards(const std::string& path);
+std::vector<DeckCard> readModelCards(const std::string& path,
+                                     const ProgressCallback& progress = {});
 
 }  // namespace simflex

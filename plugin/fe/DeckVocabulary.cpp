@@ -40,7 +40,12 @@ const std::set<std::string> ReadCards = {"NODE",
                                          "ROTARYINERTIA",
                                          "DISTRIBUTINGCOUPLING",
                                          "BEAMGENERALSECTION",
-                                         "GAP"};
+                                         "GAP",
+                                         "NGEN",
+                                         "NFILL",
+                                         "NCOPY",
+                                         "ELGEN",
+                                         "ELCOPY"};
 
 /** Parameters of those whose readers do not check them. **/
 const std::map<std::string, std::set<std::string>> Parameters = {
@@ -173,12 +178,7 @@ const std::map<std::string, std::string> RefusedCards = {
     {"CYCLICSYMMETRYMODEL", "cyclic symmetry ties degrees of freedom; mesh the whole part"},
     {"SUBMODEL", "a submodel is driven by another model"},
     {"MATRIXASSEMBLE", "it adds matrices from files to those of the elements"},
-    {"NGEN", Generates},
-    {"NFILL", Generates},
-    {"NCOPY", Generates},
     {"NMAP", Generates},
-    {"ELGEN", Generates},
-    {"ELCOPY", Generates},
     {"SYSTEM", "it moves the nodes that follow; write them in the axes of the part"},
     {"IMPERFECTION", "it moves nodes by files of other runs; write the deck with the nodes moved"},
     {"PARAMETER", "simflex does not compute numbers that have names; write them out"},

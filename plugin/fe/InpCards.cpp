@@ -18,6 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr int DeepestInclude = 20;
+constexpr int LinesPerReport = 20000;
 
 std::string withoutBlanks(std::string text) {
     text.erase(std::remove_if(text.begin(), text.end(), isBlank), text.end());
@@ -83,6 +84,7 @@ public:
 
     std::string_view line() const { return m_line; }
     int number() const { return m_number; }
+    double share() const { return double(m_at) / double(m_text.size()); }  ///< that is read
 
 private:
     const std::string m_text;
@@ -93,6 +95,8 @@ private:
 
 class CardReader {
 public:
+    explicit CardReader(const ProgressCallback& progress) : m_progress(progress) {}
+
     std::vector<DeckCard> cards;
 
     void read(const fs::path& path, const std::string& includedFrom, int depth) {
@@ -105,6 +109,8 @@ public:
                                      " files deep; does a file include itself?");
         Lines lines(readPlainText(in));
         while (lines.next()) {
+            if (lines.number() % LinesPerReport == 0)
+                reportProgress(m_progress, ReadingDeck, ReadingCards * lines.share());
             std::string_view text = trimBlanks(lines.line());
             if (text.empty() || text.substr(0, 2) == "**") continue;
             if (text[0] != '*') {
@@ -161,6 +167,8 @@ private:
         const fs::path beside = from.parent_path() / name;
         return fs::exists(beside) ? beside : fs::exists(name) ? fs::path(name) : beside;
     }
+
+    const ProgressCallback& m_progress;
 };
 
 }  // namespace
@@ -183,8 +191,8 @@ const std::string& DeckCard::get(const std::string& parameter) const {
     return found->second;
 }
 
-std::vector<DeckCard> readDeckCards(const std::string& path) {
-    CardReader reader;
+std::vector<DeckCard> readDeckCards(const std::string& path, const ProgressCallback& progress) {
+    CardReader reader(progress);
     reader.read(path, "", 0);
     return std::move(reader.cards);
 }

@@ -12,6 +12,8 @@ Files may be UTF-8 or UTF-16, lines end in LF, CR LF or CR. **/
 #include <string_view>
 #include <vector>
 
+#include "simflex/base/Progress.h"
+
 namespace simflex {
 
 /** One data line, split at its commas. **/
@@ -44,8 +46,13 @@ struct DeckCard {
 };
 
 /** All cards of a deck and of the files it includes, in order.
-@throws std::runtime_error for a file that cannot be read or an include that includes itself. **/
-std::vector<DeckCard> readDeckCards(const std::string& path);
+@throws std::runtime_error for a file that cannot be read or an include that includes itself.
+@throws Cancelled if progress asks to stop. **/
+std::vector<DeckCard> readDeckCards(const std::string& path, const ProgressCallback& progress = {});
+
+/** The phase in which decks are read, and the part of it that reading their cards takes. **/
+constexpr const char* ReadingDeck = "reading the deck";
+constexpr double ReadingCards = 0.6;
 
 /** The keyword of a card that holds what stands before the first one. **/
 constexpr const char* TextBeforeCards = "TEXTBEFORECARDS";

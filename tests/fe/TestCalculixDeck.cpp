@@ -292,7 +292,15 @@ INSTANTIATE_TEST_SUITE_P(
         BadCard{"InertiaOfASolid",
                 "*ELEMENT,TYPE=ROTARYI,ELSET=S\n9001,1\n*ROTARY INERTIA,ELSET=S\n1,1,1\n",
                 "has no rotation"},
-        BadCard{"Generator", "*NGEN\n1,2\n", "make nodes"},
+        BadCard{"GeneratorSteps", "*NGEN\n1,9,3\n", "a whole number of steps"},
+        BadCard{"GeneratorNode", "*NGEN\n1,9001\n", "names node 9001"},
+        BadCard{"GeneratorCurve", "*NGEN,LINE=C\n1,9\n", "along a curve"},
+        BadCard{"FillSizes", "*NFILL\nLEFT,TWO,2,100\n", "sets of 9 and 2 nodes"},
+        BadCard{"CopyOfNothing", "*ELCOPY,OLD SET=GONE,ELEMENT SHIFT=1,SHIFT NODES=1\n", "GONE"},
+        BadCard{"CopyReflected", "*NCOPY,OLD SET=ALL,CHANGE NUMBER=1000,REFLECT=LINE\n",
+                "REFLECT is not known"},
+        BadCard{"GenerationOfMass", "*ELGEN\n77777,2\n", "copies element 77777"},
+        BadCard{"Mapping", "*NMAP\n1,2\n", "make nodes"},
         BadCard{"AxesOfOthers", "*ORIENTATION,NAME=O,DEFINITION=NODES\n1,2,3\n", "COORDINATES"},
         BadCard{"ReducedBeamElement", "*ELEMENT,TYPE=B31R\n9001,1,2\n", "inertia"},
         BadCard{"ShellWithoutSection", "*ELEMENT,TYPE=S4R\n9001,1,2,11,10\n", "no section"},
@@ -560,6 +568,59 @@ TEST_F(CalculixDeckTest, AMissingDeckOrIncludeIsAnError) {
     EXPECT_THAT(errorOf("*INCLUDE, INPUT=none.inp\n"),
                 AllOf(HasSubstr("none.inp"), HasSubstr("deck.inp:1:")));
     EXPECT_THAT(errorOf("*INCLUDE, INPUT=deck.inp\n"), HasSubstr("include itself"));
+}
+
+TEST_F(CalculixDeckTest, NodesAndElementsAreGenerated) {
+    // 8×2×2 elements: a line, a face of lines, a body of faces.
+    const std::string made =
+        "*NODE\n1,0,-.015,-.01\n9,.2,-.015,-.01\n19,0,.015,-.01\n27,.2,.015,-.01\n"
+        "*NGEN,NSET=LOW\n1,9\n*NGEN,NSET=HIGH\n19,27,1\n*NFILL,NSET=FACE\nLOW,HIGH,2,9\n"
+        "*NCOPY,OLD SET=FACE,CHANGE NUMBER=54,NEW SET=TOP,SHIFT\n0,0,.02\n"
+        "*NFILL,NSET=ALL\nFACE,TOP,2,27\n*NSET,NSET=LEFT,GENERATE\n1,73,9\n"
+        "*ELEMENT,TYPE=C3D8,ELSET=BODY\n1,1,2,11,10,28,29,38,37\n"
+        "*ELGEN,ELSET=BODY\n1,8,1,1,2,9,8\n"
+        "*ELCOPY,OLD SET=BODY,ELEMENT SHIFT=16,SHIFT NODES=27,NEW SET=BODY\n" +
+        brick.materialText();
+    const FeModel own = read(made), plain = read(brick.text());
+    EXPECT_EQ(own.mesh.nodeNumbers, plain.mesh.nodeNumbers);
+    ASSERT_EQ(own.mesh.positions.size(), plain.mesh.positions.size());
+    for (size_t k = 0; k < own.mesh.positions.size(); ++k)
+        EXPECT_NEAR(own.mesh.positions[k], plain.mesh.positions[k], 1e-16);
+    ASSERT_EQ(own.mesh.elements.size(), 1u);
+    EXPECT_EQ(own.mesh.elements[0].nodes, plain.mesh.elements[0].nodes);
+    EXPECT_EQ(own.mesh.nodeSets.at("ALL"), plain.mesh.nodeSets.at("ALL"));
+    EXPECT_EQ(own.mesh.nodeSets.at("LEFT"), plain.mesh.nodeSets.at("LEFT"));
+    const double size = 70e9;
+    for (size_t k = 0; k < own.K.values.size(); ++k)
+        ASSERT_NEAR(own.K.values[k], plain.K.values[k], 1e-12 * size);
+    // Copies may turn, too: node 9 at (0.2, −0.015) about (0.2, 0) after a step along x.
+    const FeModel turned =
+        read(brick.text() +
+             "*NCOPY,OLD SET=ALL,CHANGE NUMBER=1000,SHIFT\n0.01,0,0\n0.2,0,0,0.2,0,1,90\n"
+             "*ELCOPY,OLD SET=BODY,ELEMENT SHIFT=100,SHIFT NODES=1000,NEW SET=BODY\n"
+             "*RIGID BODY,NSET=CORNERS,REF NODE=9001\n*NODE\n9001,0,0,0\n"
+             "*NSET,NSET=CORNERS\n1001,1009,1081\n");
+    const auto x = turned.mesh.position(turned.mesh.indexOf(1009));
+    EXPECT_NEAR(x[0], 0.2 + 0.015, 1e-15);
+    EXPECT_NEAR(x[1], 0.01, 1e-15);
+    EXPECT_NEAR(turned.calcMass(), 2 * brick.mass(), 1e-9);
+}
+
+TEST_F(CalculixDeckTest, ReadingTellsHowFarItIs) {
+    std::string text = brick.text();
+    for (int k = 0; k < 100000; ++k) text += "** nothing\n";
+    std::vector<double> fractions;
+    CalculixOptions options;
+    options.progress = [&](const std::string& phase, double fraction) {
+        if (phase == "reading the deck") fractions.push_back(fraction);
+        return true;
+    };
+    read(text, options);
+    ASSERT_GE(fractions.size(), 6u);
+    EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+    EXPECT_NEAR(fractions[2] - fractions[1], fractions[3] - fractions[2], 0.01);
+    options.progress = [](const std::string&, double fraction) { return fraction < 0.2; };
+    EXPECT_THROW(read(text, options), Cancelled);
 }
 
 TEST_F(CalculixDeckTest, ProgressCanStopTheWork) {
