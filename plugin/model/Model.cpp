@@ -1,6 +1,7 @@
 #include "simflex/model/Model.h"
 
 #include "simflex/model/builders/ModelBuilder.h"
+#include "simflex/model/builders/ModelTrigger.h"
 #include "simflex/model/file/NearestName.h"
 
 namespace simflex {
@@ -75,6 +76,16 @@ const std::map<std::string, Signal>& Model::getStates() const {
     return m_contents->system->states;
 }
 
+const std::vector<Model::InputEntry>& Model::getInputs() const {
+    return m_contents->system->inputs;
+}
+
+const Model::InputEntry* Model::findInput(const std::string& name) const {
+    for (const InputEntry& input : getInputs())
+        if (input.name == name) return &input;
+    return nullptr;
+}
+
 const std::map<std::string, int>& Model::getSettableStates() const {
     return m_contents->system->settableStates;
 }
@@ -89,6 +100,12 @@ std::vector<std::pair<std::string, double>> Model::takeOccurrences() const {
         list.emplace_back(occurrence.event, occurrence.time);
     m_contents->system->occurrences->clear();
     return list;
+}
+
+bool Model::changeWithEvents(State& state, const std::function<void()>& change) const {
+    bool shouldTerminate = false;
+    changeWithTriggers(*m_contents->system, state, shouldTerminate, change);
+    return shouldTerminate;
 }
 
 std::vector<std::string> Model::findEventsThatHold(const State& state) const {

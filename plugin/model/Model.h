@@ -83,14 +83,24 @@ public:
     const std::vector<MotionEntry>& getMotions() const;
     /** Events of motions that have happened since the last call: names and times. **/
     std::vector<std::pair<std::string, double>> takeOccurrences() const;
+    /** Changes a State, Stage::Velocity; events whose conditions begin to hold thereby happen.
+    @returns whether one ends the simulation **/
+    bool changeWithEvents(SimTK::State& state, const std::function<void()>& change) const;
     /** Names of events that wait for a condition that holds already; Stage::Velocity. **/
     std::vector<std::string> findEventsThatHold(const SimTK::State& state) const;
     /** Why a law had no value when it was asked last; empty: all had one. **/
     const std::string& getLawFailure() const;
     /** Torque and force of loads that are laws, by name. **/
     const std::map<std::string, std::array<Signal, 6>>& getLawLoads() const;
-    /** What states put out and how often events have happened, by name. **/
+    /** What inputs are, what states put out and how often events have happened, by name. **/
     const std::map<std::string, Signal>& getStates() const;
+    /** An input: its value is the state of this number, its rate the next. **/
+    struct InputEntry {
+        std::string name, unit;
+        int state;
+    };
+    const std::vector<InputEntry>& getInputs() const;
+    const InputEntry* findInput(const std::string& name) const;  ///< null: there is none
     /** Numbers of those whose value is one's own to set: of a rate of their own, and counts. **/
     const std::map<std::string, int>& getSettableStates() const;
     const BodyEntry& findBody(const model::ModelValue& name) const;
@@ -132,7 +142,9 @@ struct ModelSystem {
     std::vector<Model::BodyEntry> bodies;
     std::vector<Model::JointEntry> joints;
     std::vector<Model::MotionEntry> motions;
-    std::map<std::string, Signal> states;                   ///< what the file's states put out
+    using InputEntry = Model::InputEntry;
+    std::vector<InputEntry> inputs;
+    std::map<std::string, Signal> states;                   ///< inputs, and what states put out
     std::map<std::string, int> settableStates;              ///< numbers of those of a rate
     std::map<std::string, std::array<Signal, 6>> lawLoads;  ///< torque and force, or factor
     struct EventEntry {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/MotionWarnings.h"
@@ -235,6 +236,7 @@ Session::Outcome Session::step(int numSteps, const Progress& progress) {
     if (numSteps < 0)
         throw std::invalid_argument("step() goes forward, not by " + std::to_string(numSteps) +
                                     " steps");
+    endStepsAt(SimTK::Infinity);
     for (int i = 0; i < numSteps; ++i) {
         const double before = getTime();
         const auto status = m_integrator->stepOnce();
@@ -246,6 +248,12 @@ Session::Outcome Session::step(int numSteps, const Progress& progress) {
     return Outcome::ReachedTime;
 }
 
+void Session::endStepsAt(double time) {
+    if (m_model->getInputs().empty()) return;
+    // Unless one has gone beyond already.
+    m_integrator->setFinalTime(m_integrator->isStateInterpolated() ? SimTK::Infinity : time);
+}
+
 Session::Outcome Session::runTo(double time, double interval, const Progress& progress) {
     const double begin = getTime(), span = time - begin;
     if (!(span > 0) || !(interval > 0))
@@ -253,6 +261,7 @@ Session::Outcome Session::runTo(double time, double interval, const Progress& pr
                                     writeGeneral(time, 6) + " s by " + writeGeneral(interval, 6) +
                                     " s: it needs a later time and a positive interval");
     checkMotions(m_model->getFile(), begin, time);
+    endStepsAt(time);
     const auto numRows = std::max(1L, std::lround(std::ceil(span / interval * (1 - 1e-12))));
     for (long row = 1; row <= numRows; ++row) {
         const double next = row == numRows ? time : begin + double(row) * interval;
@@ -354,7 +363,42 @@ void Session::set(const std::string& path, const std::vector<double>& values) {
         throw std::runtime_error("'" + quantity->path + "' has " + std::to_string(wanted) +
                                  (wanted == 1 ? " value" : " values, as in [1, 2, 3]") + ", not " +
                                  std::to_string(values.size()));
-    setState(quantity->calcStateWith(values));
+    const std::vector<std::string> parts = splitAt(quantity->path, '.');
+    if (parts[0] != "inputs") return setState(quantity->calcStateWith(values));
+    if (parts.size() == 2) return setInputs({{parts[1], values[0]}});
+    const int number = m_model->findInput(parts[1])->state;
+    setInputs(
+        {{parts[1], m_model->getFlexibleBodies().getStateValue(getState(), number), values[0]}});
+}
+
+void Session::setInputs(const std::vector<Input>& inputs) {
+    const FlexibleBodySubsystem& flexible = m_model->getFlexibleBodies();
+    for (const Input& input : inputs) {
+        if (!m_model->findInput(input.name)) {
+            std::vector<std::string> known;
+            for (const Model::InputEntry& entry : m_model->getInputs()) known.push_back(entry.name);
+            throw std::runtime_error(describeUnknown("input", input.name, known));
+        }
+        if (!std::isfinite(input.value) || !std::isfinite(input.rate))
+            throw std::runtime_error("input '" + input.name + "' cannot be set to " +
+                                     writeGeneral(input.value) + ", with the rate " +
+                                     writeGeneral(input.rate));
+    }
+    const auto change = [&](State& state) {
+        for (const Input& input : inputs) {
+            const int number = m_model->findInput(input.name)->state;
+            flexible.setStateValue(state, number, input.value);
+            flexible.setStateValue(state, number + 1, input.rate);
+        }
+    };
+    if (m_integrator->isStateInterpolated()) {
+        State state = copyState();
+        change(state);
+        return setState(state);
+    }
+    m_integrator->handle(
+        [&](State& state) { return m_model->changeWithEvents(state, [&] { change(state); }); });
+    recordRow();
 }
 
 bool Session::change(const std::string& key, const std::string& value, Restart restart) {

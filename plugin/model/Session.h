@@ -117,6 +117,16 @@ public:
     /** Joints are assembled and speeds made consistent afterwards; a joint's coordinate and its
     rate get exactly the value. @throws std::runtime_error, and as setState(). **/
     void set(const std::string& path, const std::vector<double>& values);
+    /** Inputs of the model by name, from now on: the value now, and its rate, with which it goes on
+    from there, 0 unless told. What moves goes on with the steps it had; runTo() ends a step at its
+    end where there are inputs. set("NAME", {value}) is the same of one, and set("NAME.rate",
+    {rate}) leaves the value. @throws std::runtime_error if there is none of that name, or for what
+    is not finite. **/
+    struct Input {
+        std::string name;
+        double value, rate = 0;
+    };
+    void setInputs(const std::vector<Input>& inputs);
 
     /** Whether a model that is built anew begins at its start. **/
     enum class Restart {
@@ -178,6 +188,8 @@ private:
     std::string describeWhatMoves() const;
     enum class Joints { ToBeClosed, Closed };
     void start(const SimTK::State& state, Joints joints = Joints::ToBeClosed);
+    /** Where inputs may change. **/
+    void endStepsAt(double time);
     void goOnFrom(const Session& other);
     void forgetFrom(double time);
     void recordRow();

@@ -766,7 +766,7 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
     EXPECT_THAT(findMistake(kWheel + "  length: {expression: 2*angle}\n"
                                      "connectors: {s: {type: actuator, law: length,\n"
                                      "  between: [{on: ground, position: [0, 0, 1]}, wheel]}}\n"),
-                HasSubstr("'length' is the connector's own and the name of a probe, state or"));
+                HasSubstr("'length' is the connector's own and the name of a probe, input, state or"));
     const std::string spring =
         "connectors: {s: {type: spring, between: [{on: ground, position: [0, 1, 0]}, mass],\n"
         "  law: 'angle'}}\n";

@@ -186,6 +186,110 @@ TEST_F(SessionTest, AChangedParameterRestartsAndAnInputDoesNot) {
     EXPECT_NEAR(session.get("tip")[0], std::sin(0.1), 1e-9);
 }
 
+/** A cart of 2 kg on rails along x, pushed by an input. **/
+const char* const kCart =
+    "simflex: 1\n"
+    "bodies: {cart: {mass: 2, shape: {box: [0.1, 0.1, 0.1]}, mobilizer: {type: slider}}}\n"
+    "inputs: {push: {start: 3, unit: N}, brake: 0}\n"
+    "loads: {push: {on: cart, force: [\"push - brake*v\", 0, 0]}}\n"
+    "probes:\n"
+    "  x: {position: cart, component: x}\n"
+    "  v: {velocity: cart, component: x}\n"
+    "  power: {expression: push*v, unit: W}\n"
+    "  given: {state: push}\n";
+
+TEST_F(SessionTest, InputsActAsTheyAreSet) {
+    writeModel(kCart);
+    Session session(loadModelText(folder / "model.yaml"));
+    EXPECT_EQ(session.get("push"), Values{3});
+    EXPECT_EQ(session.findQuantity("inputs.push.rate")->unit, "N/s");
+    EXPECT_THAT(session.listQuantities(), Contains("inputs.brake"));
+    // Constant, then linear, then constant: x(t) in closed form.
+    session.runTo(0.5, 0.1);
+    EXPECT_NEAR(session.get("x")[0], 3. / 2 * 0.5 * 0.5 / 2, 1e-12);
+    const double x = session.get("x")[0], v = session.get("v")[0];
+    session.setInputs({{"push", -4, 12}});
+    EXPECT_EQ(session.getTime(), 0.5);
+    EXPECT_EQ(session.get("given"), Values{-4});
+    session.runTo(1, 0.25);
+    EXPECT_NEAR(session.get("push")[0], 2, 1e-12);
+    EXPECT_NEAR(session.get("v")[0], v + (-4 * 0.5 + 12 * 0.125) / 2, 1e-9);
+    EXPECT_NEAR(session.get("x")[0], x + v * 0.5 + (-4 * 0.125 + 12 * 0.125 / 6) / 2, 1e-6);
+    EXPECT_EQ(session.get("power")[0], session.get("push")[0] * session.get("v")[0]);
+    session.set("push", {1});
+    EXPECT_EQ(session.get("inputs.push.rate"), Values{0});
+    session.set("push.rate", {-1});
+    EXPECT_EQ(session.get("push"), Values{1});
+    session.step(3);
+    EXPECT_NEAR(session.get("push")[0], 1 - (session.getTime() - 1), 1e-12);
+    EXPECT_NEAR(session.getIntegrator().getWork(), session.get("v")[0] * session.get("v")[0], 1e-6);
+}
+
+TEST_F(SessionTest, StepsEndWhereInputsMayChange) {
+    writeModel(kCart);
+    Session session(loadModelText(folder / "model.yaml"));
+    double expected = 0, v = 0;
+    for (int k = 0; k < 50; ++k) {
+        const double push = k % 3 - 0.7;
+        session.set("push", {push});
+        session.runTo(0.01 * (k + 1), 0.01);
+        EXPECT_FALSE(session.getIntegrator().isStateInterpolated());
+        expected += v * 0.01 + push / 2 * 1e-4 / 2;
+        v += push / 2 * 0.01;
+    }
+    EXPECT_NEAR(session.get("x")[0], expected, 1e-12);
+    EXPECT_NEAR(session.get("v")[0], v, 1e-12);
+}
+
+TEST_F(SessionTest, WhatGoesOnWithInputsHasTheBitsOfWhatWasRestored) {
+    writeModel(kCart);
+    Session session(loadModelText(folder / "model.yaml"));
+    const auto goOn = [&] {
+        session.setInputs({{"brake", 2, -0.5}, {"push", 1}});
+        session.runTo(session.getTime() + 0.2, 0.05);
+        session.set("push", {7});
+        session.runTo(session.getTime() + 0.2, 0.05);
+        return session.get("x")[0];
+    };
+    session.setInputs({{"push", 2, 0.1}});
+    session.runTo(0.3, 0.1);
+    const SavedState saved = session.save();
+    const double first = goOn();
+    session.restore(saved);
+    EXPECT_EQ(goOn(), first);
+}
+
+TEST_F(SessionTest, EventsSeeInputsJump) {
+    writeModel(std::string(kCart) + "events: {pushed: {when: push > 5, do: [{stop: true}]}}\n");
+    Session session(loadModelText(folder / "model.yaml"));
+    session.runTo(0.1, 0.1);
+    session.set("push", {6});
+    EXPECT_EQ(session.get("states.pushed"), Values{1});
+    EXPECT_EQ(session.runTo(0.2, 0.1), Session::Outcome::Terminated);
+    EXPECT_EQ(session.getTime(), 0.1);
+}
+
+TEST_F(SessionTest, WrongInputsAreRefusedByName) {
+    const auto fail = [&](const std::string& more) {
+        writeModel(std::string(kCart) + more);
+        try {
+            Session session(loadModelText(folder / "model.yaml"));
+            session.setInputs({{"pusch", 1}});
+        } catch (const std::runtime_error& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_THAT(fail(""), HasSubstr("no input 'pusch'"));
+    EXPECT_THAT(fail("states: {push: {rate: 1}}\n"), HasSubstr("an input has the name 'push'"));
+    EXPECT_THAT(fail("frames: {v: {on: cart}}\nevents: {brake: {when: x > 1}}\n"),
+                HasSubstr("an input has the name 'brake'"));
+    Session session(loadModelText(folder / "model.yaml", {"events={}"}));
+    EXPECT_THROW(session.set("push", {SimTK::NaN}), std::runtime_error);
+    EXPECT_THROW(session.setInputs({{"push", 1, SimTK::Infinity}}), std::runtime_error);
+    EXPECT_THROW(session.set("push.slope", {1}), std::runtime_error);
+}
+
 TEST_F(SessionTest, ForcesThatOnlyCppCanSayActAsThoseOfTheFile) {
     Session file(readPendulum());
     ModelOptions options;

@@ -18,6 +18,14 @@ public:
     bool isHeld() const override { return true; }
 };
 
+/** Given from outside, with its rate, another state: it changes linearly between two settings.
+Errors of it are none. **/
+class InputState : public SignalState {
+public:
+    InputState(const std::string& name, SimTK::Real start) : SignalState(name, start, 1e30) {}
+    bool followsMotion() const override { return true; }
+};
+
 /** value = input at t = k·period; k is a state, too. **/
 struct Sampling {
     int value, number;  ///< of states

@@ -43,6 +43,7 @@ std::unique_ptr<ModelSystem> ModelBuilder::build(const std::vector<JointStart>& 
     joints.addTo(*system);
     addMotions(m_file, m_frames, joints, *system);
     SignalBuilder signals(m_file, m_frames, *system);
+    signals.addInputs();
     addEventCounts(m_file, signals);
     signals.addStates();
     addLoads(m_file, m_frames, signals, *system);

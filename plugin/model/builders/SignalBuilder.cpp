@@ -352,13 +352,18 @@ std::pair<ModelValue, int> readJointCoordinate(const ModelValue& value) {
     return {value.get("joint"), number.isGiven() ? number.getInteger() : -1};
 }
 
-void SignalBuilder::addEntry(const ModelValue& entry) {
+void SignalBuilder::checkNewName(const ModelValue& entry) const {
     const std::string name = entry.getName();
     if (m_file.get("probes").has(name))
         entry.fail("a probe has the name '" + name +
                    "' already, and laws would not know which is meant");
+    if (m_system.states.count(name)) entry.fail("an input has the name '" + name + "' already");
     for (const auto& other : m_states)
         if (other->getName() == name) entry.fail("a state has the name '" + name + "' already");
+}
+
+void SignalBuilder::addEntry(const ModelValue& entry) {
+    checkNewName(entry);
     m_states.push_back(std::make_unique<StateEntry>(m_system, entry));
 }
 
@@ -374,6 +379,22 @@ int SignalBuilder::findState(const ModelValue& name) const {
         if (state->getSettable() >= 0) known.push_back(state->getName());
     }
     name.failUnknown("state with a rate", wanted, known);
+}
+
+void SignalBuilder::addInputs() {
+    const ModelValue inputs = m_file.get("inputs");
+    for (const std::string& name : inputs.getKeys()) {
+        const ModelValue input = inputs.get(name);
+        checkNewName(input);
+        const ModelValue start = input.isMap() ? input.get("start") : input;
+        auto value = std::make_unique<InputState>(name, start.getNumber());
+        auto rate = std::make_unique<SignalState>(name + ".rate", 0);
+        InputState& following = *value;
+        const int number = m_system.flexible.getNumStates();
+        m_system.states[name] = Signal::state(m_system.flexible.adoptState(std::move(value)));
+        following.setRate(Signal::state(m_system.flexible.adoptState(std::move(rate))));
+        m_system.inputs.push_back({name, input.isMap() ? input.get("unit").getText() : "", number});
+    }
 }
 
 void SignalBuilder::addStates() {
@@ -450,6 +471,9 @@ std::string SignalBuilder::findUnit(const std::string& name, bool isLocal) const
         return name == "length" ? "m" : name == "rate" ? "m/s" : name == "angle" ? "rad" : "rad/s";
     const ModelValue probes = m_file.get("probes");
     const std::string owner = name.substr(0, name.find('.'));
+    for (const ModelSystem::InputEntry& input : m_system.inputs)
+        for (const char* known : {"m", "m/s", "rad", "rad/s"})
+            if (input.name == name && input.unit == known) return known;
     if (!probes.has(owner)) return "";
     const ModelValue probe = probes.get(owner);
     if (probe.has("position") || probe.has("distance")) return "m";
@@ -486,11 +510,13 @@ void SignalBuilder::checkOwnName(const std::string& name, const ModelValue& law)
                                      .get("joint");
         const char* key = name == "angle" || name == "length" ? "coordinate" : "rate";
         if (probe.has(key) && joint.isGiven() && isSameCoordinate(probe.get(key), joint)) return;
-    } else if (!m_file.get("states").has(name) && !m_file.get("events").has(name)) {
+    } else if (!m_file.get("inputs").has(name) && !m_file.get("states").has(name) &&
+               !m_file.get("events").has(name)) {
         return;
     }
     law.fail("'" + name +
-             "' is the connector's own and the name of a probe, state or event of something else: "
+             "' is the connector's own and the name of a probe, input, state or event of something "
+             "else: "
              "rename that");
 }
 
@@ -510,12 +536,15 @@ Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
         return std::find(outputs.begin(), outputs.end(), name) != outputs.end();
     });
     const ModelValue probes = m_file.get("probes");
+    const ModelValue inputs = m_file.get("inputs");
+    if (inputs.has(name)) return m_system.states.at(name);
     if (state == m_states.end() && !probes.has(owner)) {
         std::vector<std::string> known = probes.getKeys();
+        for (const std::string& input : inputs.getKeys()) known.push_back(input);
         for (const auto& entry : m_states)
             for (const std::string& output : entry->listOutputs()) known.push_back(output);
         if (law.getPath().compare(0, 11, "connectors.") == 0) failOwnNameOfOthers(law, name);
-        law.failUnknown("probe or state", name, known);
+        law.failUnknown("probe, input or state", name, known);
     }
     m_open.push_back(owner);
     const int component = dot == std::string::npos ? -1 : name[dot + 1] - 'x';

@@ -28,6 +28,9 @@ public:
     SignalBuilder(const ModelValue& file, const ModelFrames& frames, ModelSystem& system);
     ~SignalBuilder();
 
+    /** Adds inputs, which events and states may depend on. **/
+    void addInputs();
+
     /** Adds the equations of all states, and their names to the system. **/
     void addStates();
 
@@ -53,6 +56,8 @@ public:
 private:
     class StateEntry;
 
+    /** @throws ModelError if something else that laws know has it. **/
+    void checkNewName(const ModelValue& entry) const;
     void addEntry(const ModelValue& entry);
     /** How a formula is evaluated: itself, or its margin. **/
     enum class Value { Own, Margin };

@@ -160,7 +160,7 @@ private:
                     check(*child, findSchemaKey(form, name)->forms, findSchemaKey(form, name), name,
                           name);
             // So do names of what laws depend on.
-            for (const char* section : {"probes", "states", "events"})
+            for (const char* section : {"probes", "inputs", "states", "events"})
                 if (const YamlTree* child = tree.find(section))
                     for (const YamlTree::Entry& entry : child->entries)
                         if (isName(entry.key, false) &&
@@ -332,7 +332,8 @@ private:
                  "letter or _");
         if (entry.key == "ground")
             fail("'ground' is the name of the inertial frame; choose another");
-        if (entry.key == "t" && (path == "probes.t" || path == "states.t" || path == "events.t"))
+        if (entry.key == "t" &&
+            (path == "probes.t" || path == "inputs.t" || path == "states.t" || path == "events.t"))
             fail("'t' is the time wherever formulas may name this; choose another name");
         if (!form.hasWords) return;
         if (isFormulaWord(entry.key))

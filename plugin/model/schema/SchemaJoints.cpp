@@ -273,7 +273,15 @@ SchemaForm connector() {
         });
 }
 
-SchemaKey input(const std::string& example) {
+SchemaForm input() {
+    return map("an input",
+               {
+                   SchemaKey("start", {number()}, "Value at the start.").orElse("0").such("0.5"),
+                   SchemaKey("unit", {text()}, "Its unit.").orElse("''").such("N m"),
+               });
+}
+
+SchemaKey takes(const std::string& example) {
     return SchemaKey("input", {law()}, "What it takes in.").required().such(example);
 }
 
@@ -296,7 +304,7 @@ SchemaForm state() {
             SchemaKey("pid",
                       {map("a controller",
                            {
-                               input("\"target - angle\""),
+                               takes("\"target - angle\""),
                                SchemaKey("proportional", {number()}, "Factor of the input.")
                                    .orElse("0")
                                    .such("400"),
@@ -320,7 +328,7 @@ SchemaForm state() {
             SchemaKey("low_pass",
                       {map("a filter",
                            {
-                               input("speed"),
+                               takes("speed"),
                                SchemaKey("time_constant", {positive()}, "Time constant.")
                                    .in("s")
                                    .required()
@@ -331,7 +339,7 @@ SchemaForm state() {
             SchemaKey("lead_lag",
                       {map("a filter",
                            {
-                               input("\"target - angle\""),
+                               takes("\"target - angle\""),
                                SchemaKey("lead", {number(0)}, "Time constant of the numerator.")
                                    .in("s")
                                    .required()
@@ -346,7 +354,7 @@ SchemaForm state() {
             SchemaKey("transfer_function",
                       {map("a transfer function",
                            {
-                               input("error"),
+                               takes("error"),
                                SchemaKey("numerator", {coefficients},
                                          "Coefficients, of the highest power of s first.")
                                    .required()
@@ -361,7 +369,7 @@ SchemaForm state() {
             SchemaKey("rate_limit",
                       {map("a limit",
                            {
-                               input("target"),
+                               takes("target"),
                                SchemaKey("rise", {positive()}, "It rises no faster.")
                                    .in("1/s")
                                    .required()
@@ -412,7 +420,7 @@ SchemaForm state() {
                 "sample_and_hold",
                 {map("a sampled value",
                      {
-                         input("angle"),
+                         takes("angle"),
                          SchemaKey("period", {positive()}, "Time from sample to sample.")
                              .in("s")
                              .required()
@@ -426,7 +434,7 @@ SchemaForm state() {
                 "hysteresis",
                 {map("a relay",
                      {
-                         input("speed"),
+                         takes("speed"),
                          SchemaKey("lower", {number()}, "It becomes 0 where the input falls below.")
                              .required()
                              .such("18"),
@@ -548,6 +556,12 @@ std::vector<SchemaKey> makeJointKeys() {
         SchemaKey("connectors", {entries("connectors", {connector()})},
                   "Springs, bushings, stops, actuators, motors.")
             .such("{strut: {type: spring, between: [ground, rod.tip], stiffness: 1e5}}"),
+        SchemaKey(
+            "inputs", {entries("inputs", {number(), input()})},
+            "Quantities that are given from outside while the model moves, or their values at "
+            "the start: by Session::set(), at the prompt, from Python, by another simulator. "
+            "Laws and expressions know them by their names.")
+            .such("{push: {start: 0, unit: N}}"),
         SchemaKey("states", {entries("states", {state()})},
                   "Equations of one's own beside those of motion: controllers, filters. Laws and "
                   "expressions know them by their names.")

@@ -237,7 +237,31 @@ Quantity makeStateQuantity(const Session& session, const std::string& name, cons
 std::vector<Quantity> makeStateQuantities(const Session& session) {
     std::vector<Quantity> all;
     for (const auto& [name, value] : session.getModel().getStates())
-        all.push_back(makeStateQuantity(session, name, value));
+        if (!session.getModel().findInput(name))
+            all.push_back(makeStateQuantity(session, name, value));
+    return all;
+}
+
+// ---- inputs
+
+Quantity makeOfState(const Session& session, const std::string& path, const std::string& unit,
+                     int number) {
+    const FlexibleBodySubsystem& flexible = session.getModel().getFlexibleBodies();
+    return {path, unit,
+            [&, number] { return Values{flexible.getStateValue(session.getState(), number)}; },
+            calcChanged(session, [&flexible, number](State& state, const Values& value) {
+                flexible.setStateValue(state, number, value[0]);
+            })};
+}
+
+std::vector<Quantity> makeInputQuantities(const Session& session) {
+    std::vector<Quantity> all;
+    for (const Model::InputEntry& input : session.getModel().getInputs()) {
+        const std::string path = "inputs." + input.name;
+        all.push_back(makeOfState(session, path, input.unit, input.state));
+        all.push_back(makeOfState(session, path + ".rate",
+                                  input.unit.empty() ? "" : input.unit + "/s", input.state + 1));
+    }
     return all;
 }
 
@@ -258,7 +282,7 @@ std::string normalizePath(const std::string& path) {
         {"joint.", "joints."}, {"body.", "bodies."},          {"parameter.", "parameters."},
         {"probe.", "probes."}, {"motion.", "motions."},       {"frame.", "frames."},
         {"load.", "loads."},   {"connector.", "connectors."}, {"part.", "parts."},
-        {"state.", "states."}};
+        {"state.", "states."}, {"input.", "inputs."}};
     for (const auto& [singular, plural] : plurals)
         if (path.rfind(singular, 0) == 0) return plural + path.substr(std::string(singular).size());
     return path;
@@ -272,10 +296,12 @@ std::optional<Quantity> Session::findQuantity(const std::string& path) const {
     const std::vector<std::string> parts = splitAt(normalizePath(path), '.');
     if (path == "time")
         return Quantity{"time", "s", [this] { return std::vector<double>{getTime()}; }, {}};
+    if (getModel().findInput(parts[0])) return findQuantity("inputs." + path);
     if (parts.size() < 2) return {};
     if (parts[0] == "joints") return findJointQuantity(*this, parts);
     if (parts[0] == "bodies") return findBodyQuantity(*this, parts);
     if (parts[0] == "states") return findByPath(makeStateQuantities(*this), normalizePath(path));
+    if (parts[0] == "inputs") return findByPath(makeInputQuantities(*this), normalizePath(path));
     return {};
 }
 
@@ -288,6 +314,7 @@ std::vector<std::string> Session::listQuantities() const {
         add(makeJointQuantities(*this, entry));
     for (const Model::BodyEntry& body : getModel().getBodies())
         add(makeBodyQuantities(*this, body));
+    add(makeInputQuantities(*this));
     add(makeStateQuantities(*this));
     return paths;
 }

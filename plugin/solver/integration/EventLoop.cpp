@@ -74,13 +74,15 @@ void ImplicitIntegrator::Implementation::handleAsAWhole(const std::function<void
     }
 }
 
+bool ImplicitIntegrator::Implementation::keepsEquations(const EventDriver::Outcome& outcome) const {
+    // What Motions prescribe may have jumped.
+    return outcome.lowestChange > Stage::Instance && m_state.getTime() == m_kept.getTime() &&
+           !getEquations().getSimbody().getPrescribed() && !m_stepper->hasMemory();
+}
+
 void ImplicitIntegrator::Implementation::takeOver(const EventDriver::Outcome& outcome) {
     m_system.realize(m_state, Stage::Velocity);
-    // What Motions prescribe may have jumped.
-    const bool keepsEquations =
-        outcome.lowestChange > Stage::Instance && m_state.getTime() == m_kept.getTime() &&
-        !getEquations().getSimbody().getPrescribed() && !m_stepper->hasMemory();
-    if (outcome.hasChangedState && keepsEquations) {
+    if (outcome.hasChangedState && keepsEquations(outcome)) {
         continueFromHandlersState();
         m_isIntervalStart = true;
     } else if (outcome.hasChangedState) {
@@ -106,6 +108,29 @@ void ImplicitIntegrator::Implementation::passTrigger() {
 void ImplicitIntegrator::Implementation::takeLaterVariables(const State& from) {
     updEquations().takeVariables(m_laterVariables, from);
     for (State* state : {&m_scratch, &m_builtFrom}) copyVariables(m_laterVariables, from, *state);
+}
+
+bool ImplicitIntegrator::Implementation::continueWithOtherZ() {
+    const Vector &now = m_state.getY(), &before = m_kept.getY();
+    const int numOthers = m_state.getNQ() + m_state.getNU();
+    for (int i = 0; i < numOthers; ++i)
+        if (now[i] != before[i]) return false;
+    const SolutionPoint newest = m_stepper->getNewest();
+    try {
+        takeLaterVariables(m_state);
+        std::copy(&now[0] + numOthers, &now[0] + now.size(), m_stepper->updNewest().z.begin());
+        m_stepper->restart();
+        showPoint(m_visible.t);
+        if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
+        copyVariables(m_laterVariables, m_state, m_kept);
+    } catch (...) {
+        m_stepper->updNewest() = newest;
+        takeLaterVariables(m_kept);
+        throw;
+    }
+    m_hasTriggered = false;
+    m_pending = Pending::Nothing;
+    return true;
 }
 
 void ImplicitIntegrator::Implementation::continueFromHandlersState() {
@@ -341,6 +366,24 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepOnce() {
         status = advance(getNewestTime());
     });
     return status;
+}
+
+void ImplicitIntegrator::Implementation::handle(const std::function<bool(State&)>& handler) {
+    if (isStateInterpolated())
+        throw std::logic_error(name + "::handle() within a step: nothing changes there");
+    runTimed([&] {
+        handleAsAWhole([&] {
+            SimTK::Array_<SimTK::StageVersion> versions;
+            m_state.getSystemStageVersions(versions);
+            EventDriver::Outcome outcome;
+            outcome.shouldTerminate = handler(m_state);
+            outcome.lowestChange = m_state.getLowestSystemStageDifference(versions);
+            outcome.hasChangedState = true;  // versions tell of stages realized
+            m_system.realize(m_state, Stage::Velocity);
+            if (!keepsEquations(outcome) || !continueWithOtherZ()) takeOver(outcome);
+            m_isTerminated = outcome.shouldTerminate;
+        });
+    });
 }
 
 ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::Implementation::stepAsTimeStepper(

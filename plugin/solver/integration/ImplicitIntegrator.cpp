@@ -198,6 +198,10 @@ void ImplicitIntegrator::reinitialize(SimTK::Stage lowestChangedStage, bool shou
     m_impl->reinitialize(lowestChangedStage, shouldTerminate);
 }
 
+void ImplicitIntegrator::handle(const std::function<bool(SimTK::State&)>& handler) {
+    m_impl->handle(handler);
+}
+
 SimTK::Vec2 ImplicitIntegrator::getEventWindow() const {
     return m_impl->getTriggeredEvents("getEventWindow").window;
 }

@@ -269,6 +269,11 @@ public:
     triggers about), and calls the reporters and handlers it passes. **/
     StepStatus stepOnce();
 
+    /** Calls a handler as if an event were due at the time of getState(): it may change anything in
+    the State, and returns true to end the simulation.
+    @throws std::logic_error within a step, isStateInterpolated(). **/
+    void handle(const std::function<bool(SimTK::State& state)>& handler);
+
     /** @name Steps without events handled
     As in SimTK::Integrator: what is due is returned for the caller to handle, by
     `system.handleEvents(integrator.updAdvancedState(), …)` and reinitialize(), say. The first call

@@ -35,6 +35,7 @@ public:
     /** For simflex::TimeStepper. **/
     SuccessfulStepStatus stepAsTimeStepper(SimTK::Real time, bool atEverySignificantState);
     void reinitialize(SimTK::Stage lowestChangedStage, bool shouldTerminate);
+    void handle(const std::function<bool(SimTK::State&)>& handler);
 
     /** What the last step triggered, in order of the estimated times. **/
     struct TriggeredEvents {
@@ -171,6 +172,11 @@ private:
     /** The same where no more than forces or motions at a time can have changed: the equations
     stay, and order and history where what has changed is too small to be felt. **/
     void continueFromHandlersState();
+    /** Whether no more than forces or motions at a time can have changed. **/
+    bool keepsEquations(const EventDriver::Outcome& outcome) const;
+    /** The same where states z alone have changed: it starts again with these forces.
+    @returns false if more has changed **/
+    bool continueWithOtherZ();
     /** Equations and States see what a handler has written into this State. **/
     void takeLaterVariables(const SimTK::State& from);
     /** m_kept becomes what m_state is. **/

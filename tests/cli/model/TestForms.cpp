@@ -17,9 +17,9 @@ using namespace simflex::model;
 using ::testing::HasSubstr;
 
 /** Only what is built at once: analyses, output and pictures are read while they are done. **/
-const char* const kSections[] = {"gravity", "parts",  "bodies",     "frames", "joints",
-                                 "motions", "loads",  "connectors", "states", "events",
-                                 "initial", "probes", "solver"};
+const char* const kSections[] = {"gravity", "parts",   "bodies",     "frames", "joints",
+                                 "motions", "loads",   "connectors", "inputs", "states",
+                                 "events",  "initial", "probes",     "solver"};
 
 /** What needs a reduction, or a part with modal stress: TestPartCache and TestProbes have them. **/
 bool isElsewhere(const std::string& path) {
@@ -131,6 +131,9 @@ connectors:
   ram: {type: actuator, between: [ground, e], law: 100*(0.2 - length)}
   spun: {type: motor, joint: p, law: -0.1*t}
   turner: {type: motor, joint: {joint: q, coordinate: 0}, law: held + followed + shaped}
+inputs:
+  given: 0.5
+  steered: {start: 0.1, unit: rad}
 states:
   held: {rate: 0.5 - turned, initial: 0.1, scale: 2}
   driven: {rate: 1}
