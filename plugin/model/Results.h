@@ -6,7 +6,8 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
     /model         text of the model file; attributes path, settings (one a line),
                    bodies ("as_given" or "rigid")
     /warnings      texts: what changes the meaning of all results; left out where there are none
-    /analyses/NAME attributes type (transient, static, eigen, campbell), index (0, 1 … in the order
+    /analyses/NAME attributes type (transient, static, eigen, campbell, linear,
+                   frequency_response), index (0, 1 … in the order
                    of the run), complete (1 once the analysis has reached its end)
         time              n    [s]; transient
         probes/PROBE      n×k  attributes unit, columns (comma-separated; empty for k = 1), index;
@@ -16,7 +17,14 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
                                output_seconds: what each took by the clock
         warnings               texts, as above: of this analysis
         speeds            n    campbell
-        frequency, damping_ratio  n modes of eigen [Hz], n speeds × modes of campbell
+        inputs, outputs        names of numbers of the model and columns of probes; linear and
+                               frequency_response
+        input_units, output_units
+        matrices/A, B, C, D    linear
+        matrices/magnitude, phase  n×(outputs·inputs), the inputs of the first output first;
+                               frequency_response, phase [degrees]
+        frequency, damping_ratio  n modes of eigen [Hz], n speeds × modes of campbell; the
+                               frequencies alone: of frequency_response [Hz]
 
 The file is replaced as a whole, by renaming: at no moment is it half written. What has come since
 stands in a journal beside it, FILE.rows, which a run that ends removes; readResults() takes what a
@@ -66,6 +74,8 @@ struct Results {
         std::vector<std::vector<double>> q, u;
         std::vector<double> speeds;
         std::vector<std::vector<double>> frequency, dampingRatio;  ///< eigen: one row
+        std::vector<std::string> inputs, outputs, inputUnits, outputUnits;
+        std::map<std::string, std::vector<std::vector<double>>> matrices;  ///< as above
         std::map<std::string, double> statistics;
         struct Event {
             std::string name;
@@ -89,8 +99,9 @@ enum class ReadStates { Yes, No };
 /** Reads; checks every shape. @throws std::runtime_error naming file and object. **/
 Results readResults(const std::string& path, ReadStates states = ReadStates::Yes);
 
-/** One CSV file: time, then every column as "probe.x [m]"; of eigen and campbell the frequencies.
-Numbers with 17 digits. @throws std::runtime_error. **/
+/** One CSV file: time, then every column as "probe.x [m]"; of eigen and campbell the frequencies;
+of linear the matrices, of frequency_response magnitudes and phases. Numbers with 17 digits. @throws
+std::runtime_error. **/
 void writeResultCsv(const std::string& path, const Results::Analysis& analysis);
 
 /** Does the analyses of a model and writes their result file, as `simflex run` does.

@@ -8,6 +8,7 @@
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/analyses/LinearPorts.h"
 #include "simflex/model/analyses/MotionWarnings.h"
 #include "simflex/model/file/KnownTimes.h"
 #include "simflex/model/file/ModelTexts.h"
@@ -297,6 +298,14 @@ Session::Equilibrium Session::settle(const std::function<bool()>& goesOn) {
     for (const std::string& motion : equilibrium.getUnstableMotions())
         found.unstableMotions.push_back(nameBodies(*m_model, motion));
     return found;
+}
+
+LinearSystem Session::linearize(const std::vector<std::string>& inputs,
+                                const std::vector<std::string>& outputs,
+                                const std::function<bool()>& goesOn) const {
+    return linearizeModel(m_text, m_options, m_model, m_probes, copyState(), inputs, outputs, [&] {
+        if (goesOn && !goesOn()) throw Cancelled("nothing has changed");
+    });
 }
 
 //-------------------------------------------------------------------------------------------------

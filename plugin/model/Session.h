@@ -22,6 +22,7 @@ in radians. A Session is for one thread. **/
 #include <string>
 #include <vector>
 
+#include "simflex/model/LinearSystem.h"
 #include "simflex/model/Model.h"
 #include "simflex/model/probes/Probe.h"
 #include "simflex/render/OffscreenVisualizer.h"
@@ -103,6 +104,15 @@ public:
     @throws Cancelled if that is false, and as StaticEquilibrium::solve(). **/
     Equilibrium settle(const std::function<bool()>& goesOn = {});
     /**@}**/
+
+    /** About the State as it is, an equilibrium or a steady motion: A, B, C, D.
+    @param inputs  numbers of the model by path, "loads.push.force.y"
+    @param outputs  probes, "tip" or "tip.y"; none: all
+    @param goesOn  asked every now and then
+    @throws Cancelled if that is false; std::runtime_error that says why it cannot be. **/
+    LinearSystem linearize(const std::vector<std::string>& inputs,
+                           const std::vector<std::string>& outputs = {},
+                           const std::function<bool()>& goesOn = {}) const;
 
     /** @name Quantities by name **/
     /**@{**/

@@ -24,14 +24,20 @@ const Files& getFiles() {
         {
             model::ResultWriter writer(path,
                                        {"Title", "m.yaml", "simflex: 1\n", {"speed=1"}, false});
-            Results::Analysis rest, modes, map;
+            Results::Analysis rest, modes, map, control;
             rest.name = "rest", rest.type = "static", rest.q = {{4}};
             rest.probes = {{probes[0], {{1, 2}}}, {probes[1], {{3}}}};
             modes.name = "modes", modes.type = "eigen", modes.frequency = {{1, 2}};
             modes.dampingRatio = {{0.1, 0.2}};
             map.name = "map", map.type = "campbell", map.speeds = {0, 1}, map.isComplete = true;
             map.frequency = {{1, 2}, {3, 4}}, map.dampingRatio = {{0, 0}, {0, 0}};
-            for (const Results::Analysis& analysis : {rest, modes, map}) writer.add(analysis);
+            control.name = "control", control.type = "linear";
+            control.inputs = {"loads.push"}, control.inputUnits = {"N"};
+            control.outputs = {"tip.x"}, control.outputUnits = {"m"};
+            control.matrices = {
+                {"A", {{0, 1}, {-4, 0}}}, {"B", {{0}, {1}}}, {"C", {{1, 0}}}, {"D", {{0}}}};
+            for (const Results::Analysis& analysis : {rest, modes, map, control})
+                writer.add(analysis);
             writer.beginTransient("run", probes, 1, 1);
             for (int k = 0; k < kRows; ++k) {
                 writer.addRow(k, {1.0 * k, 2.0 * k, 3.0 * k}, {4.0 * k}, {5.0 * k});

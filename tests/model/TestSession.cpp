@@ -3,6 +3,9 @@ Models that a program moves by Session alone. **/
 
 #include "simflex/model/Session.h"
 
+#include <complex>
+#include <fstream>
+
 #include "cli/run/RunTest.h"
 #include "simflex/base/Progress.h"
 
@@ -319,6 +322,189 @@ TEST_F(SessionTest, DrawsWhereItIs) {
     EXPECT_EQ(before.getWidth(), 80);
     session.runTo(0.3, 0.01);
     EXPECT_NE(session.draw(), before);
+}
+
+// ---- linearised
+
+using SimTK::Complex;
+using SimTK::Matrix_;
+
+/** C (s − A)⁻¹B + D. **/
+Matrix_<Complex> calcTransfer(const LinearSystem& linear, Complex s) {
+    const int n = linear.A.nrow();
+    Matrix_<Complex> A(n, n), transfer(linear.C.nrow(), linear.B.ncol());
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) A(i, j) = (i == j ? s : 0.0) - linear.A(i, j);
+    const SimTK::FactorLU factors(A);
+    for (int k = 0; k < transfer.ncol(); ++k) {
+        SimTK::Vector_<Complex> b(n), x;
+        for (int i = 0; i < n; ++i) b[i] = linear.B(i, k);
+        factors.solve(b, x);
+        for (int o = 0; o < transfer.nrow(); ++o) {
+            transfer(o, k) = linear.D(o, k);
+            for (int i = 0; i < n; ++i) transfer(o, k) += linear.C(o, i) * x[i];
+        }
+    }
+    return transfer;
+}
+
+void expectNear(Complex found, Complex expected, double tolerance = 1e-8) {
+    EXPECT_LT(std::abs(found - expected), tolerance * std::abs(expected)) << found << expected;
+}
+
+/** A mass on a rail, pulled by a spring and a damper of a shaker that a motion drives. **/
+const char* const kShaker = R"(simflex: 1
+gravity: [0, -9.81, 0]
+parameters: {k: 300, c: 2}
+bodies:
+  shaker: {mass: 1, inertia: [1, 1, 1]}
+  mass: {mass: 2, inertia: [1, 1, 1], place: {position: [0.6, 0, 0]}}
+joints:
+  guide: {type: slider, between: [ground, shaker], axis: x}
+  rail: {type: slider, between: [ground, mass], axis: x}
+motions:
+  shake: {joint: guide, position: 0}
+connectors:
+  spring: {type: spring, between: [shaker, mass], stiffness: k, damping: c, free_length: 0.5}
+loads:
+  push: {on: mass, force: [30, 0, 0]}
+probes:
+  place: {position: mass}
+  speed: {velocity: mass}
+  acceleration: {acceleration: mass}
+  force: {reaction: rail}
+)";
+
+class LinearModelTest : public SessionTest {
+protected:
+    Session readShaker() {
+        writeModel(std::string(kShaker) + "solver: {accuracy: 1e-6}\n");
+        return Session(loadModelText(folder / "model.yaml"));
+    }
+};
+
+TEST_F(LinearModelTest, OfADrivenMassHasItsTransferFunctions) {
+    Session session = readShaker();  // placed where the push stretches the spring by 0.1 m
+    const LinearSystem linear = session.linearize(
+        {"motions.shake.position", "loads.push.force.x", "parameters.k"}, {"place.x"});
+    ASSERT_EQ(linear.A.nrow(), 2);
+    EXPECT_EQ(linear.inputs[1].name, "loads.push.force.x");
+    EXPECT_EQ(linear.inputs[1].unit, "N");
+    EXPECT_EQ(linear.outputs[0].name, "place.x");
+    for (const double omega : {3.0, 12.0, 40.0}) {
+        const Complex s(0, omega), stiffness = 2.0 * s * s + 2.0 * s + 300.0;
+        const auto transfer = calcTransfer(linear, s);
+        expectNear(transfer(0, 0), (2.0 * s + 300.0) / stiffness);
+        expectNear(transfer(0, 1), 1.0 / stiffness);
+        expectNear(transfer(0, 2), -0.1 / stiffness);
+    }
+}
+
+TEST_F(LinearModelTest, TellsSpeedsAccelerationsAndReactions) {
+    Session session = readShaker();
+    const LinearSystem linear = session.linearize({"loads.push.force", "gravity.y"},
+                                                  {"speed.x", "acceleration.x", "force"});
+    ASSERT_EQ(linear.B.ncol(), 4);
+    ASSERT_EQ(linear.C.nrow(), 5);
+    const Complex s(0, 9), stiffness = 2.0 * s * s + 2.0 * s + 300.0;
+    const auto transfer = calcTransfer(linear, s);
+    expectNear(transfer(0, 0), s / stiffness);
+    expectNear(transfer(1, 0), s * s / stiffness);
+    expectNear(transfer(3, 1), -1.0);  // the rail holds what pushes across it
+    expectNear(transfer(3, 3), -2.0);  // and the weight
+    expectNear(transfer(4, 2), -1.0);
+    EXPECT_LT(std::abs(transfer(0, 3)), 1e-12);
+}
+
+TEST_F(LinearModelTest, SaysWhatCannotBe) {
+    const auto refuse = [&](Session& session, const std::vector<std::string>& inputs,
+                            const std::vector<std::string>& outputs, const std::string& why) {
+        try {
+            session.linearize(inputs, outputs);
+            ADD_FAILURE() << "no exception: " << why;
+        } catch (const std::runtime_error& error) {
+            EXPECT_THAT(error.what(), HasSubstr(why));
+        }
+    };
+    Session session = readShaker();
+    refuse(session, {}, {}, "needs an input");
+    refuse(session, {"loads.pusch.force.x"}, {}, "'push'");
+    refuse(session, {"loads.push.force.w"}, {}, "did you mean 'x'?");
+    refuse(session, {"connectors.spring.type"}, {}, "there is no number in it");
+    refuse(session, {"loads.push.force.x"}, {"place.w"}, "place.x");
+    refuse(session, {"motions.shake.position"}, {"acceleration.x"}, "follows the speed");
+    refuse(session, {"solver.accuracy"}, {"place.x"}, "changes nothing");
+    // 20 N more than the spring holds there.
+    session.change("loads.push.force", "[50, 0, 0]");
+    refuse(session, {"loads.push.force.x"}, {},
+           "this is no equilibrium: forces of up to 20 N on "
+           "'mass'");
+    session.settle();
+    session.linearize({"loads.push.force.x"});
+}
+
+TEST_F(LinearModelTest, HasThePolesOfTheEigenAnalysis) {
+    writeModel(std::string(kShaker) +
+               "analyses:\n"
+               "  linear: {type: linear, inputs: [loads.push], outputs: [place.x]}\n"
+               "  modes: {type: eigen, about: static}\n");
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(out, HasSubstr("linear: linear model, 2 states, 3 inputs, 1 output"));
+    const Results::Analysis linear = read("linear"), modes = read("modes");
+    EXPECT_EQ(linear.inputs, (std::vector<std::string>{"loads.push.force.x", "loads.push.force.y",
+                                                       "loads.push.force.z"}));
+    const auto& A = linear.matrices.at("A");
+    const double trace = A[0][0] + A[1][1], determinant = A[0][0] * A[1][1] - A[0][1] * A[1][0];
+    const double omega = 2 * SimTK::Pi * modes.frequency[0][0];
+    EXPECT_NEAR(determinant, omega * omega, 1e-9 * determinant);
+    EXPECT_NEAR(trace, -2 * modes.dampingRatio[0][0] * omega, 1e-9);
+    // And what control engineers load: see check_result_file.py.
+    std::ifstream mat(folder / "model.results.linear.mat", std::ios::binary);
+    std::string head(128, ' ');
+    mat.read(head.data(), 128);
+    EXPECT_EQ(head.substr(0, 10), "MATLAB 5.0");
+    EXPECT_EQ(head.substr(126), "IM");
+}
+
+TEST_F(LinearModelTest, ASpinningRotorTellsWhatTurnsAndWhatDoesNot) {
+    // A rigid rotor on a pin in a housing on springs, with gyroscopic moments.
+    writeModel(R"(simflex: 1
+bodies:
+  housing: {mass: 1, inertia: [0.2, 0.2, 0.2]}
+  rotor: {mass: 3, inertia: [0.5, 0.3, 0.3]}
+joints:
+  spindle: {type: pin, between: [housing, rotor], axis: x}
+connectors:
+  bearing: {type: bushing, between: [ground, housing], stiffness: [900, 900, 900, 500, 500, 500], damping: [2, 2, 2, 1, 1, 1]}
+motions:
+  spin: {joint: spindle, position: 40*t}
+initial: {start: steady}
+loads:
+  push: {on: rotor, torque: [0, 0, 0]}
+  stuck: {on: rotor, torque: [0, 0, 0], axes: frame}
+probes:
+  tilt: {angular_velocity: housing}
+  mark: {position: {on: rotor, position: [0, 0.1, 0]}}
+)");
+    Session session(loadModelText(folder / "model.yaml"));
+    const LinearSystem linear =
+        session.linearize({"loads.push.torque.y", "loads.push.torque.z"}, {"tilt.y", "tilt.z"});
+    // I θ̈ + (c + H×) θ̇ + k θ = τ for tilts about y and z, with H = 0.5·40 about x.
+    for (const double omega : {10.0, 60.0}) {
+        const Complex s(0, omega), own = 0.5 * s + 2.0 + 900.0 / s, gyro = 20.0;
+        const Complex determinant = own * own + gyro * gyro;
+        const auto transfer = calcTransfer(linear, s);
+        expectNear(transfer(0, 0), own / determinant, 1e-7);
+        expectNear(transfer(1, 1), own / determinant, 1e-7);
+        expectNear(transfer(1, 0), gyro / determinant, 1e-7);
+        expectNear(transfer(0, 1), -gyro / determinant, 1e-7);
+    }
+    try {
+        session.linearize({"loads.push.torque.y"}, {"mark.z"});
+        ADD_FAILURE() << "no exception";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("turned by a radian"));
+    }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/FrequencyResponse.h"
 #include "simflex/solver/StaticEquilibrium.h"
 #include "support/PointMassPart.h"
 
@@ -352,6 +353,187 @@ TEST(Linearization, RefusesNonholonomicConstraintsByName) {
         EXPECT_NE(std::string(error.what()).find("Simbody constraint 0"), std::string::npos)
             << error.what();
     }
+}
+
+/** Random inputs and outputs. **/
+LinearInputs makeInputs(int n, int m, int o, int count) {
+    LinearInputs inputs{Matrix(n, count), Matrix(m, count), Matrix(o, count)};
+    for (int k = 0; k < count; ++k) {
+        for (int i = 0; i < n; ++i) inputs.forces(i, k) = std::cos(1.1 * i + k);
+        for (int i = 0; i < m; ++i) inputs.drives(i, k) = 0;
+        for (int i = 0; i < o; ++i) inputs.direct(i, k) = 0.3 * i - k;
+    }
+    return inputs;
+}
+
+LinearOutputs makeOutputs(int n, int m, int s) {
+    constexpr int o = 3;
+    LinearOutputs outputs{Matrix(o, n, 0.0), Matrix(o, n, 0.0), Matrix(o, n, 0.0),
+                          Matrix(o, m, 0.0), Matrix(o, s, 0.0)};
+    for (int i = 0; i < n; ++i) {
+        outputs.byQ(0, i) = std::sin(0.7 * i);
+        outputs.byU(1, i) = std::cos(0.4 * i + 1);
+        outputs.byUDot(2, i) = 1 / (1.0 + i);
+    }
+    return outputs;
+}
+
+/** (−ω²M + iωD + K) x + Gᵀλ = f, as it stands. **/
+Matrix_<Complex> calcDirectly(const Linearization& linear, Real omega, const LinearInputs& inputs,
+                              const LinearOutputs& outputs) {
+    const int n = linear.M.nrow(), m = linear.G.nrow(), p = inputs.forces.ncol(),
+              o = outputs.byQ.nrow();
+    Matrix_<Complex> A(n + m, n + m, Complex(0));
+    for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n; ++j)
+            A(i, j) =
+                Complex(linear.K(i, j) - omega * omega * linear.M(i, j), omega * linear.D(i, j));
+        for (int k = 0; k < m; ++k) A(n + k, i) = A(i, n + k) = linear.G(k, i);
+    }
+    const FactorLU factors(A);
+    Matrix_<Complex> transfer(o, p);
+    for (int k = 0; k < p; ++k) {
+        Vector_<Complex> b(n + m), x;
+        for (int i = 0; i < n; ++i) b[i] = inputs.forces(i, k);
+        for (int i = 0; i < m; ++i) b[n + i] = inputs.drives(i, k);
+        factors.solve(b, x);
+        for (int row = 0; row < o; ++row) {
+            Complex sum = inputs.direct(row, k);
+            for (int i = 0; i < n; ++i)
+                sum += x[i] * (outputs.byQ(row, i) + Complex(0, omega) * outputs.byU(row, i) -
+                               omega * omega * outputs.byUDot(row, i));
+            for (int i = 0; i < m; ++i) sum += x[n + i] * outputs.byMultipliers(row, i);
+            transfer(row, k) = sum;
+        }
+    }
+    return transfer;
+}
+
+void expectSameTransfer(const Matrix_<Complex>& found, const Matrix_<Complex>& expected,
+                        Real tolerance, Real omega) {
+    for (int i = 0; i < expected.nrow(); ++i)
+        for (int k = 0; k < expected.ncol(); ++k)
+            EXPECT_LT(std::abs(found(i, k) - expected(i, k)), tolerance * std::abs(expected(i, k)))
+                << i << ' ' << k << " at " << omega;
+}
+
+/** A flexible body on a pin, swinging about its equilibrium, with a damped spring. **/
+struct HangingPart {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    FlexibleBody body;
+    State state;
+
+    HangingPart() : body(flexible, test::makePointMassPart().body) {
+        Force::Gravity(forces, matter, Vec3(1, -9.81, 2));
+        ModalDamping(flexible, body, 0.02);
+        State placed = system.realizeTopology();
+        body.setPoseByInterface(placed, "A", Transform());
+        system.realize(placed, Stage::Position);
+        Joint::Pin(flexible, matter.Ground(), body.interface("A"));
+        placed = system.realizeTopology();
+        body.setPoseByInterface(placed, "A", Transform());
+        StaticEquilibrium equilibrium(system);
+        equilibrium.solve(placed);
+        state = equilibrium.getState();
+        system.realize(state, Stage::Velocity);
+    }
+};
+
+TEST(StateSpace, HasThePolesOfTheModes) {
+    const HangingPart model;
+    const Linearization linear = calcLinearization(model.system, model.state);
+    const int n = linear.M.nrow(), m = linear.G.nrow();
+    const LinearOutputs outputs = makeOutputs(n, m, 0);
+    const StateSpace space = calcStateSpace(linear, makeInputs(n, m, 3, 2), outputs);
+    std::vector<Eigenmode> modes = calcEigenmodes(linear);
+    ASSERT_EQ(space.A.nrow(), int(2 * modes.size()));
+    Vector_<Complex> poles;
+    SimTK::Eigen(space.A).getAllEigenValues(poles);
+    for (const Eigenmode& mode : modes) {
+        Real nearest = Infinity;
+        for (int k = 0; k < poles.size(); ++k)
+            nearest = std::min(nearest, std::abs(poles[k] - mode.eigenvalue));
+        EXPECT_LT(nearest, 1e-9 * std::abs(mode.eigenvalue)) << mode.frequency << " Hz";
+    }
+}
+
+TEST(StateSpace, RespondsAsTheEquationsDo) {
+    const HangingPart model;
+    const Linearization linear = calcLinearization(model.system, model.state);
+    const int n = linear.M.nrow(), m = linear.G.nrow();
+    LinearOutputs outputs = makeOutputs(n, m, 0);
+    for (int k = 0; k < m; ++k) outputs.byMultipliers(0, k) = 0.2 * k - 0.3;
+    const LinearInputs inputs = makeInputs(n, m, 3, 2);
+    const StateSpace space = calcStateSpace(linear, inputs, outputs);
+    for (const Real omega : {0.5, 7.0, 40.0, 300.0})
+        expectSameTransfer(space.calcTransfer(Complex(0, omega)),
+                           calcDirectly(linear, omega, inputs, outputs), 1e-8, omega);
+    EXPECT_EQ(space.D1.norm(), 0);
+    EXPECT_EQ(space.D2.norm(), 0);
+}
+
+TEST(StateSpace, FollowsWhatConstraintsAreDrivenTo) {
+    const HangingPart model;
+    const Linearization linear = calcLinearization(model.system, model.state);
+    const int n = linear.M.nrow(), m = linear.G.nrow();
+    const LinearOutputs outputs = makeOutputs(n, m, 0);
+    LinearInputs inputs = makeInputs(n, m, 3, 2);
+    for (int k = 0; k < m; ++k) inputs.drives(k, 1) = std::cos(1.0 * k);
+    const StateSpace space = calcStateSpace(linear, inputs, outputs);
+    for (const Real omega : {0.5, 7.0, 40.0, 300.0})
+        expectSameTransfer(space.calcTransfer(Complex(0, omega)),
+                           calcDirectly(linear, omega, inputs, outputs), 1e-7, omega);
+    EXPECT_GT(space.D1.norm(), 1e-3);
+}
+
+TEST(FrequencyResponse, BlockByBlockIsThatOfTheEquations) {
+    const HangingPart model;
+    const Linearization linear = calcLinearization(model.system, model.state);
+    const FrequencyResponse response(model.system, model.state);
+    EXPECT_EQ(response.describeImbalance(), "");
+    const int n = linear.M.nrow(), m = linear.G.nrow();
+    LinearOutputs outputs = makeOutputs(n, m, 0);
+    for (int k = 0; k < m; ++k) outputs.byMultipliers(0, k) = 0.2 * k - 0.3;
+    LinearInputs inputs = makeInputs(n, m, 3, 2);
+    for (int k = 0; k < m; ++k) inputs.drives(k, 1) = std::cos(1.0 * k);
+    const std::vector<Real> omegas{0.5, 7, 40, 300};
+    const auto transfers = response.calcTransfers(omegas, inputs, outputs, 2);
+    for (size_t k = 0; k < omegas.size(); ++k)
+        expectSameTransfer(transfers[k], calcDirectly(linear, omegas[k], inputs, outputs), 1e-7,
+                           omegas[k]);
+}
+
+TEST(FrequencyResponse, SaysWhatKeepsAStateFromBeingAnEquilibrium) {
+    const SpringMounted model;
+    const FrequencyResponse response(model.system, model.state);
+    EXPECT_NE(response.describeImbalance(), "");
+    EXPECT_NE(describeImbalance(model.system, calcLinearization(model.system, model.state)), "");
+}
+
+TEST(StateSpace, DifferencesOfWhatIsObservedAreItsDerivatives) {
+    const HangingPart model;
+    const Linearization linear = calcLinearization(model.system, model.state);
+    const auto observe = [&](const State& state, const Vector& uDot, const Vector& multipliers) {
+        const Vec3 p = model.body.getFramePose(state).p();
+        const Vector xi = model.body.getModalCoordinates(state);
+        return std::vector<double>{p[0] * p[0], 3 * state.getU()[0] + p[1], 2 * uDot[1] + xi[0],
+                                   multipliers[2] * multipliers[2], 17};
+    };
+    const LinearOutputs outputs = differentiateOutputs(model.system, linear, observe);
+    const int first = model.body.getFrame().getFirstUIndex(model.state);
+    const int mode = model.body.getModalMobilizer(0).getFirstUIndex(model.state);
+    const Real x = model.body.getFramePose(model.state).p()[0];
+    const Real lambda = linear.multipliers[2];
+    Matrix byQ(5, linear.M.nrow(), 0.0);
+    byQ(0, first + 3) = 2 * x;
+    byQ(1, first + 4) = byQ(2, mode) = 1;
+    EXPECT_LT((outputs.byQ - byQ).norm(), 1e-8);
+    EXPECT_LT(std::abs(outputs.byU(1, 0) - 3), 1e-9);
+    EXPECT_LT(std::abs(outputs.byUDot(2, 1) - 2), 1e-9);
+    EXPECT_LT(std::abs(outputs.byMultipliers(3, 2) - 2 * lambda), 1e-8 * std::abs(lambda));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/FrequencyResponse.h"
 #include "simflex/solver/StaticEquilibrium.h"
 #include "validation/Beam.h"
 #include "validation/BrickParts.h"
@@ -126,6 +127,60 @@ TEST(Cantilever, CurvedBeamOfAnyNumberOfPiecesBendsOutOfItsPlaneInFewIterations)
         EXPECT_LE(equilibrium.getNumIterations(), 30) << count;
         EXPECT_EQ(equilibrium.getNumLoadSteps(), 1) << count;
         EXPECT_TRUE(equilibrium.getUnstableMotions().empty()) << count;
+    }
+}
+
+/** Tip over static deflection of a cantilever whose tip is shaken, x = βL. **/
+double calcTipResponse(double x) {
+    return 3 / (x * x * x) * (std::sin(x) * std::cosh(x) - std::cos(x) * std::sinh(x)) /
+           (1 + std::cos(x) * std::cosh(x));
+}
+
+TEST(Cantilever, TipAnswersToAHarmonicForceAsInClosedForm) {
+    constexpr int Count = 4;
+    constexpr double Length = 1, Depth = 0.004;
+    test::BeamOptions options;
+    options.length = Length / Count;
+    options.height = options.width = Depth;
+    options.numElements = 24;
+    options.numModes = 24;
+    Pieces beam(test::makeBeam(options), options.length, Transform(), Rotation(), Count);
+    const State state = beam.makeState();
+    const FrequencyResponse response(beam.system, state);
+    EXPECT_EQ(response.describeImbalance(), "");
+    const int n = state.getNU(), m = response.getPoint().multipliers.size();
+
+    // The force on the tip, from what a force there leaves of the equations.
+    LinearInputs inputs{Matrix(n, 1, 0.0), Matrix(m, 1, 0.0), Matrix(1, 1, 0.0)};
+    const Attachment tip = beam.bodies.back().interface("tip");
+    Pieces pushed(test::makeBeam(options), options.length, Transform(), Rotation(), Count);
+    AttachmentForce(pushed.flexible, pushed.bodies.back().interface("tip"),
+                    SpatialVec(Vec3(0), Vec3(0, 1, 0)));
+    const Vector force =
+        -calcEquationErrors(pushed.system, pushed.makeState(), Vector(n, 0.0), Vector(m, 0.0))
+             .residual;
+    for (int i = 0; i < n; ++i) inputs.forces(i, 0) = force[i];
+    const LinearOutputs outputs = differentiateOutputs(
+        beam.system, response.getPoint(), [&](const State& moved, const Vector&, const Vector&) {
+            return std::vector<double>{tip.calcMotion(moved).X.p()[1]};
+        });
+
+    const double EI = options.E * std::pow(Depth, 4) / 12, rhoA = options.density * Depth * Depth;
+    std::vector<Real> omegas;
+    std::vector<double> expected;
+    for (double x = 0.1; x < 9; x += 0.1) {
+        const double V = calcTipResponse(x);
+        if (std::abs(V) >= 2) continue;
+        omegas.push_back(x * x * std::sqrt(EI / rhoA) / (Length * Length));
+        expected.push_back(std::pow(Length, 3) / (3 * EI) * V);
+    }
+    EXPECT_GT(omegas.size(), 70u);
+    const auto transfers = response.calcTransfers(omegas, inputs, outputs);
+    for (size_t k = 0; k < omegas.size(); ++k) {
+        // Between modes the response passes zero, where nothing can be relative.
+        const double allowed = 0.01 * std::max(std::abs(expected[k]), 1e-3 * std::abs(expected[0]));
+        EXPECT_NEAR(transfers[k](0, 0).real(), expected[k], allowed) << omegas[k];
+        EXPECT_LT(std::abs(transfers[k](0, 0).imag()), 1e-6 * std::abs(expected[k]));
     }
 }
 

@@ -100,6 +100,7 @@ void addPlotCommand(CLI::App& app) {
         "  simflex plot run.h5 'slider*' tip.x -o slider.pdf\n"
         "  simflex plot flexible.h5 rigid.h5 slider.x --from 0.05 --title 'Slider'\n"
         "  simflex plot run.h5 --analysis campbell --orders 1,2\n"
+        "  simflex plot run.h5 tip.y --analysis response          (Bode diagram of an output)\n"
         "  simflex plot crank.sweep/sweep.h5 tip.x.maximum --x speed   (columns of a sweep over "
         "a parameter)");
     plot->add_option("RESULT.h5", arguments->names,
@@ -110,8 +111,8 @@ void addPlotCommand(CLI::App& app) {
                      "Picture, .png, .svg or .pdf (default: RESULT.png here)");
     plot->add_option("--analysis", arguments->analysis,
                      "Which analysis (default: the first transient one)");
-    plot->add_option("--from", arguments->wishes.from, "First time [s]");
-    plot->add_option("--to", arguments->wishes.to, "Last time [s]");
+    plot->add_option("--from", arguments->wishes.from, "First time [s], or frequency [Hz]");
+    plot->add_option("--to", arguments->wishes.to, "Last time [s], or frequency [Hz]");
     plot->add_option("--x", arguments->wishes.xProbe,
                      "A probe along the horizontal axis, not time; of a sweep a parameter");
     plot->add_option("--orders", arguments->wishes.orders,

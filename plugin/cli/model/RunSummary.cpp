@@ -146,12 +146,35 @@ void printCampbell(const Results::Analysis& analysis) {
     std::printf("\n");
 }
 
+void printLinear(const Results::Analysis& analysis) {
+    std::printf("%s: linear model, %s, %s, %s\n", analysis.name.c_str(),
+                formatCount(analysis.matrices.at("A").size(), "state", "states").c_str(),
+                formatCount(analysis.inputs.size(), "input", "inputs").c_str(),
+                formatCount(analysis.outputs.size(), "output", "outputs").c_str());
+}
+
+void printResponse(const Results::Analysis& analysis) {
+    std::printf("%s: frequency response, %s from %.6g to %.6g Hz\n", analysis.name.c_str(),
+                formatCount(analysis.frequency.at(0).size(), "frequency", "frequencies").c_str(),
+                analysis.frequency[0].front(), analysis.frequency[0].back());
+    TextTable table({"response", "largest", "at [Hz]", "phase [deg]"});
+    for (const ChosenResponse& response : chooseResponses(analysis, {})) {
+        const auto largest = std::max_element(response.magnitude.begin(), response.magnitude.end());
+        const size_t at = size_t(largest - response.magnitude.begin());
+        table.add({makeAxisLabel(response.name, response.unit), formatNumber(*largest),
+                   formatNumber(analysis.frequency[0][at]), formatNumber(response.phase[at])});
+    }
+    print(table);
+}
+
 /** @param remarks  more lines **/
 void printAnalysis(const Results::Analysis& analysis, const std::vector<std::string>& remarks) {
     if (analysis.type == "transient") printTransient(analysis);
     if (analysis.type == "static") printStatic(analysis);
     if (analysis.type == "eigen") printEigen(analysis);
     if (analysis.type == "campbell") printCampbell(analysis);
+    if (analysis.type == "linear") printLinear(analysis);
+    if (analysis.type == "frequency_response") printResponse(analysis);
     printEvents(analysis);
     for (const std::string& warning : analysis.warnings)
         std::printf("  warning: %s\n", warning.c_str());

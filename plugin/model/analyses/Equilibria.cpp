@@ -1,11 +1,16 @@
 /** @file
-The analyses without time: static, eigen, campbell. **/
+The analyses without time: static, eigen, campbell, linear, frequency_response. **/
 
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
 #include <sstream>
 
 #include "simflex/base/NumberText.h"
+#include "simflex/base/Progress.h"
 #include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/analyses/LinearPorts.h"
 #include "simflex/model/analyses/ModelRun.h"
 #include "simflex/model/analyses/MotionWarnings.h"
 #include "simflex/model/analyses/StateNumbers.h"
@@ -49,6 +54,13 @@ std::vector<std::pair<std::string, int>> countEqual(const std::vector<std::strin
             ++found->second;
     }
     return counts;
+}
+
+std::vector<std::vector<double>> listRows(const SimTK::Matrix& matrix) {
+    std::vector<std::vector<double>> rows(size_t(matrix.nrow()));
+    for (int i = 0; i < matrix.nrow(); ++i)
+        for (int j = 0; j < matrix.ncol(); ++j) rows[size_t(i)].push_back(matrix(i, j));
+    return rows;
 }
 
 constexpr int UsualModes = 10, UsualBranches = 6;
@@ -185,6 +197,125 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
             results.frequency[k].push_back(branch.frequency[k]);
             results.dampingRatio[k].push_back(branch.dampingRatio[k]);
         }
+    m_writer->add(results);
+}
+
+namespace {
+
+void putPorts(const std::vector<LinearSystem::Port>& inputs,
+              const std::vector<LinearSystem::Port>& outputs, Results::Analysis& results) {
+    for (const LinearSystem::Port& port : inputs) {
+        results.inputs.push_back(port.name);
+        results.inputUnits.push_back(port.unit);
+    }
+    for (const LinearSystem::Port& port : outputs) {
+        results.outputs.push_back(port.name);
+        results.outputUnits.push_back(port.unit);
+    }
+}
+
+std::vector<std::string> getTextsIfGiven(const ModelValue& map, const char* key) {
+    return map.has(key) ? map.get(key).getTexts() : std::vector<std::string>();
+}
+
+std::vector<double> listFrequencies(const ModelValue& analysis) {
+    const ModelValue wanted = analysis.get("frequencies");
+    std::vector<double> frequencies = wanted.getNumbers();
+    for (const double frequency : frequencies)
+        if (!(frequency >= 0)) wanted.fail("a frequency is not negative");
+    if (!wanted.isMap() || analysis.get("spacing").getText() != "logarithmic") return frequencies;
+    const double from = frequencies.front(), to = frequencies.back();
+    if (!(from > 0) || !(to > 0))
+        wanted.fail(
+            "a logarithmic range cannot begin or end at 0; begin above it, or give "
+            "spacing: linear");
+    const double last = double(std::max<size_t>(2, frequencies.size()) - 1);
+    for (size_t k = 1; k + 1 < frequencies.size(); ++k)
+        frequencies[k] = from * std::pow(to / from, double(k) / last);
+    return frequencies;
+}
+
+}  // namespace
+
+void ModelRun::runLinear(const ModelValue& analysis) {
+    const std::string name = analysis.getName();
+    const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name));
+    LinearSystem linear;
+    try {
+        linear = linearizeModel(m_text, m_modelOptions, m_model, m_probes, about,
+                                analysis.get("inputs").getTexts(),
+                                getTextsIfGiven(analysis, "outputs"), [this] { stopIfAsked(); });
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const std::runtime_error& error) {
+        if (isRigidTwin()) return leaveOut(name, error.what());
+        throw std::runtime_error("analysis '" + name + "': " + error.what());
+    }
+    Results::Analysis results = makeComplete(name, "linear");
+    putPorts(linear.inputs, linear.outputs, results);
+    results.matrices = {{"A", listRows(linear.A)},
+                        {"B", listRows(linear.B)},
+                        {"C", listRows(linear.C)},
+                        {"D", listRows(linear.D)}};
+    m_writer->add(results);
+    const std::string path =
+        std::filesystem::path(m_resultPath).replace_extension("." + name + ".mat").string();
+    linear.writeMat(path);
+    m_remarks[name].push_back("for MATLAB, Octave and Python: " + path);
+}
+
+void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
+    const std::string name = analysis.getName();
+    const std::vector<double> frequencies = listFrequencies(analysis);
+    const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name));
+    std::optional<ModelResponse> model;
+    HarmonicResponse response;
+    try {
+        model.emplace(m_text, m_modelOptions, m_model, m_probes, about,
+                      analysis.get("inputs").getTexts(), getTextsIfGiven(analysis, "outputs"),
+                      [this] { stopIfAsked(); });
+        response = calcHarmonicResponse(
+            *model, frequencies,
+            analysis.get("adaptive").getBool() ? Refinement::AtResonances : Refinement::None,
+            [this](double fraction) {
+                m_fraction = fraction;
+                stopIfAsked();
+            });
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const std::runtime_error& error) {
+        if (isRigidTwin()) return leaveOut(name, error.what());
+        throw std::runtime_error("analysis '" + name + "': " + error.what());
+    }
+    Results::Analysis results = makeComplete(name, "frequency_response");
+    putPorts(response.inputs, response.outputs, results);
+    results.frequency = {response.frequencies};
+    auto &magnitude = results.matrices["magnitude"], &phase = results.matrices["phase"];
+    for (const auto& transfer : response.transfers) {
+        magnitude.emplace_back();
+        phase.emplace_back();
+        for (int i = 0; i < transfer.nrow(); ++i)
+            for (int k = 0; k < transfer.ncol(); ++k) {
+                magnitude.back().push_back(std::abs(transfer(i, k)));
+                phase.back().push_back(std::arg(transfer(i, k)) * 180 / SimTK::Pi);
+            }
+    }
+    if (m_options.drawsPictures && analysis.has("shapes")) {
+        std::vector<Eigenmode> shapes;
+        std::vector<std::string> titles;
+        for (const double frequency : analysis.get("shapes").getNumbers()) {
+            const auto motions = model->calcMotions(frequency);
+            for (int k = 0; k < motions.ncol(); ++k) {
+                shapes.emplace_back();
+                shapes.back().frequency = frequency;
+                shapes.back().shape = motions(k);
+                titles.push_back(response.inputs[size_t(k)].name + " at " +
+                                 writeGeneral(frequency, 5) + " Hz");
+            }
+        }
+        m_remarks[name].push_back(drawShapes(*m_model, model->getState(), shapes, titles, name,
+                                             getUsualFolder(), m_options.listener));
+    }
     m_writer->add(results);
 }
 

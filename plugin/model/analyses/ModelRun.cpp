@@ -267,7 +267,9 @@ void ModelRun::perform() {
         {"transient", &ModelRun::runTransient},
         {"static", &ModelRun::runStatic},
         {"eigen", &ModelRun::runEigen},
-        {"campbell", &ModelRun::runCampbell}};
+        {"campbell", &ModelRun::runCampbell},
+        {"linear", &ModelRun::runLinear},
+        {"frequency_response", &ModelRun::runFrequencyResponse}};
     const ModelValue analyses = m_model->getFile().get("analyses");
     for (const std::string& name : analyses.getKeys()) {
         const ModelValue analysis = analyses.get(name);

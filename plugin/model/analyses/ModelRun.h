@@ -106,6 +106,8 @@ private:
     void runStatic(const ModelValue& analysis);
     void runEigen(const ModelValue& analysis);
     void runCampbell(const ModelValue& analysis);
+    void runLinear(const ModelValue& analysis);
+    void runFrequencyResponse(const ModelValue& analysis);
 
     std::vector<ResultColumn> makeColumns() const;
 

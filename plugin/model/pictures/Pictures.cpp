@@ -470,13 +470,19 @@ bool drawMotion(const Model& model, const MotionRecorder& motion, const Results:
     return true;
 }
 
-std::string drawModes(const Model& model, const Linearization& linear,
-                      const std::vector<Eigenmode>& modes, const std::string& analysis,
-                      const std::string& usualFolder, const Listener& listener) {
+namespace {
+
+/** A period of each; `kind` is "mode" or "shape". **/
+std::string drawPeriods(const Model& model, const State& about, const std::vector<Eigenmode>& modes,
+                        const std::vector<std::string>& titles, const std::string& kind,
+                        const std::string& analysis, const std::string& usualFolder,
+                        const Listener& listener) {
     const ModelValue pictures = model.getFile().get("pictures");
     const fs::path folder =
         pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder;
     fs::create_directories(folder);
+    Linearization linear;
+    linear.state = about;
     // The largest of the bodies' sizes, and of their distances from Ground's origin.
     double size = 0;
     model.getSystem().realize(linear.state, SimTK::Stage::Velocity);
@@ -485,31 +491,48 @@ std::string drawModes(const Model& model, const Linearization& linear,
         size = std::max(size, double(body.mobod.getBodyTransform(linear.state).p().norm()));
     }
     if (size == 0) size = 1;
+    const std::string file = analysis + "_" + kind + "_";
     for (size_t k = 0; k < modes.size(); ++k) {
         const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
-        const std::string title = "mode " + std::to_string(k + 1) + ": " +
-                                  writeGeneral(double(modes[k].frequency), 5) + " Hz";
-        viz->setWindowTitle(title).setShowSimTime(false).setShowLoads(false);
+        viz->setWindowTitle(titles[k]).setShowSimTime(false).setShowLoads(false);
         // A mode has no size of its own.
         viz->setDeformationFactor(1).setShowDeformationFactor(false).setShowColorBar(false);
         VideoOptions options;
         options.framesPerSecond = ModeRate;
-        viz->addVideo((folder / (analysis + "_mode_" + std::to_string(k + 1) + ".gif")).string(),
-                      options);
+        viz->addVideo((folder / (file + std::to_string(k + 1) + ".gif")).string(), options);
         const std::vector<State> period = calcModeStates(model.getSystem(), linear, modes[k],
                                                          ModeAmplitude * size, PicturesPerPeriod);
         viz->fitToMotion(period);
         const int numDrawn = viz->reportAll(period, [&](int numComplete, int numFrames) {
             return listener.tellProgress(
-                "pictures of modes",
+                "pictures of " + kind + "s",
                 (double(k) + double(numComplete) / numFrames) / double(modes.size()));
         });
         if (numDrawn < int(period.size()))
-            throw Cancelled("modes were drawn up to the " + std::to_string(k) + ". one");
+            throw Cancelled(kind + "s were drawn up to the " + std::to_string(k) + ". one");
         viz->finish();
     }
-    return "pictures: " + std::to_string(modes.size()) + " modes, " +
-           (folder / (analysis + "_mode_*.gif")).string();
+    return "pictures: " + std::to_string(modes.size()) + " " + kind +
+           (modes.size() == 1 && kind == "shape" ? "" : "s") + ", " +
+           (folder / (file + "*.gif")).string();
+}
+
+}  // namespace
+
+std::string drawModes(const Model& model, const Linearization& linear,
+                      const std::vector<Eigenmode>& modes, const std::string& analysis,
+                      const std::string& usualFolder, const Listener& listener) {
+    std::vector<std::string> titles;
+    for (size_t k = 0; k < modes.size(); ++k)
+        titles.push_back("mode " + std::to_string(k + 1) + ": " +
+                         writeGeneral(double(modes[k].frequency), 5) + " Hz");
+    return drawPeriods(model, linear.state, modes, titles, "mode", analysis, usualFolder, listener);
+}
+
+std::string drawShapes(const Model& model, const State& state, const std::vector<Eigenmode>& shapes,
+                       const std::vector<std::string>& titles, const std::string& analysis,
+                       const std::string& usualFolder, const Listener& listener) {
+    return drawPeriods(model, state, shapes, titles, "shape", analysis, usualFolder, listener);
 }
 
 }  // namespace model

@@ -71,11 +71,16 @@ void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& 
 bool drawMotion(const Model& model, const MotionRecorder& motion, const Results::Analysis& rows,
                 OffscreenVisualizer& viz, const Listener& listener);
 
-/** A film of each mode: FOLDER/ANALYSIS_mode_1.gif …
+/** A film of each mode: FOLDER/ANALYSIS_mode_1.gif …; or of each shape that a harmonic motion has,
+with its title: FOLDER/ANALYSIS_shape_1.gif …
 @return where they are, for people @throws Cancelled, std::runtime_error. **/
 std::string drawModes(const Model& model, const Linearization& linear,
                       const std::vector<Eigenmode>& modes, const std::string& analysis,
                       const std::string& usualFolder, const Listener& listener);
+std::string drawShapes(const Model& model, const SimTK::State& state,
+                       const std::vector<Eigenmode>& shapes, const std::vector<std::string>& titles,
+                       const std::string& analysis, const std::string& usualFolder,
+                       const Listener& listener);
 
 }  // namespace model
 }  // namespace simflex

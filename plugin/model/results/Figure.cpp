@@ -52,9 +52,10 @@ std::string number(double value) {
 /** Smallest and largest, of finite numbers. **/
 struct Range {
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    void add(const std::vector<double>& values) {
+    void add(const std::vector<double>& values, bool onlyPositive = false) {
         for (const double value : values)
-            if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+            if (std::isfinite(value) && (value > 0 || !onlyPositive))
+                low = std::min(low, value), high = std::max(high, value);
     }
     bool isEmpty() const { return low > high; }
     double getSpan() const { return high - low; }
@@ -127,6 +128,14 @@ std::string makeRange(const Range& range, double margin, bool startsAtZero) {
     return "[" + number(low) + ":" + number(high) + "]";
 }
 
+/** Of positive numbers; a decade or more is shown in whole. **/
+std::string makeLogarithmicRange(const Range& range, double margin) {
+    if (range.isEmpty()) return "[1:10]";
+    const double factor =
+        range.high > range.low ? std::pow(range.high / range.low, margin) : std::sqrt(10.0);
+    return "[" + number(range.low / factor) + ":" + number(range.high * factor) + "]";
+}
+
 /** Columns of a legend above a panel, so that it fits. **/
 int countLegendColumns(const FigurePanel& panel, int width) {
     size_t longest = 1;
@@ -189,8 +198,11 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
               ", screen " + layout.screenY(upper + 0.5 * layout.panelHeight) +
               " center rotate by 90" + text;
     Range y;
-    for (const FigureCurve& curve : panel.curves) y.add(curve.y);
-    script += "set yrange " + makeRange(y, 0.05, panel.startsAtZero) + "\n";
+    for (const FigureCurve& curve : panel.curves) y.add(curve.y, panel.isLogarithmic);
+    script += panel.isLogarithmic
+                  ? "set logscale y\nset yrange " + makeLogarithmicRange(y, 0.05)
+                  : "unset logscale y\nset yrange " + makeRange(y, 0.05, panel.startsAtZero);
+    script += "\n";
     if (hasLegend(panel)) {
         script += "set key at screen " + layout.screenX(LeftOfPanels) + ", screen " +
                   layout.screenY(upper - 2) + " left bottom horizontal Left reverse maxcols " +
@@ -223,14 +235,17 @@ std::string makeGnuplotScript(const std::string& kind, const Figure& figure) {
         for (size_t c = 0; c < figure.panels[size_t(p)].curves.size(); ++c) {
             const FigureCurve& curve = figure.panels[size_t(p)].curves[c];
             addData(script, "curve_" + std::to_string(p) + "_" + std::to_string(c), curve);
-            x.add(curve.x);
+            x.add(curve.x, figure.isLogarithmic);
         }
     script += "set border 3 linewidth 0.9 linecolor rgb '" + hex(theme.text) + "'\n";
     script += "set tics nomirror out scale 0.6 textcolor rgb '" + hex(theme.text) + "'\n";
     script += "set grid linetype 1 linewidth 0.7 linecolor rgb '" + hex(theme.grid) + "'\n";
     script += "set format '%g'\n";
     if (figure.hasWholeNumbers && x.getSpan() < 25) script += "set xtics 1\n";
-    script += "set xrange " + makeRange(x, figure.hasWholeNumbers ? 0.1 : 0, false) + "\n";
+    script += figure.isLogarithmic
+                  ? "set logscale x\nset xrange " + makeLogarithmicRange(x, 0)
+                  : "set xrange " + makeRange(x, figure.hasWholeNumbers ? 0.1 : 0, false);
+    script += "\n";
     script += "set multiplot\n";
 
     // Panels of one height, and above each the lines of its legend.

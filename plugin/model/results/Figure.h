@@ -21,6 +21,7 @@ struct FigurePanel {
     std::string label;  ///< of the value axis
     std::vector<FigureCurve> curves;
     bool startsAtZero = false;
+    bool isLogarithmic = false;  ///< along the value axis
 };
 
 struct Figure {
@@ -28,6 +29,7 @@ struct Figure {
     std::string xLabel;
     std::vector<FigurePanel> panels;  ///< one below the other, over the same x
     bool hasWholeNumbers = false;     ///< along x
+    bool isLogarithmic = false;       ///< along x
     int width = 0, height = 0;        ///< [pixels, 96 an inch]; 0: what suits
 };
 

@@ -50,6 +50,43 @@ std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
     return chosen;
 }
 
+std::vector<ChosenResponse> chooseResponses(const Results::Analysis& analysis,
+                                            const std::vector<std::string>& patterns) {
+    std::vector<ChosenResponse> chosen;
+    std::set<std::string> used;
+    const size_t numInputs = analysis.inputs.size();
+    for (size_t i = 0; i < analysis.outputs.size(); ++i) {
+        const std::string& output = analysis.outputs[i];
+        const ChosenColumn column{output, output.substr(0, output.find('.')), "", "", {}};
+        bool isChosen = patterns.empty();
+        for (const std::string& pattern : patterns) {
+            if (!fits(pattern, column)) continue;
+            isChosen = true;
+            used.insert(pattern);
+        }
+        for (size_t k = 0; isChosen && k < numInputs; ++k) {
+            ChosenResponse response;
+            response.output = output;
+            response.name = numInputs > 1 ? output + " by " + analysis.inputs[k] : output;
+            const std::string &unit = analysis.outputUnits.at(i), by = analysis.inputUnits.at(k);
+            response.unit = by.empty()
+                                ? unit
+                                : (unit.empty() ? "1" : unit) + "/" +
+                                      (by.find_first_of(" /") == by.npos ? by : "(" + by + ")");
+            for (const auto& row : analysis.matrices.at("magnitude"))
+                response.magnitude.push_back(row.at(i * numInputs + k));
+            for (const auto& row : analysis.matrices.at("phase"))
+                response.phase.push_back(row.at(i * numInputs + k));
+            chosen.push_back(std::move(response));
+        }
+    }
+    for (const std::string& pattern : patterns)
+        if (!used.count(pattern))
+            throw std::runtime_error("in analysis '" + analysis.name + "' " +
+                                     describeUnknown("output", pattern, analysis.outputs));
+    return chosen;
+}
+
 const Results::Analysis& chooseAnalysis(const Results& results, const std::string& path,
                                         const std::string& name) {
     if (results.analyses.empty())

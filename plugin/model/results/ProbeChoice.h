@@ -32,6 +32,19 @@ std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
 const Results::Analysis& chooseAnalysis(const Results& results, const std::string& path,
                                         const std::string& name);
 
+/** One of an analysis' responses, of type frequency_response. **/
+struct ChosenResponse {
+    std::string name;    ///< "tip.y by loads.push.force.y", or "tip.y" if there is one input
+    std::string output;  ///< "tip.y"
+    std::string unit;    ///< "m/N"
+    std::vector<double> magnitude, phase;  ///< at its frequencies; [degrees]
+};
+
+/** Responses of outputs that one of the patterns fits, those of the first output first; no
+patterns: all. @throws std::runtime_error proposing others if a pattern fits none. **/
+std::vector<ChosenResponse> chooseResponses(const Results::Analysis& analysis,
+                                            const std::vector<std::string>& patterns);
+
 /** Short names that tell files apart: their names without folders and extension, or as much of
 their paths as it takes. **/
 std::vector<std::string> makeFileLabels(const std::vector<std::string>& paths);

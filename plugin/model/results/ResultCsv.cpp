@@ -34,6 +34,39 @@ std::string writeDiagram(const Results::Analysis& analysis) {
     return text;
 }
 
+std::string writeMatrices(const Results::Analysis& analysis) {
+    std::string text = "matrix,row,column,value\n";
+    for (const auto& [name, rows] : analysis.matrices)
+        for (size_t i = 0; i < rows.size(); ++i)
+            for (size_t j = 0; j < rows[i].size(); ++j)
+                if (rows[i][j] != 0)
+                    text += CsvLine()
+                                .add(name)
+                                .add(std::to_string(i + 1))
+                                .add(std::to_string(j + 1))
+                                .add(rows[i][j])
+                                .end();
+    return text;
+}
+
+std::string writeResponses(const Results::Analysis& analysis) {
+    const std::vector<ChosenResponse> responses = chooseResponses(analysis, {});
+    CsvLine titles;
+    titles.add("frequency [Hz]");
+    for (const ChosenResponse& response : responses)
+        titles.add(makeAxisLabel(response.name, response.unit));
+    for (const ChosenResponse& response : responses)
+        titles.add("phase of " + response.name + " [deg]");
+    std::string text = titles.end();
+    for (size_t n = 0; n < analysis.frequency.at(0).size(); ++n)
+        text += CsvLine()
+                    .add(analysis.frequency[0][n])
+                    .addAll(analysis.matrices.at("magnitude").at(n))
+                    .addAll(analysis.matrices.at("phase").at(n))
+                    .end();
+    return text;
+}
+
 std::string writeProbes(const Results::Analysis& analysis) {
     const bool isTransient = analysis.type == "transient";
     CsvLine titles;
@@ -57,9 +90,11 @@ using namespace model;
 
 void writeResultCsv(const std::string& path, const Results::Analysis& analysis) {
     replaceFile(path,
-                analysis.type == "eigen"      ? writeModes(analysis)
-                : analysis.type == "campbell" ? writeDiagram(analysis)
-                                              : writeProbes(analysis),
+                analysis.type == "eigen"                ? writeModes(analysis)
+                : analysis.type == "campbell"           ? writeDiagram(analysis)
+                : analysis.type == "linear"             ? writeMatrices(analysis)
+                : analysis.type == "frequency_response" ? writeResponses(analysis)
+                                                        : writeProbes(analysis),
                 Durability::ProcessEnd);
 }
 

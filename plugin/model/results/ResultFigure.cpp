@@ -277,6 +277,53 @@ Figure makeCampbellFigure(const std::vector<FigureSource>& sources, const Figure
     return figure;
 }
 
+/** Whether it spans so much that a decade says more than a length. **/
+bool isWide(const std::vector<double>& frequencies) {
+    return frequencies.front() > 0 && frequencies.back() > 5 * frequencies.front();
+}
+
+/** Bode's diagram: magnitudes by unit, then phases without their jumps by a turn. **/
+Figure makeBodeFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
+    Figure figure;
+    figure.xLabel = "frequency [Hz]";
+    figure.isLogarithmic = isWide(sources[0].analysis->frequency.at(0));
+    FigurePanel phases{"phase [degrees]", {}, false, false};
+    std::map<std::string, size_t> panelOfUnit;
+    for (size_t s = 0; s < sources.size(); ++s) {
+        const std::vector<double>& frequencies = sources[s].analysis->frequency.at(0);
+        const auto responses = chooseResponses(*sources[s].analysis, wishes.probes);
+        for (size_t r = 0; r < responses.size(); ++r) {
+            const ChosenResponse& response = responses[r];
+            FigureCurve curve;
+            curve.name =
+                sources.size() > 1 ? response.name + ", " + sources[s].label : response.name;
+            curve.color = int(r);
+            curve.dash = int(s);
+            if (wishes.hasPoints) curve.marks = FigureCurve::Marks::Points;
+            curve.x = frequencies;
+            curve.y = response.magnitude;
+            cutToTimes(frequencies, wishes, curve.x);
+            cutToTimes(frequencies, wishes, curve.y);
+            const auto found = panelOfUnit.emplace(response.unit, figure.panels.size());
+            if (found.second)
+                figure.panels.push_back(
+                    {makeAxisLabel("magnitude", response.unit), {}, false, true});
+            figure.panels[found.first->second].curves.push_back(curve);
+            curve.y = response.phase;
+            for (size_t k = 1; k < curve.y.size(); ++k)
+                curve.y[k] -= 360 * std::round((curve.y[k] - curve.y[k - 1]) / 360);
+            cutToTimes(frequencies, wishes, curve.y);
+            phases.curves.push_back(curve);
+        }
+    }
+    if (phases.curves.size() > MostCurves)
+        throw std::runtime_error(std::to_string(phases.curves.size()) +
+                                 " responses are too many (at most " + std::to_string(MostCurves) +
+                                 "): name some of the outputs");
+    figure.panels.push_back(phases);
+    return figure;
+}
+
 }  // namespace
 
 Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
@@ -289,6 +336,10 @@ Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWi
     if (type == "static")
         throw std::runtime_error("analysis '" + sources[0].analysis->name +
                                  "' is static: one number for each probe, which is no curve");
+    if (type == "linear")
+        throw std::runtime_error("analysis '" + sources[0].analysis->name +
+                                 "' is linear: matrices, which are no curves");
+    if (type == "frequency_response") return makeBodeFigure(sources, wishes);
     if (type == "eigen") return makeEigenFigure(sources);
     if (type == "campbell") return makeCampbellFigure(sources, wishes);
     return makeTransientFigure(sources, wishes);

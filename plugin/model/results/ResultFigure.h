@@ -27,8 +27,8 @@ struct FigureWishes {
     std::vector<double> orders;  ///< campbell: lines of this many times the speed [rad/s]
 };
 
-/** Probes over time (or over another probe), frequencies of eigenmodes, or a Campbell diagram: the
-analyses must be of one type. @throws std::runtime_error. **/
+/** Probes over time (or over another probe), frequencies of eigenmodes, a Campbell diagram or a
+Bode diagram: the analyses must be of one type. @throws std::runtime_error. **/
 Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes);
 
 }  // namespace model

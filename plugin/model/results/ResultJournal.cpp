@@ -82,6 +82,11 @@ void visit(Archive& archive, ResultJournal::Analysis& analysis) {
     }
     archive.visit(contents.q, contents.u, contents.speeds, contents.frequency,
                   contents.dampingRatio);
+    archive.visit(contents.inputs, contents.outputs, contents.inputUnits, contents.outputUnits);
+    std::vector<std::string> names;
+    for (const auto& entry : contents.matrices) names.push_back(entry.first);
+    archive.visit(names);
+    for (const std::string& name : names) archive.visit(contents.matrices[name]);
 }
 
 /** A record of texts and numbers. **/

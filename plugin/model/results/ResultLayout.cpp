@@ -153,6 +153,19 @@ void writeMatrix(hid_t parent, const std::string& name, const Rows& rows) {
     hdf5::write(parent, name, {rows.size(), width}, joined.data());
 }
 
+/** Inputs, outputs and what lies between. **/
+void writePorts(hid_t group, const Results::Analysis& contents) {
+    hdf5::writeTexts(group, "inputs", contents.inputs);
+    hdf5::writeTexts(group, "input_units", contents.inputUnits);
+    hdf5::writeTexts(group, "outputs", contents.outputs);
+    hdf5::writeTexts(group, "output_units", contents.outputUnits);
+    if (!contents.frequency.empty())
+        hdf5::write(group, "frequency", {contents.frequency[0].size()},
+                    contents.frequency[0].data());
+    const auto matrices = hdf5::createGroup(group, "matrices");
+    for (const auto& [name, rows] : contents.matrices) writeMatrix(matrices, name, rows);
+}
+
 void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& analysis,
                    const ResultJournal& journal) {
     const Results::Analysis& contents = analysis.contents;
@@ -183,6 +196,8 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
                     contents.frequency[0].data());
         hdf5::write(group, "damping_ratio", {contents.dampingRatio.at(0).size()},
                     contents.dampingRatio[0].data());
+    } else if (contents.type == "linear" || contents.type == "frequency_response") {
+        writePorts(group, contents);
     } else {
         hdf5::write(group, "speeds", {contents.speeds.size()}, contents.speeds.data());
         writeMatrix(group, "frequency", contents.frequency);
@@ -253,6 +268,33 @@ void readStates(hid_t group, hsize_t numRows, Results::Analysis& analysis) {
     if (hdf5::hasLink(states, "u")) analysis.u = readMatrix(states, "u", numRows, 0);
 }
 
+void readPorts(hid_t group, Results::Analysis& analysis) {
+    analysis.inputs = hdf5::readTexts(group, "inputs");
+    analysis.inputUnits = hdf5::readTexts(group, "input_units");
+    analysis.outputs = hdf5::readTexts(group, "outputs");
+    analysis.outputUnits = hdf5::readTexts(group, "output_units");
+    if (analysis.inputUnits.size() != analysis.inputs.size() ||
+        analysis.outputUnits.size() != analysis.outputs.size())
+        throw std::runtime_error("it has other numbers of units than of inputs or outputs");
+    const auto matrices = hdf5::openGroup(group, "matrices");
+    const hsize_t numInputs = analysis.inputs.size(), numOutputs = analysis.outputs.size();
+    if (numInputs == 0 || numOutputs == 0) throw std::runtime_error("it has no inputs or outputs");
+    if (analysis.type == "frequency_response") {
+        analysis.frequency = {hdf5::readNumbers(group, "frequency", {0})};
+        const hsize_t n = analysis.frequency[0].size();
+        if (n == 0) throw std::runtime_error("it has no frequencies");
+        for (const char* name : {"magnitude", "phase"})
+            analysis.matrices[name] = readMatrix(matrices, name, n, numOutputs * numInputs);
+        return;
+    }
+    analysis.matrices["D"] = readMatrix(matrices, "D", numOutputs, numInputs);
+    analysis.matrices["C"] = readMatrix(matrices, "C", numOutputs, 0);
+    const hsize_t numStates = analysis.matrices["C"][0].size();
+    if (numStates == 0) throw std::runtime_error("it has no states");
+    analysis.matrices["A"] = readMatrix(matrices, "A", numStates, numStates);
+    analysis.matrices["B"] = readMatrix(matrices, "B", numStates, numInputs);
+}
+
 Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStates states) {
     const auto group = hdf5::openGroup(analyses, name);
     Results::Analysis analysis;
@@ -282,9 +324,12 @@ Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStat
             analysis.dampingRatio =
                 readMatrix(group, "damping_ratio", n, analysis.frequency[0].size());
         }
+    } else if (analysis.type == "linear" || analysis.type == "frequency_response") {
+        readPorts(group, analysis);
     } else {
         throw std::runtime_error("its type is '" + analysis.type +
-                                 "', not transient, static, eigen or campbell");
+                                 "', not transient, static, eigen, campbell, linear or "
+                                 "frequency_response");
     }
     if (hdf5::hasLink(group, "statistics"))
         analysis.statistics = readStatistics(hdf5::openGroup(group, "statistics"));

@@ -77,7 +77,9 @@ SchemaForm analysis() {
     return map(
         "an analysis",
         {
-            SchemaKey("type", {choice({"transient", "static", "eigen", "campbell", "sweep"})},
+            SchemaKey("type",
+                      {choice({"transient", "static", "eigen", "campbell", "linear",
+                               "frequency_response", "sweep"})},
                       "What is done.")
                 .required()
                 .such("transient"),
@@ -98,11 +100,44 @@ SchemaForm analysis() {
                 .orElse("start")
                 .such("rest"),
             SchemaKey("about", {choice({"placed", "static"}), name("an analysis")},
-                      "State whose small vibrations are found: placed, "
+                      "State about which the model is linearised: placed, "
                       "static (equilibrium), or the end of an earlier analysis.")
-                .only({"eigen"})
+                .only({"eigen", "linear", "frequency_response"})
                 .orElse("placed")
                 .such("static"),
+            SchemaKey("inputs", {list({text()})},
+                      "Numbers of the model whose changes are inputs, by path: a load, a motion's "
+                      "position, gravity, a parameter; all numbers in what a path names.")
+                .only({"linear", "frequency_response"})
+                .required()
+                .such("[loads.push.force.y]"),
+            SchemaKey("outputs", {list({text()})}, "Probes, or their columns, that are observed.")
+                .only({"linear", "frequency_response"})
+                .orElseNote("all")
+                .such("[tip.x]"),
+            SchemaKey("frequencies", numbersOrRange(),
+                      "Frequencies at which inputs vary harmonically.")
+                .in("Hz")
+                .only({"frequency_response"})
+                .required()
+                .such("{from: 1, to: 1000, count: 50}"),
+            SchemaKey("spacing", {choice({"logarithmic", "linear"})},
+                      "How a range of frequencies is divided.")
+                .only({"frequency_response"})
+                .orElse("logarithmic")
+                .such("linear"),
+            SchemaKey("adaptive", {boolean()},
+                      "Adds frequencies between these where a response turns quickly, as it does "
+                      "in resonance.")
+                .only({"frequency_response"})
+                .orElse("true")
+                .such("false"),
+            SchemaKey("shapes", {list({number(0)})},
+                      "Frequencies at which the deflection shapes are drawn, for each input.")
+                .in("Hz")
+                .only({"frequency_response"})
+                .orElseNote("none")
+                .such("[12.5]"),
             SchemaKey("count", {integer(1, 100000)}, "Number of frequencies.")
                 .only({"eigen", "campbell"})
                 .orElseNote("10 (eigen), 6 (campbell)")

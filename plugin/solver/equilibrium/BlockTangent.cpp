@@ -91,6 +91,22 @@ BlockMatrix<Scalar> BlockMatrix<Scalar>::transpose() const {
     return result;
 }
 
+template <class Scalar>
+double BlockMatrix<Scalar>::findSkew(const VectorXd& scale) const {
+    double skew = 0;
+    const BlockMatrix other = transpose();
+    for (size_t b = 0; b < columns.size(); ++b)
+        for (size_t k = 0; k < columns[b].size(); ++k) {
+            const size_t row = size_t(graph->neighbours[b][k]);
+            const Matrix scaled =
+                scale.segment(graph->firstU[row], graph->sizes[row]).asDiagonal() *
+                (columns[b][k] - other.columns[b][k]) *
+                scale.segment(graph->firstU[b], graph->sizes[b]).asDiagonal();
+            if (scaled.size() > 0) skew = std::max(skew, double(scaled.cwiseAbs().maxCoeff()));
+        }
+    return skew;
+}
+
 template struct BlockMatrix<double>;
 template struct BlockMatrix<std::complex<double>>;
 

@@ -38,6 +38,8 @@ struct BlockMatrix {
     Vector multiply(const Vector& x) const;
     Vector getDiagonal() const;
     BlockMatrix transpose() const;
+    /** The largest entry of scale·(A − Aᵀ)·scale. **/
+    double findSkew(const Eigen::VectorXd& scale) const;
 
     const BlockGraph* graph;
     std::vector<std::vector<Matrix>> columns;  ///< of a block, for each of its neighbours
@@ -48,6 +50,12 @@ BlockMatrix<double> differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph, double t,
     const std::vector<double>& q, const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate);
+
+/** ∂r/∂u at a point at rest, zero in columns of prescribed speeds.
+@param observer  called before every evaluation **/
+BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateScales& scales,
+                                      const BlockGraph& graph, const SolutionPoint& point,
+                                      const std::function<void()>& observer);
 
 /** Mass matrix and constraint Jacobian by blocks, at the last realize(). **/
 struct BlockMass {

@@ -44,6 +44,7 @@ struct Instant : SteadyMotion::Balance {
     SolutionPoint point;
     SteadyMotion motion;
     MatrixXd D;
+    MatrixXd speedsByQ, accelerationsByQ, accelerationsByU;
     StateTangent states;
 };
 
@@ -141,13 +142,21 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
                 .states[size_t(instant.states.states[0] - equations.getTopology().firstZ)]
                 .equation->getName() +
             "': only what is at rest can be linearised with them");
-    const MatrixXd dX = differentiateByQ(equations, scales, point.t, point.q, point.u,
-                                         [&](const std::vector<double>& q, VectorXd& f) {
-                                             if (observer) observer();
-                                             calcSpeeds(q);
-                                             f = Map<const VectorXd>(u.data(), Eigen::Index(n));
-                                         });
-    instant.D += instant.M * (2 * dX - calcRateMatrix(equations, scales, point));
+    const double rate = instant.motion.getRate();
+    const MatrixXd derivatives =
+        differentiateByQ(equations, scales, point.t, point.q, point.u,
+                         [&](const std::vector<double>& q, VectorXd& f) {
+                             if (observer) observer();
+                             calcSpeeds(q);
+                             f.resize(Eigen::Index(2 * n));
+                             f << Map<const VectorXd>(u.data(), Eigen::Index(n)),
+                                 Map<const VectorXd>(uDot.data(), Eigen::Index(n)) / rate;
+                         });
+    const MatrixXd dX = derivatives.topRows(Eigen::Index(n));
+    instant.speedsByQ = dX;
+    instant.accelerationsByQ = rate * derivatives.bottomRows(Eigen::Index(n));
+    instant.accelerationsByU = 2 * dX - calcRateMatrix(equations, scales, point);
+    instant.D += instant.M * instant.accelerationsByU;
 }
 
 /** Writes M, D, K and G into a result, with zeroes for what is held. **/
@@ -173,6 +182,10 @@ void putMatrices(const Instant& instant, const MatrixXd& T, Linearization& resul
     result.C = toMatrix(C);
     result.E = toMatrix(E);
     result.F = toMatrix(instant.states.F);
+    if (instant.motion.isAtRest()) return;
+    result.speedsByQ = toMatrix(T * instant.speedsByQ * T.transpose());
+    result.accelerationsByQ = toMatrix(T * instant.accelerationsByQ * T.transpose());
+    result.accelerationsByU = toMatrix(T * instant.accelerationsByU * T.transpose());
 }
 
 /** Small displacements of the motion, as the motion carries them to where it is later. **/
@@ -231,6 +244,16 @@ bool isDriven(Evaluation& equations, const SolutionPoint& point) {
     return std::any_of(errors.begin(), errors.end(), [](double error) { return error != 0; });
 }
 
+/** Where the motion is a radian later. **/
+void moveOn(Evaluation& equations, const SteadyMotion& motion, SolutionPoint& point) {
+    const double duration = 1 / motion.getRate();
+    if (isDriven(equations, point)) point.t += duration;
+    point.q = motion.flow(point.q, duration);
+    motion.calcSpeeds(point.q, point.u, point.uDot);
+    equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
+    equations.realize(point.t, point.q.data(), point.u.data());
+}
+
 /** Compares with the matrices a radian later. **/
 std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scales,
                              const Instant& now, const MatrixXd& T, const Linearization& result,
@@ -246,11 +269,7 @@ std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scal
     const double duration = 1 / rate;
     Instant later;
     SolutionPoint& point = later.point = now.point;
-    if (isDriven(equations, now.point)) point.t += duration;
-    point.q = now.motion.flow(now.point.q, duration);
-    now.motion.calcSpeeds(point.q, point.u, point.uDot);
-    equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
-    equations.realize(point.t, point.q.data(), point.u.data());
+    moveOn(equations, now.motion, point);
     std::vector<double> errors(point.lambda.size(), 0);
     equations.calcPositionErrors(errors.data());
     for (size_t k = 0; k < errors.size(); ++k)
@@ -345,7 +364,50 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
         result.multipliers[k] = point.lambda[size_t(k)];
     putMatrices(now, T, result);
     result.unsteady = findUnsteadiness(equations, scales, now, T, result, observer);
+    if (now.motion.isAtRest()) return result;
+    SolutionPoint later = now.point;
+    moveOn(equations, now.motion, later);
+    result.later = result.state;
+    equations.getBlocks().putIntoState(later.t, later.q.data(), later.u.data(), *result.later);
+    system.realize(*result.later, Stage::Velocity);
     return result;
+}
+
+EquationErrors calcEquationErrors(const MultibodySystem& system, const State& state,
+                                  const Vector& uDot, const Vector& multipliers) {
+    const StandardArithmetic standard;
+    requireTopology(system, state, "calcEquationErrors()");
+    State realized = state;
+    system.realize(realized, Stage::Velocity);
+    Evaluation equations(system, realized, Topology::Setting::Linearize);
+    const Topology& topology = equations.getTopology();
+    const int n = topology.numU, m = topology.numMultipliers;
+    if (uDot.size() != n || multipliers.size() != m)
+        throw std::invalid_argument("calcEquationErrors(): the system has " + std::to_string(n) +
+                                    " speeds and " + std::to_string(m) + " multipliers, not " +
+                                    std::to_string(uDot.size()) + " and " +
+                                    std::to_string(multipliers.size()));
+    SolutionPoint point;
+    point.resize(topology.numQ, n, m, topology.numZ);
+    point.t = realized.getTime();
+    equations.getBlocks().getFromState(realized, point.q.data(), point.u.data());
+    for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = realized.getZ()[int(i)];
+    equations.setZ(point.z.data());
+    State scratch = realized;
+    const VectorXd own = takeFromSimbody(equations, scratch, uDot);
+    VectorXd residual(n);
+    for (int k = 0; k < m; ++k) point.lambda[size_t(k)] = multipliers[k];
+    equations.realize(point.t, point.q.data(), point.u.data());
+    equations.calcResidual(point.q.data(), point.u.data(), own.data(), point.lambda.data(),
+                           residual.data());
+    EquationErrors errors{equations.getBlocks().calcSimbodyUDot(point.q.data(), residual.data()),
+                          Vector(m), Vector(m)};
+    std::vector<double> rows(size_t(m), 0);
+    equations.calcPositionErrors(rows.data());
+    for (int k = 0; k < m; ++k) errors.positions[k] = rows[size_t(k)];
+    equations.calcVelocityErrors(rows.data());
+    for (int k = 0; k < m; ++k) errors.velocities[k] = rows[size_t(k)];
+    return errors;
 }
 
 }  // namespace simflex

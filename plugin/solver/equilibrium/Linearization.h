@@ -35,21 +35,29 @@ body's size, relative error below 1e-8 where forces are smooth. O(n²) in time, 
 for some hundreds of speeds; twice where something moves. SI units. **/
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "Simbody.h"
 
 namespace simflex {
 
-struct Linearization {
-    SimTK::State state;         ///< the operating point; realized to Stage::Velocity
+struct OperatingPoint {
+    SimTK::State state;         ///< realized to Stage::Velocity
     SimTK::Vector uDot;         ///< n: accelerations there
     SimTK::Vector multipliers;  ///< m: joints in order, then Simbody's constraints
-    SimTK::Matrix M, D, K;      ///< n×n, Simbody's numbering of u
-    SimTK::Matrix G;            ///< m×n
+};
+
+struct Linearization : OperatingPoint {
+    SimTK::Matrix M, D, K;  ///< n×n, Simbody's numbering of u
+    SimTK::Matrix G;        ///< m×n
     /** States z of the model's own (StateEquation), s of them, at rest: B δz stands beside K δ, and
     δż = C δ + E δ̇ + F δz. **/
     SimTK::Matrix B, C, E, F;
+    /** Of a State with speeds, empty at rest: u changes by X′δ + δ̇, u̇ by a′δ + (2X′ − A) δ̇ + δ̈. **/
+    SimTK::Matrix speedsByQ, accelerationsByQ, accelerationsByU;  ///< X′, a′, 2X′ − A
+    /** Of a State with speeds: the same motion a radian later, realized to Stage::Velocity. **/
+    std::optional<SimTK::State> later;
     /** n: displacement that a unit of each δ causes, at worst [m]. **/
     SimTK::Vector metres;
     /** n: nonzero for speeds that a lock or Motion prescribes, at whatever level; their δ is zero
@@ -68,5 +76,14 @@ struct Linearization {
     nonholonomic constraints and constraints on accelerations). **/
 Linearization calcLinearization(const SimTK::MultibodySystem& system, const SimTK::State& state,
                                 const std::function<void()>& observer = {});
+
+/** What a State leaves of the equations of motion, with accelerations and multipliers as given. **/
+struct EquationErrors {
+    SimTK::Vector residual;               ///< n: M u̇ + b − f + Gᵀλ, Simbody's numbering of u
+    SimTK::Vector positions, velocities;  ///< m: of constraints, g and ġ
+};
+/** @throws std::invalid_argument as calcLinearization(). **/
+EquationErrors calcEquationErrors(const SimTK::MultibodySystem& system, const SimTK::State& state,
+                                  const SimTK::Vector& uDot, const SimTK::Vector& multipliers);
 
 }  // namespace simflex

@@ -21,4 +21,16 @@ inline Eigen::MatrixXd calcSimbodyNumbering(const Evaluation& equations, const d
     return T;
 }
 
+/** The solver's speeds, or rates of them, of Simbody's: Tᵀu, in O(n).
+@param state  where; its speeds are changed **/
+inline Eigen::VectorXd takeFromSimbody(const Evaluation& equations, SimTK::State& state,
+                                       const SimTK::Vector& u) {
+    std::vector<double> q(size_t(equations.getTopology().numQ));
+    Eigen::VectorXd own = Eigen::VectorXd::Zero(equations.getTopology().numU);
+    state.updU() = u;
+    equations.getTopology().system->realize(state, SimTK::Stage::Velocity);
+    equations.getBlocks().getFromState(state, q.data(), own.data());
+    return own;
+}
+
 }  // namespace simflex

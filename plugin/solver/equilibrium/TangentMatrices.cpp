@@ -195,9 +195,10 @@ void differentiate(Evaluation& equations, const CoordinateScales& scales, double
 /** Of residuals. **/
 VectorXd weighRows(const CoordinateScales& scales, Eigen::Index count) {
     VectorXd weights = VectorXd::Ones(count);
-    if (count == Eigen::Index(scales.metres.size()))
+    const Eigen::Index n = Eigen::Index(scales.metres.size());
+    if (n > 0 && count % n == 0)  // once, or with their rates
         for (Eigen::Index i = 0; i < count; ++i)
-            weights[i] = 1 / std::max(scales.metres[size_t(i)], 1e-12);
+            weights[i] = 1 / std::max(scales.metres[size_t(i % n)], 1e-12);
     return weights;
 }
 
@@ -284,6 +285,49 @@ MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales
             D.col(column) += DifferenceWeights[k] / h * r;
         }
         u[i] = point.u[i];
+    }
+    equations.realize(point.t, point.q.data(), point.u.data());
+    return D;
+}
+
+BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateScales& scales,
+                                      const BlockGraph& graph, const SolutionPoint& point,
+                                      const std::function<void()>& observer) {
+    BlockMatrix<double> D(graph);
+    std::vector<double> u = point.u;
+    VectorXd r(equations.getTopology().numU);
+    for (const std::vector<int>& blocks : graph.groups) {
+        int largest = 0;
+        for (const int b : blocks) largest = std::max(largest, graph.sizes[size_t(b)]);
+        for (int i = 0; i < largest; ++i) {
+            std::vector<int> moved;
+            for (const int b : blocks)
+                if (i < graph.sizes[size_t(b)] &&
+                    !equations.getTopology().isPrescribed[size_t(graph.firstU[size_t(b)] + i)])
+                    moved.push_back(b);
+            for (int k = 0; k < 4; ++k) {
+                if (observer) observer();
+                const auto calcStep = [&](int b) {
+                    const size_t speed = size_t(graph.firstU[size_t(b)] + i);
+                    return scales.step[speed] * scales.rate[speed];
+                };
+                for (const int b : moved)
+                    u[size_t(graph.firstU[size_t(b)] + i)] += Places[k] * calcStep(b);
+                equations.realize(point.t, point.q.data(), u.data());
+                equations.calcResidual(point.q.data(), u.data(), point.uDot.data(),
+                                       point.lambda.data(), r.data());
+                for (const int b : moved) {
+                    for (size_t n = 0; n < graph.neighbours[size_t(b)].size(); ++n) {
+                        const size_t row = size_t(graph.neighbours[size_t(b)][n]);
+                        D.columns[size_t(b)][n].col(i) +=
+                            DifferenceWeights[k] / calcStep(b) *
+                            r.segment(graph.firstU[row], graph.sizes[row]);
+                    }
+                    const size_t speed = size_t(graph.firstU[size_t(b)] + i);
+                    u[speed] = point.u[speed];
+                }
+            }
+        }
     }
     equations.realize(point.t, point.q.data(), point.u.data());
     return D;

@@ -1,0 +1,43 @@
+#pragma once
+/** @file
+A model that is linearised about a State, from numbers of its file to what its probes tell,
+
+    ẋ = A x + B p,    y = C x + D p
+
+    const LinearSystem linear = session.linearize({"loads.push.force.y"}, {"tip.y"});
+    linear.writeMat("crank.mat");     // MATLAB, Octave, scipy.io.loadmat → control.ss(A, B, C, D)
+
+The eigenvalues of A are those that an analysis of type eigen tells. An input is the change of any
+number of the model file by its path: a load's force, a motion's position, gravity, a parameter;
+"loads.push" or "gravity" is all numbers in it. An output is the change of a probe, "tip", or one of
+its columns, "tip.y". SI units. **/
+
+#include <string>
+#include <vector>
+
+#include "Simbody.h"
+
+namespace simflex {
+
+struct LinearSystem {
+    struct Port {
+        std::string name, unit;
+    };
+    std::vector<Port> inputs, outputs;
+    SimTK::Matrix A, B, C, D;
+    double time = 0;  ///< of the State [s]
+
+    /** MATLAB's format 5: A, B, C, D, and the names as cells of texts, `inputs`, `outputs`,
+    `input_units`, `output_units`. @throws std::runtime_error if the file cannot be written. **/
+    void writeMat(const std::string& path) const;
+};
+
+/** Harmonic motions about a State: what outputs answer to inputs that vary as e^{iωt}, amplitude
+and phase as a complex number. **/
+struct HarmonicResponse {
+    std::vector<LinearSystem::Port> inputs, outputs;
+    std::vector<double> frequencies;                        ///< ascending [Hz]
+    std::vector<SimTK::Matrix_<SimTK::Complex>> transfers;  ///< at each: outputs × inputs
+};
+
+}  // namespace simflex

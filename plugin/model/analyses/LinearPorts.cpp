@@ -1,0 +1,487 @@
+#include "simflex/model/analyses/LinearPorts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+
+#include "simflex/base/AsciiText.h"
+#include "simflex/base/NumberText.h"
+#include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/file/NearestName.h"
+#include "simflex/model/session/Quantities.h"
+
+namespace simflex {
+namespace model {
+
+using SimTK::Complex;
+using SimTK::Matrix;
+using SimTK::Matrix_;
+using SimTK::State;
+using SimTK::Vector;
+
+namespace {
+
+constexpr const char* PortAxes = "xyz";
+/** Step of a number, of itself or of 1. **/
+constexpr double NumberStep = 1e-3;
+/** Of differences over a step of size 1, what may be round-off. **/
+constexpr double DrivenSpeed = 1e-9;
+/** Of a response, how far that a radian later may differ. **/
+constexpr double SteadyResponse = 1e-3;
+/** Of what is observed along with it, the part of an input's speed that is round-off. **/
+constexpr double SmallRatePart = 1e-9;
+/** What moves more slowly is at rest [m/s, rad/s]. **/
+constexpr double SlowestSpeed = 1e-9;
+/** Between neighbouring frequencies a response changes by less than this part of itself, or of a
+thousandth of its largest; so far apart they stay, of themselves, and so many are added at most. **/
+constexpr double CoarseChord = 0.2, SmallResponse = 1e-3, FinestStep = 2e-5;
+constexpr size_t MostAdded = 2000;
+
+std::string getUnit(const std::vector<std::string>& parts) {
+    for (const auto& [key, unit] : {std::pair("force", "N"), std::pair("torque", "N m"),
+                                    std::pair("pressure", "Pa"), std::pair("gravity", "m/s^2")})
+        if (std::find(parts.begin(), parts.end(), key) != parts.end()) return unit;
+    return "";
+}
+
+Vector getColumn(const Matrix& matrix, int column) {
+    Vector result(matrix.nrow());
+    for (int i = 0; i < matrix.nrow(); ++i) result[i] = matrix(i, column);
+    return result;
+}
+
+Vector getRow(const Matrix& matrix, int row) {
+    Vector result(matrix.ncol());
+    for (int j = 0; j < matrix.ncol(); ++j) result[j] = matrix(row, j);
+    return result;
+}
+
+bool isSamePart(const ReducedBody& a, const ReducedBody& b) {
+    return a.mass == b.mass && a.centerOfMass == b.centerOfMass && a.inertia == b.inertia &&
+           a.omegaSquared == b.omegaSquared && a.I1 == b.I1 && a.Phi == b.Phi && a.N == b.N;
+}
+
+/** The same State of a model with other numbers. **/
+State transferState(const Model& model, const Model& other, const State& state) {
+    State moved = other.makeInitialState();
+    if (moved.getNQ() != state.getNQ() || moved.getNU() != state.getNU() ||
+        moved.getNZ() != state.getNZ() || model.getBodies().size() != other.getBodies().size())
+        throw std::runtime_error("it changes what the model consists of");
+    for (size_t b = 0; b < model.getBodies().size(); ++b) {
+        const auto &mine = model.getBodies()[b].flexible, &its = other.getBodies()[b].flexible;
+        if (!mine) continue;
+        if (!isSamePart(mine->getPart(), its->getPart()))
+            throw std::runtime_error("it changes the part of body '" + model.getBodies()[b].name +
+                                     "', whose modes then are others: only what acts on parts can "
+                                     "be an input");
+        if (mine->isRigid(state))
+            its->setRigid(moved);
+        else
+            its->setFlexible(moved);
+    }
+    other.getFlexibleBodies().setHolding(moved, model.getFlexibleBodies().getHolding(state));
+    other.getSystem().realizeModel(moved);
+    moved.setTime(state.getTime());
+    moved.updQ() = state.getQ();
+    moved.updU() = state.getU();
+    moved.updZ() = state.getZ();
+    other.getSystem().realize(moved, SimTK::Stage::Velocity);
+    return moved;
+}
+
+}  // namespace
+
+//-------------------------------------------------------------------------------------------------
+// outputs
+
+LinearOutputPorts::LinearOutputPorts(std::shared_ptr<const Model> model, const Probes& probes,
+                                     const std::vector<std::string>& names)
+    : m_model(std::move(model)), m_turns(std::make_unique<TurnCounter>(*m_model)) {
+    std::vector<std::string> wanted = names;
+    if (wanted.empty()) wanted = getNames(probes.getProbes());
+    for (const std::string& name : wanted) {
+        Choice choice;
+        std::vector<std::string> known;
+        for (const Probe& probe : probes.getProbes()) {
+            known.push_back(probe.name);
+            for (int k = 0; k < int(probe.columns.size()); ++k) {
+                const std::string& column = probe.columns[size_t(k)];
+                const std::string full = column.empty() ? probe.name : probe.name + '.' + column;
+                if (full != probe.name) known.push_back(full);
+                if (name != probe.name && name != full) continue;
+                choice.probe = probe;
+                choice.columns.push_back(k);
+                m_ports.push_back({full, probe.unit});
+            }
+        }
+        if (choice.columns.empty()) throw std::runtime_error(describeUnknown("probe", name, known));
+        m_choices.push_back(std::move(choice));
+    }
+}
+
+std::vector<double> LinearOutputPorts::calc(const State& state, const Vector& uDot,
+                                            const Vector& multipliers) const {
+    m_turns->update(state);
+    const Moment moment{state, uDot, multipliers, 0, m_turns.get()};
+    std::vector<double> values, own;
+    for (const Choice& choice : m_choices) {
+        own.resize(choice.probe.columns.size());
+        choice.probe.calc(moment, own.data());
+        for (const int column : choice.columns) values.push_back(own[size_t(column)]);
+    }
+    return values;
+}
+
+//-------------------------------------------------------------------------------------------------
+// inputs
+
+LinearInputPorts::LinearInputPorts(const ModelText& text, const ModelOptions& options,
+                                   const Model& model, const std::vector<std::string>& paths)
+    : m_text(text), m_options(options), m_model(model) {
+    m_options.listener = {};
+    for (const std::string& path : paths) {
+        ModelValue value = model.getFile();
+        std::string place, setting;
+        for (const std::string& part : splitAt(normalizePath(path), '.')) {
+            std::vector<std::string> known;
+            std::string key = part;
+            if (value.isMap()) known = value.getKeys();
+            if (value.isList())
+                for (int i = 0; i < value.getSize(); ++i) {
+                    known.push_back(i < 3 ? std::string(1, PortAxes[i]) : std::to_string(i));
+                    if (part == known.back() || part == std::to_string(i)) {
+                        key = std::to_string(i);
+                        known.back() = part;
+                    }
+                }
+            if (std::find(known.begin(), known.end(), part) == known.end())
+                throw std::runtime_error(
+                    "input '" + path + "': " +
+                    describeUnknown("number in '" + (place.empty() ? "the model" : place) + "'",
+                                    part, known));
+            value = value.isMap() ? value.get(part) : value.at(std::stoi(key));
+            place += (place.empty() ? "" : ".") + part;
+            setting += (setting.empty() ? "" : ".") + key;
+        }
+        const size_t before = m_ports.size();
+        add(value, place, setting, 0);
+        if (m_ports.size() == before)
+            throw std::runtime_error("input '" + path + "': there is no number in it");
+    }
+}
+
+void LinearInputPorts::add(const ModelValue& value, const std::string& path,
+                           const std::string& setting, double time) {
+    if (value.isMap())
+        for (const std::string& key : value.getKeys())
+            add(value.get(key), path + '.' + key, setting + '.' + key, time);
+    if (value.isList())
+        for (int i = 0; i < value.getSize(); ++i)
+            add(value.at(i), path + '.' + (i < 3 ? std::string(1, PortAxes[i]) : std::to_string(i)),
+                setting + '.' + std::to_string(i), time);
+    if (!value.isScalar()) return;
+    double now = SimTK::NaN;
+    try {
+        if (!value.isLaw()) now = value.getExpression().calcValue(time);
+    } catch (const ModelError&) {
+        return;  // no number
+    }
+    m_ports.push_back({path, getUnit(splitAt(path, '.'))});
+    m_sources.push_back({setting, value.getText(), now});
+}
+
+LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
+                                             const LinearOutputPorts& observed,
+                                             const std::vector<std::string>& outputs,
+                                             const std::function<void()>& observer) const {
+    const int n = point.uDot.size(), m = point.multipliers.size(), count = int(m_ports.size());
+    LinearInputs inputs{Matrix(n, count), Matrix(m, count), Matrix()};
+    // What is the same shall not seem to differ by round-off.
+    const EquationErrors before =
+        calcEquationErrors(m_model.getSystem(), point.state, point.uDot, point.multipliers);
+    const std::vector<double> observedBefore =
+        observed.calc(point.state, point.uDot, point.multipliers);
+    for (int k = 0; k < count; ++k) {
+        const Source& source = m_sources[size_t(k)];
+        const double size =
+            std::isfinite(source.value) && source.value != 0 ? std::abs(source.value) : 1;
+        // Loads stand in the equations as they are.
+        const bool isLinear =
+            source.setting.rfind("loads.", 0) == 0 || source.setting.rfind("gravity", 0) == 0;
+        const double step = isLinear ? std::max(1.0, size) : NumberStep * size;
+        Vector residual(n, 0.0), positions(m, 0.0), velocities(m, 0.0), direct;
+        const auto addDifference = [&](double place, double weight) {
+            if (observer) observer();
+            ModelText changed = m_text;
+            std::string text;
+            for (const char letter : source.text)
+                text += letter == '\'' ? std::string("''") : std::string(1, letter);
+            changed.settings.push_back(source.setting + "='(" + text + ")+(" +
+                                       writeGeneral(place * step) + ")'");
+            try {
+                const auto other = std::make_shared<const Model>(readModel(changed), m_options);
+                const State state = transferState(m_model, *other, point.state);
+                const EquationErrors errors =
+                    calcEquationErrors(other->getSystem(), state, point.uDot, point.multipliers);
+                const std::vector<double> now =
+                    LinearOutputPorts(other, Probes::make(other), outputs)
+                        .calc(state, point.uDot, point.multipliers);
+                residual += weight / step * (errors.residual - before.residual);
+                positions += weight / step * (errors.positions - before.positions);
+                velocities += weight / step * (errors.velocities - before.velocities);
+                if (direct.size() == 0) direct.resize(int(now.size())), direct = 0;
+                for (int i = 0; i < direct.size(); ++i)
+                    direct[i] += weight / step * (now[size_t(i)] - observedBefore[size_t(i)]);
+            } catch (const std::exception& error) {
+                throw std::runtime_error("input '" + m_ports[size_t(k)].name +
+                                         "': " + error.what());
+            }
+        };
+        if (isLinear) {
+            addDifference(-1, -0.5);
+            addDifference(1, 0.5);
+        } else {
+            addDifference(-2, 1.0 / 12);
+            addDifference(-1, -8.0 / 12);
+            addDifference(1, 8.0 / 12);
+            addDifference(2, -1.0 / 12);
+        }
+        const std::string name = "input '" + m_ports[size_t(k)].name + "' ";
+        if (velocities.normInf() > DrivenSpeed)
+            throw std::runtime_error(name +
+                                     "changes how fast a motion goes: the system would leave this "
+                                     "State for good; vary it in an analysis of its own");
+        if (residual.normInf() == 0 && positions.normInf() == 0 && direct.normInf() == 0)
+            throw std::runtime_error(name + "changes nothing about this State");
+        if (k == 0) inputs.direct.resize(direct.size(), count);
+        for (int i = 0; i < n; ++i) inputs.forces(i, k) = -residual[i];
+        for (int i = 0; i < m; ++i) inputs.drives(i, k) = -positions[i];
+        for (int i = 0; i < direct.size(); ++i) inputs.direct(i, k) = direct[i];
+    }
+    return inputs;
+}
+
+//-------------------------------------------------------------------------------------------------
+// the whole
+
+namespace {
+
+/** Whether a motion's inputs and outputs stay what they are along it. **/
+void checkSteady(const StateSpace& now, const StateSpace& later, double rate,
+                 const std::vector<LinearSystem::Port>& inputs,
+                 const std::vector<LinearSystem::Port>& outputs) {
+    for (const double factor : {0.31, 1.7}) {
+        const Complex s(0.1 * factor * rate, factor * rate);
+        const auto a = now.calcTransfer(s), b = later.calcTransfer(s);
+        for (int i = 0; i < a.nrow(); ++i)
+            for (int k = 0; k < a.ncol(); ++k) {
+                double largest = 0;
+                for (int j = 0; j < a.ncol(); ++j) largest = std::max(largest, std::abs(a(i, j)));
+                if (std::abs(a(i, k) - b(i, k)) <= SteadyResponse * largest) continue;
+                throw std::runtime_error(
+                    "the response of '" + outputs[size_t(i)].name + "' to '" +
+                    inputs[size_t(k)].name +
+                    "' is another one when the system has turned by a radian: put both where "
+                    "nothing turns, or both in axes that turn with it");
+            }
+    }
+}
+
+}  // namespace
+
+namespace {
+
+/** What both ways of looking at a model begin with. **/
+struct ModelLinearization {
+    LinearInputPorts inputs;
+    LinearOutputPorts outputs;
+    std::vector<std::string> outputNames;
+    const Model& model;
+    std::function<void()> observer;
+
+    LinearOutputs observe(const OperatingPoint& point) const {
+        return differentiateOutputs(
+            model.getSystem(), point,
+            [&](const State& state, const Vector& uDot, const Vector& multipliers) {
+                if (observer) observer();
+                return outputs.calc(state, uDot, multipliers);
+            });
+    }
+    LinearInputs drive(const OperatingPoint& point) const {
+        return inputs.differentiate(point, outputs, outputNames, observer);
+    }
+    Linearization linearize(const State& about) const {
+        Linearization linear = calcLinearization(model.getSystem(), about, observer);
+        if (!linear.unsteady.empty())
+            throw std::runtime_error("this is no steady motion: " +
+                                     nameBodies(model, linear.unsteady));
+        if (!linear.later) requireBalance(describeImbalance(model.getSystem(), linear));
+        return linear;
+    }
+    void requireBalance(const std::string& imbalance) const {
+        if (!imbalance.empty())
+            throw std::runtime_error("this is no equilibrium: " + nameBodies(model, imbalance) +
+                                     "; linearise about one (about: static)");
+    }
+    StateSpace makeSpace(const Linearization& linear) const {
+        const StateSpace space = calcStateSpace(linear, drive(linear), observe(linear));
+        if (space.A.nrow() == 0) throw std::runtime_error("nothing in the model is free to move");
+        if (linear.later) {
+            const Linearization later =
+                calcLinearization(model.getSystem(), *linear.later, observer);
+            checkSteady(space, calcStateSpace(later, drive(later), observe(later)),
+                        linear.state.getU().normInf(), inputs.getPorts(), outputs.getPorts());
+        }
+        return space;
+    }
+};
+
+ModelLinearization beginLinearization(const ModelText& text, const ModelOptions& options,
+                                      const std::shared_ptr<const Model>& model,
+                                      const Probes& probes, const std::vector<std::string>& inputs,
+                                      const std::vector<std::string>& outputs,
+                                      const std::function<void()>& observer) {
+    if (inputs.empty())
+        throw std::runtime_error(
+            "a linear model needs an input: the path of a number, such as loads.NAME.force.x");
+    return {LinearInputPorts(text, options, *model, inputs),
+            LinearOutputPorts(model, probes, outputs), outputs, *model, observer};
+}
+
+}  // namespace
+
+LinearSystem linearizeModel(const ModelText& text, const ModelOptions& options,
+                            const std::shared_ptr<const Model>& model, const Probes& probes,
+                            const State& about, const std::vector<std::string>& inputs,
+                            const std::vector<std::string>& outputs,
+                            const std::function<void()>& observer) {
+    const ModelLinearization ports =
+        beginLinearization(text, options, model, probes, inputs, outputs, observer);
+    LinearSystem result;
+    result.inputs = ports.inputs.getPorts();
+    result.outputs = ports.outputs.getPorts();
+    result.time = about.getTime();
+    const StateSpace space = ports.makeSpace(ports.linearize(about));
+    for (int i = 0; i < space.D1.nrow(); ++i)
+        for (int k = 0; k < space.D1.ncol(); ++k) {
+            const double rest =
+                std::abs(space.D(i, k)) + getRow(space.C, i).norm() * getColumn(space.B, k).norm();
+            if (std::abs(space.D1(i, k)) + std::abs(space.D2(i, k)) <= SmallRatePart * rest)
+                continue;
+            throw std::runtime_error("'" + result.outputs[size_t(i)].name +
+                                     "' follows the speed or acceleration of input '" +
+                                     result.inputs[size_t(k)].name +
+                                     "', which matrices A, B, C, D cannot tell: observe positions, "
+                                     "or drive by a force");
+        }
+    result.A = space.A;
+    result.B = space.B;
+    result.C = space.C;
+    result.D = space.D;
+    return result;
+}
+
+ModelResponse::ModelResponse(const ModelText& text, const ModelOptions& options,
+                             const std::shared_ptr<const Model>& model, const Probes& probes,
+                             const State& about, const std::vector<std::string>& inputs,
+                             const std::vector<std::string>& outputs,
+                             const std::function<void()>& observer)
+    : m_state(about) {
+    const ModelLinearization ports =
+        beginLinearization(text, options, model, probes, inputs, outputs, observer);
+    m_inputs = ports.inputs.getPorts();
+    m_outputs = ports.outputs.getPorts();
+    if (m_state.getNZ() > 0 || m_state.getU().normInf() > SlowestSpeed) {
+        m_space = ports.makeSpace(ports.linearize(m_state));
+        return;
+    }
+    m_state.updU() = 0;
+    m_blocks.emplace(model->getSystem(), m_state, observer);
+    ports.requireBalance(m_blocks->describeImbalance());
+    m_inputEffects = ports.drive(m_blocks->getPoint());
+    m_outputEffects = ports.observe(m_blocks->getPoint());
+}
+
+std::vector<Matrix_<Complex>> ModelResponse::calcTransfers(
+    const std::vector<double>& frequencies,
+    const std::function<void(size_t done)>& observer) const {
+    std::vector<double> omegas;
+    for (const double frequency : frequencies) omegas.push_back(2 * SimTK::Pi * frequency);
+    if (m_blocks)
+        return m_blocks->calcTransfers(omegas, m_inputEffects, m_outputEffects, 0, observer);
+    std::vector<Matrix_<Complex>> transfers;
+    for (const double omega : omegas) {
+        transfers.push_back(m_space->calcTransfer(Complex(0, omega)));
+        if (observer) observer(transfers.size());
+    }
+    return transfers;
+}
+
+Matrix_<Complex> ModelResponse::calcMotions(double frequency) const {
+    if (!m_blocks)
+        throw std::runtime_error(
+            "shapes are drawn of what is at rest, and has no states of its own");
+    return m_blocks->calcMotions(2 * SimTK::Pi * frequency, m_inputEffects);
+}
+
+//-------------------------------------------------------------------------------------------------
+// frequencies
+
+namespace {
+
+/** Whether a response turns by so much between two frequencies that something is missed. **/
+bool isCoarse(const Matrix_<Complex>& a, const Matrix_<Complex>& b, const SimTK::Matrix& largest) {
+    for (int i = 0; i < a.nrow(); ++i)
+        for (int k = 0; k < a.ncol(); ++k) {
+            const double size =
+                std::max({std::abs(a(i, k)), std::abs(b(i, k)), SmallResponse * largest(i, k)});
+            if (std::abs(a(i, k) - b(i, k)) > CoarseChord * size) return true;
+        }
+    return false;
+}
+
+}  // namespace
+
+HarmonicResponse calcHarmonicResponse(const ModelResponse& model,
+                                      const std::vector<double>& frequencies, Refinement refinement,
+                                      const std::function<void(double fraction)>& observer) {
+    std::map<double, Matrix_<Complex>> found;
+    std::vector<double> wanted = frequencies;
+    std::sort(wanted.begin(), wanted.end());
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    const size_t most = wanted.size() + MostAdded;
+    for (int pass = 0; !wanted.empty(); ++pass) {
+        const auto transfers = model.calcTransfers(wanted, [&](size_t done) {
+            // How many passes there will be is not known: half of what is left each time.
+            const double left = refinement == Refinement::None ? 0 : std::pow(0.5, pass + 1);
+            const double before = pass == 0 ? 0 : 1 - std::pow(0.5, pass);
+            if (observer)
+                observer(before + (1 - left - before) * double(done) / double(wanted.size()));
+        });
+        for (size_t k = 0; k < wanted.size(); ++k) found[wanted[k]] = transfers[k];
+        wanted.clear();
+        if (refinement == Refinement::None) break;
+        SimTK::Matrix largest(found.begin()->second.nrow(), found.begin()->second.ncol(), 0.0);
+        for (const auto& entry : found)
+            for (int i = 0; i < largest.nrow(); ++i)
+                for (int k = 0; k < largest.ncol(); ++k)
+                    largest(i, k) = std::max(largest(i, k), std::abs(entry.second(i, k)));
+        for (auto next = std::next(found.begin()); next != found.end(); ++next) {
+            const auto before = std::prev(next);
+            if (next->first - before->first > FinestStep * next->first &&
+                isCoarse(before->second, next->second, largest) &&
+                found.size() + wanted.size() < most)
+                wanted.push_back(0.5 * (before->first + next->first));
+        }
+    }
+    HarmonicResponse response{model.getInputs(), model.getOutputs(), {}, {}};
+    for (const auto& [frequency, transfer] : found) {
+        response.frequencies.push_back(frequency);
+        response.transfers.push_back(transfer);
+    }
+    return response;
+}
+
+}  // namespace model
+}  // namespace simflex

@@ -1,0 +1,125 @@
+#pragma once
+/** @file
+Inputs and outputs of a linearised model: how its equations and probes change with numbers of its
+file. **/
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "simflex/model/LinearSystem.h"
+#include "simflex/model/probes/Probe.h"
+#include "simflex/model/probes/TurnCounter.h"
+#include "simflex/solver/FrequencyResponse.h"
+
+namespace simflex {
+namespace model {
+
+/** Columns of probes by name. **/
+class LinearOutputPorts {
+public:
+    /** @param names  "tip", "tip.y"; none: all probes
+    @throws std::runtime_error that proposes the nearest name. **/
+    LinearOutputPorts(std::shared_ptr<const Model> model, const Probes& probes,
+                      const std::vector<std::string>& names);
+
+    const std::vector<LinearSystem::Port>& getPorts() const { return m_ports; }
+    /** @param state  realized to Stage::Velocity, near the one before **/
+    std::vector<double> calc(const SimTK::State& state, const SimTK::Vector& uDot,
+                             const SimTK::Vector& multipliers) const;
+
+private:
+    struct Choice {
+        Probe probe;
+        std::vector<int> columns;
+    };
+    std::shared_ptr<const Model> m_model;
+    std::unique_ptr<TurnCounter> m_turns;
+    std::vector<Choice> m_choices;
+    std::vector<LinearSystem::Port> m_ports;
+};
+
+/** Numbers of a model's file by path. **/
+class LinearInputPorts {
+public:
+    /** @param paths  "loads.push.force.y", "loads.push": all of it
+    @throws std::runtime_error that names what there is. **/
+    LinearInputPorts(const ModelText& text, const ModelOptions& options, const Model& model,
+                     const std::vector<std::string>& paths);
+
+    const std::vector<LinearSystem::Port>& getPorts() const { return m_ports; }
+    /** Builds the model with other numbers, some times for each input.
+    @param observed, outputs  what is observed, and its names as LinearOutputPorts takes them
+    @param observer  called before each of them
+    @throws std::runtime_error for an input that changes parts or the structure of the model, the
+        speed of a motion, or nothing. **/
+    LinearInputs differentiate(const OperatingPoint& point, const LinearOutputPorts& observed,
+                               const std::vector<std::string>& outputs,
+                               const std::function<void()>& observer) const;
+
+private:
+    struct Source {
+        std::string setting;  ///< path as settings have it, items of lists by number
+        std::string text;     ///< the number as written
+        double value;         ///< now; NaN: a law
+    };
+    void add(const ModelValue& value, const std::string& path, const std::string& setting,
+             double time);
+
+    ModelText m_text;
+    ModelOptions m_options;
+    const Model& m_model;
+    std::vector<LinearSystem::Port> m_ports;
+    std::vector<Source> m_sources;
+};
+
+/** Inputs and outputs of a model about a State, ready for any frequency: at rest by block
+elimination, along a steady motion or with states of the model's own by matrices of first order. **/
+class ModelResponse {
+public:
+    /** As linearizeModel(). **/
+    ModelResponse(const ModelText& text, const ModelOptions& options,
+                  const std::shared_ptr<const Model>& model, const Probes& probes,
+                  const SimTK::State& about, const std::vector<std::string>& inputs,
+                  const std::vector<std::string>& outputs, const std::function<void()>& observer);
+
+    const std::vector<LinearSystem::Port>& getInputs() const { return m_inputs; }
+    const std::vector<LinearSystem::Port>& getOutputs() const { return m_outputs; }
+    /** At frequencies [Hz]. @param observer  told how many are done **/
+    std::vector<SimTK::Matrix_<SimTK::Complex>> calcTransfers(
+        const std::vector<double>& frequencies,
+        const std::function<void(size_t done)>& observer) const;
+    /** Displacements in Simbody's numbering of u, a column for each input.
+    @throws std::runtime_error for what is not at rest. **/
+    SimTK::Matrix_<SimTK::Complex> calcMotions(double frequency) const;
+    const SimTK::State& getState() const { return m_state; }
+
+private:
+    SimTK::State m_state;
+    std::vector<LinearSystem::Port> m_inputs, m_outputs;
+    LinearInputs m_inputEffects;
+    LinearOutputs m_outputEffects;
+    std::optional<FrequencyResponse> m_blocks;
+    std::optional<StateSpace> m_space;
+};
+
+/** Whether frequencies are added between the wanted ones where responses turn. **/
+enum class Refinement { None, AtResonances };
+/** @param frequencies  [Hz], in any order; each counts once **/
+HarmonicResponse calcHarmonicResponse(const ModelResponse& model,
+                                      const std::vector<double>& frequencies, Refinement refinement,
+                                      const std::function<void(double fraction)>& observer);
+
+/** The whole model. @param about  assembled
+@throws std::runtime_error if the State is no equilibrium and no steady motion, or what is observed
+    follows the speed of an input, with the cure. **/
+LinearSystem linearizeModel(const ModelText& text, const ModelOptions& options,
+                            const std::shared_ptr<const Model>& model, const Probes& probes,
+                            const SimTK::State& about, const std::vector<std::string>& inputs,
+                            const std::vector<std::string>& outputs,
+                            const std::function<void()>& observer);
+
+}  // namespace model
+}  // namespace simflex

@@ -1,0 +1,87 @@
+// Linear analyses of chains of flexible links, 54 modes each: the frequency response of the last
+// link's end to a force on it, by number of links. The last line is a JSON object: seconds that 10
+// 000 links and 100 frequencies take on all processors, linearised and differentiated and all.
+//
+//   bench_linear [LARGEST NUMBER OF LINKS]     default 10000
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "simflex/part/ReducedBodyFile.h"
+#include "simflex/solver/FrequencyResponse.h"
+#include "support/ChainModel.h"
+
+namespace simflex {
+namespace {
+
+using SimTK::State;
+using SimTK::Vector;
+using Clock = std::chrono::steady_clock;
+
+constexpr int NumFrequencies = 100;
+constexpr double LowestFrequency = 1, HighestFrequency = 1e4;  // [Hz]
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double measureResponse(const std::shared_ptr<const ReducedBody>& part, int numLinks) {
+    examples::ChainOptions options;
+    options.numLinks = numLinks;
+    options.gravity = 0;
+    examples::ChainModel model(options, part);
+    const State state = model.makeInitialState();
+    const Clock::time_point start = Clock::now();
+    const FrequencyResponse response(model.system, state);
+    const double linearised = secondsSince(start);
+    const int n = state.getNU(), m = response.getPoint().multipliers.size();
+
+    const int first = model.links.back().getFrame().getFirstUIndex(state);
+    LinearInputs inputs{SimTK::Matrix(n, 1, 0.0), SimTK::Matrix(m, 1, 0.0),
+                        SimTK::Matrix(1, 1, 0.0)};
+    inputs.forces(first + 4, 0) = 1;
+    const LinearOutputs outputs = differentiateOutputs(
+        model.system, response.getPoint(), [&](const State& moved, const Vector&, const Vector&) {
+            return std::vector<double>{model.calcTip(moved)[1]};
+        });
+    const double differentiated = secondsSince(start);
+    std::vector<SimTK::Real> omegas;
+    for (int k = 0; k < NumFrequencies; ++k)
+        omegas.push_back(
+            2 * SimTK::Pi * LowestFrequency *
+            std::pow(HighestFrequency / LowestFrequency, double(k) / (NumFrequencies - 1)));
+    const auto transfers = response.calcTransfers(omegas, inputs, outputs);
+    const double all = secondsSince(start);
+    std::printf("%8d %12d %12.2f %12.2f %12.2f %12.2f   %.4g\n", numLinks, n, linearised,
+                differentiated - linearised, all - differentiated, all,
+                std::abs(transfers[NumFrequencies / 2](0, 0)));
+    return all;
+}
+
+int run(int largest) {
+    const auto part = std::make_shared<const ReducedBody>(
+        readReducedBody(std::string(SIMFLEX_PARTS) + "/link.h5"));
+    std::printf("%8s %12s %12s %12s %12s %12s\n", "links", "speeds", "linearise s", "output s",
+                "100 freq. s", "all s");
+    double seconds = 0;
+    for (const int numLinks : {10, 100, 1000, 10000})
+        if (numLinks <= largest) seconds = measureResponse(part, numLinks);
+    std::printf("\n{\"frf_%d_links_100_seconds\": %.2f}\n", largest, seconds);
+    return 0;
+}
+
+}  // namespace
+}  // namespace simflex
+
+int main(int argc, char** argv) {
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);
+    try {
+        return simflex::run(argc > 1 ? std::max(10, std::atoi(argv[1])) : 10000);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "bench_linear: %s\n", error.what());
+        return 1;
+    }
+}
