@@ -6,7 +6,7 @@ What OffscreenVisualizer writes of whole motions. **/
 #include <set>
 
 #include "OffscreenVisualizerImpl.h"
-#include "simflex/base/NumberText.h"
+#include "simflex/base/Base64.h"
 #include "simflex/render/motion/GltfFile.h"
 #include "simflex/render/motion/MovingScene.h"
 #include "simflex/render/motion/ShapeSeries.h"
@@ -21,8 +21,9 @@ using SimTK::Vec3;
 namespace {
 
 constexpr double shapeTolerance = 2e-5;  // of a part's size
+constexpr double colorTolerance = 1e-3;  // of the largest displacement
 
-double toLinear(double value) {
+double calcLinear(double value) {
     return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
@@ -150,8 +151,8 @@ private:
     int addMaterial(const Vec3& color, double opacity) {
         Json shade = Json::object(), material = Json::object();
         shade
-            .add("baseColorFactor", std::vector<double>{toLinear(color[0]), toLinear(color[1]),
-                                                        toLinear(color[2]), opacity})
+            .add("baseColorFactor", std::vector<double>{calcLinear(color[0]), calcLinear(color[1]),
+                                                        calcLinear(color[2]), opacity})
             .add("metallicFactor", 0.1)
             .add("roughnessFactor", 0.6);
         material.add("pbrMetallicRoughness", std::move(shade)).add("doubleSided", true);
@@ -282,7 +283,7 @@ private:
             const Vec3 color = std::isnan(value)
                                    ? Vec3(0.6)
                                    : calcColor(map, (value - range[0]) / (range[1] - range[0]));
-            for (int k = 0; k < 3; ++k) colors.push_back(float(toLinear(color[k])));
+            for (int k = 0; k < 3; ++k) colors.push_back(float(calcLinear(color[k])));
             colors.push_back(1);
         }
         extras
@@ -349,6 +350,292 @@ private:
 };
 
 }  // namespace
+
+namespace {
+
+void checkMotion(int numStates, const std::string& file) {
+    if (numStates == 0)
+        throw std::invalid_argument("'" + file + "': there are no States to be written");
+}
+
+constexpr std::size_t mostValues = 24u
+                                   << 20;  // of a contour that is told at all vertices and times
+
+template <class T>
+std::string encode(const std::vector<T>& values) {
+    return encodeBase64(values.data(), values.size() * sizeof(T));
+}
+
+/** In 16 bits, with what they are to be multiplied by. **/
+Json describeShort(const std::vector<float>& values) {
+    float largest = 0;
+    for (const float value : values) largest = std::max(largest, std::abs(value));
+    std::vector<std::int16_t> numbers;
+    for (const float value : values)
+        numbers.push_back(std::int16_t(largest > 0 ? std::lround(32767 * value / largest) : 0));
+    Json shape = Json::object();
+    shape.add("scale", double(largest) / 32767).add("values", encode(numbers));
+    return shape;
+}
+
+/** Seven numbers a time: place, quaternion (x, y, z, w). **/
+std::string describePoses(const std::vector<Transform>& poses) {
+    std::vector<float> numbers;
+    SimTK::Vec4 q(0, 0, 0, 1);
+    for (std::size_t i = 0; i < (isSame(poses) ? 1 : poses.size()); ++i) {
+        q = calcQuaternion(poses[i].R(), q);
+        for (int k = 0; k < 3; ++k) numbers.push_back(float(poses[i].p()[k]));
+        for (int k = 0; k < 4; ++k) numbers.push_back(float(q[k]));
+    }
+    return encode(numbers);
+}
+
+/** A MovingScene for the page of a report. **/
+class PageMotion {
+public:
+    explicit PageMotion(const std::vector<MovingScene>& scenes)
+        : m_scenes(scenes), m_first(scenes.front()) {}
+
+    Json describe() {
+        Json bodies = Json::list(), views = Json::list(), scene = Json::object();
+        std::vector<double> factors;
+        for (const MovingScene& one : m_scenes) factors.push_back(one.factor);
+        for (std::size_t b = 0; b < m_first.bodies.size(); ++b) bodies.add(describeBody(b));
+        for (const MovingScene::View& view : m_first.views) views.add(describe(view));
+        scene.add("time", m_first.time)
+            .add("factors", factors)
+            .add("up", toJson(Vec3(m_first.up)))
+            .add("center", toJson(m_first.center_G))
+            .add("radius", m_first.radius)
+            .add("ground", m_first.groundHeight)
+            .add("geometries", std::move(m_geometries))
+            .add("bodies", std::move(bodies))
+            .add("views", std::move(views))
+            .add("contours", describeContours())
+            .add("shown", getShownContour())
+            .add("error", m_error);
+        return scene;
+    }
+
+private:
+    int addGeometry(const SurfaceGeometry& geometry) {
+        std::vector<float> positions, normals;
+        readVertices(geometry, positions, normals);
+        Json item = Json::object();
+        item.add("positions", encode(positions))
+            .add("normals", encode(normals))
+            .add("triangles", encode(geometry.triangles))
+            .add("edges", encode(geometry.featureEdges));
+        m_geometries.add(std::move(item));
+        return m_numGeometries++;
+    }
+
+    Json describeBody(std::size_t number) {
+        const MovingScene::Body& body = m_first.bodies[number];
+        std::vector<std::string> poses;
+        for (const MovingScene& scene : m_scenes)
+            poses.push_back(describePoses(scene.bodies[number].poses));
+        Json described = Json::object();
+        described.add("name", body.name).add("poses", poses);
+        if (body.isFlexible()) {
+            addShapes(body, described);
+            return described;
+        }
+        Json items = Json::list();
+        for (const SurfaceItem& item : body.items) {
+            auto [known, isNew] = m_known.emplace(item.geometry.get(), 0);
+            if (isNew) known->second = addGeometry(*item.geometry);
+            Json one = Json::object();
+            one.add("geometry", known->second)
+                .add("place", toJson(item.X_GM.p()))
+                .add("turn", toJson(item.X_GM.R()))
+                .add("scale", toJson(item.scale))
+                .add("color", toJson(item.color))
+                .add("opacity", item.opacity);
+            items.add(std::move(one));
+        }
+        described.add("items", std::move(items));
+        return described;
+    }
+
+    void addShapes(const MovingScene::Body& body, Json& described) {
+        const SkinModes& skin = *body.motion.front().skin;
+        const SurfaceGeometry& rest = *skin.undeformed;
+        std::vector<std::vector<double>> xi;
+        std::vector<float> references;
+        for (const PartSnapshot& part : body.motion) {
+            xi.push_back(calcCoefficients(part, 1));
+            for (const Vec3& motion : {part.reference.shift, part.reference.turn})
+                for (int k = 0; k < 3; ++k) references.push_back(float(motion[k]));
+        }
+        double largestFactor = 1;
+        for (const MovingScene& scene : m_scenes)
+            largestFactor = std::max(largestFactor, scene.factor);
+        // As good for colours as for places.
+        const double largest = addDisplacements(body);
+        const ShapeSeries series =
+            findShapes(collectFields(skin), skin.restPositions.size(), xi,
+                       std::min(shapeTolerance * (rest.upper - rest.lower).norm() / largestFactor,
+                                colorTolerance * largest));
+        m_error = std::max(m_error, series.error);
+        Json shapes = Json::list();
+        for (const std::vector<float>& shape : series.shapes)
+            shapes.add(describeShort(spread3(skin, shape)));
+        std::vector<float> weights;
+        for (const std::vector<float>& w : series.weights)
+            weights.insert(weights.end(), w.begin(), w.end());
+        const BodyLook& look = body.motion.front().look;
+        described.add("geometry", addGeometry(rest))
+            .add("shapes", std::move(shapes))
+            .add("weights", encode(weights))
+            .add("references", encode(references))
+            .add("color", toJson(look.hasColor() ? look.color : Vec3(0.66, 0.70, 0.75)))
+            .add("opacity", look.opacity)
+            .add("contoured", look.hasContour);
+        addValues(body, described);
+    }
+
+    /** To the ranges of contours. @return the largest **/
+    double addDisplacements(const MovingScene::Body& body) {
+        double largest = 0;
+        DeformedSurface surface(body.motion.front().skin);
+        for (const PartSnapshot& part : body.motion) {
+            const std::vector<float>& u = surface.calcDisplacements(part.xi, part.reference);
+            for (std::size_t i = 0; i + 2 < u.size(); i += 3) {
+                const Vec3 v(u[i], u[i + 1], u[i + 2]);
+                largest = std::max(largest, double(v.norm()));
+                for (int k = 0; k < 3; ++k)
+                    m_largestOf[k] = std::max(m_largestOf[k], std::abs(v[k]));
+            }
+        }
+        if (body.motion.front().look.hasContour) m_largest = std::max(m_largest, largest);
+        return largest;
+    }
+
+    /** A contour that is no displacement does not follow from the shapes: in 8 bits, at each
+    time. **/
+    void addValues(const MovingScene::Body& body, Json& described) {
+        const auto& field = body.motion.front().field;
+        const SkinModes& skin = *body.motion.front().skin;
+        if (!field || field->isOfDisplacements()) return;
+        m_numValues += body.motion.size() * skin.vertexPoint.size();
+        if (m_numValues > mostValues) return;
+        DeformedSurface surface(body.motion.front().skin);
+        ContourField::Workspace workspace;
+        std::vector<std::uint8_t> values;
+        const SimTK::Vec2& range = m_first.range;
+        for (const PartSnapshot& part : body.motion) {
+            field->calcValues(part, surface.calcDisplacements(part.xi), workspace);
+            std::vector<float> ofPoints = workspace.values;
+            ofPoints.resize(std::size_t(skin.numPoints()));
+            skin.between.interpolate(workspace.values.data(), ofPoints.data() + skin.numNodes());
+            for (const int point : skin.vertexPoint) {
+                const double value =
+                    (double(ofPoints[std::size_t(point)]) - range[0]) / (range[1] - range[0]);
+                // 255: none.
+                values.push_back(std::isnan(value) ? 255
+                                                   : std::uint8_t(std::lround(
+                                                         254 * std::clamp(value, 0.0, 1.0))));
+            }
+        }
+        described.add("values", encode(values));
+    }
+
+    static Json describe(const MovingScene::View& view) {
+        std::vector<Transform> poses;
+        for (const Camera& camera : view.cameras) poses.push_back(camera.X_GC);
+        const Camera& camera = view.cameras.front();
+        Json described = Json::object();
+        described.add("name", view.name)
+            .add("aspect", view.aspect)
+            .add("fieldOfView", camera.isOrthographic ? 0 : camera.fieldOfView)
+            .add("height", camera.viewHeight)
+            .add("poses", describePoses(poses));
+        return described;
+    }
+
+    const char* getShownContour() const {
+        switch (m_first.style.contour.contour) {
+            case Contour::None:
+                return "none";
+            case Contour::Displacement:
+                return "norm";
+            case Contour::DisplacementX:
+                return "x";
+            case Contour::DisplacementY:
+                return "y";
+            case Contour::DisplacementZ:
+                return "z";
+            default:
+                return "values";
+        }
+    }
+
+    /** Those that can be chosen: range, unit and colours from 0 to 1. **/
+    Json describeContours() const {
+        Json contours = Json::list();
+        const ContourSettings& settings = m_first.style.contour;
+        const auto add = [&](const char* kind, Contour contour, const SimTK::Vec2& range) {
+            const ContourTraits& traits = getTraits(contour);
+            ContourSettings own = settings;
+            own.contour = contour;
+            const Unit unit =
+                chooseUnit(traits.dimension, std::max(std::abs(range[0]), std::abs(range[1])));
+            std::vector<double> colors;
+            for (int i = 0; i <= 64; ++i)
+                for (int k = 0; k < 3; ++k)
+                    colors.push_back(std::round(255 * calcColor(own.getColorMap(), i / 64.0)[k]));
+            Json item = Json::object();
+            item.add("kind", kind)
+                .add("name", traits.name)
+                .add("range", std::vector<double>{range[0], range[1]})
+                .add("unit", unit.name)
+                .add("size", unit.size)
+                .add("colors", colors);
+            contours.add(std::move(item));
+        };
+        const auto addDisplacement = [&](const char* kind, Contour contour, double largest) {
+            if (!(largest > 0)) return;
+            Extremes values;
+            values.include({getTraits(contour).isSigned ? -largest : 0, largest});
+            ContourSettings own;
+            own.contour = contour;
+            add(kind, contour,
+                settings.contour == contour ? m_first.range
+                                            : calcContourRange(own, values, values));
+        };
+        addDisplacement("norm", Contour::Displacement, m_largest);
+        addDisplacement("x", Contour::DisplacementX, m_largestOf[0]);
+        addDisplacement("y", Contour::DisplacementY, m_largestOf[1]);
+        addDisplacement("z", Contour::DisplacementZ, m_largestOf[2]);
+        if (m_numValues > 0 && m_numValues <= mostValues)
+            add("values", settings.contour, m_first.range);
+        return contours;
+    }
+
+    const std::vector<MovingScene>& m_scenes;
+    const MovingScene& m_first;
+    Json m_geometries = Json::list();
+    int m_numGeometries = 0;
+    std::map<const SurfaceGeometry*, int> m_known;
+    std::size_t m_numValues = 0;
+    double m_largest = 0, m_error = 0;
+    Vec3 m_largestOf{0};
+};
+
+}  // namespace
+
+std::string OffscreenVisualizer::describeMotion(const MotionRecorder& motion,
+                                                const std::vector<SimTK::Real>& factors) const {
+    checkMotion(motion.getNumStates(), "describeMotion");
+    std::vector<MovingScene> scenes;
+    for (const SimTK::Real factor : factors) {
+        impl->partStyle.deformationFactor = factor;
+        impl->isFactorAutomatic = false;
+        scenes.push_back(impl->captureScene(Impl::toMotion(motion)));
+    }
+    return PageMotion(scenes).describe().write(0);
+}
 
 MovingScene OffscreenVisualizer::Impl::captureScene(const Motion& motion) {
     MovingScene scene;
@@ -421,15 +708,6 @@ std::vector<int> OffscreenVisualizer::Impl::captureShapes(const State& state, Mo
     }
     return mobods;
 }
-
-namespace {
-
-void checkMotion(int numStates, const std::string& file) {
-    if (numStates == 0)
-        throw std::invalid_argument("'" + file + "': there are no States to be written");
-}
-
-}  // namespace
 
 void OffscreenVisualizer::writeAnimation(const std::string& file, const std::vector<State>& states,
                                          const AnimationOptions& options) const {

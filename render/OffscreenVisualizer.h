@@ -143,6 +143,12 @@ public:
                         const AnimationOptions& options = {}) const;
     void writeAnimation(const std::string& file, const MotionRecorder& motion,
                         const AnimationOptions& options = {}) const;
+    /** The motion as the page of `simflex report` reads it: JSON, with arrays in base64. Bodies'
+    poses are told for several deformation factors; joints stay together at each. Flexible bodies
+    are shapes and weights, as above, true to 2e-5 of their size. Its deformation factor
+    is the last of these afterwards. **/
+    std::string describeMotion(const MotionRecorder& motion,
+                               const std::vector<SimTK::Real>& factors) const;
     /** What a mobilized body is called in such a file; flexible ones have their own names. **/
     OffscreenVisualizer& setBodyName(SimTK::MobilizedBodyIndex body, const std::string& name);
     /** Threads that draw and write; 0: none, report() does it. The bytes are the same. Default:

@@ -28,6 +28,13 @@ public:
     Json(const List& values) : Json('[') {
         for (const auto& value : values) add(Json(value));
     }
+    /** A value that is written already. **/
+    static Json written(std::string text) {
+        Json value = Json::list();
+        value.m_bracket = 0;
+        value.m_text = std::move(text);
+        return value;
+    }
     static Json list() { return Json('['); }
     static Json object() { return Json('{'); }
 

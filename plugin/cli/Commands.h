@@ -27,6 +27,7 @@ void addSchemaCommand(CLI::App& app);
 void addKeysCommand(CLI::App& app);
 void addPlotCommand(CLI::App& app);
 void addPostCommand(CLI::App& app);
+void addReportCommand(CLI::App& app);
 void addCompareCommand(CLI::App& app);
 void addSweepCommand(CLI::App& app);
 void addCacheCommand(CLI::App& app);

@@ -31,6 +31,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addKeysCommand(app);
     addCacheCommand(app);
     addPostCommand(app);
+    addReportCommand(app);
     addPlotCommand(app);
     addCompareCommand(app);
     addSweepCommand(app);

@@ -36,7 +36,8 @@ ShapeSeries findShapes(const std::vector<float>& fields, std::size_t rows,
     const MatrixXd scaled = length.asDiagonal() * C;
     const Eigen::SelfAdjointEigenSolver<MatrixXd> ofFields(alike);
     const Eigen::VectorXd& lambda = ofFields.eigenvalues();
-    const Index rank = (lambda.array() > dependent * lambda[m - 1]).count();
+    Index rank = 0;
+    while (rank < m && lambda[m - 1 - rank] > dependent * lambda[m - 1]) ++rank;
     if (rank == 0) return series;
     const MatrixXd V = ofFields.eigenvectors().rightCols(rank);
     const Eigen::VectorXd root = lambda.tail(rank).cwiseSqrt();

@@ -37,9 +37,10 @@ namespace {
 constexpr int PicturesPerPeriod = 24;  // of a mode
 constexpr double ModeRate = 20;        // pictures a second
 // What is smaller is not worth a picture in which bodies stick out of their joints.
-constexpr double LargestFactor = 1000;  // of an automatic exaggeration
-constexpr size_t MostTimes = 1000;      // of an animation
-constexpr double ModeAmplitude = 0.04;  // largest displacement, to the scene's size
+constexpr double LargestFactor = 1000;   // of an automatic exaggeration
+constexpr size_t MostTimes = 1000;       // of an animation
+constexpr size_t MostTimesOfPage = 300;  // of a report
+constexpr double ModeAmplitude = 0.04;   // largest displacement, to the scene's size
 
 CameraView makeCamera(const Model& model, const ModelValue& camera, const UnitVec3& up) {
     CameraView view(camera.get("name").isGiven() ? camera.get("name").getText() : "");
@@ -448,6 +449,26 @@ std::string writeAnimation(const Model& model, const Results::Analysis& rows,
     viz->writeAnimation(path, motion, options);
     return "animation: " + path + ", " + std::to_string(motion.getNumStates()) + " times, " +
            writeFileSize(double(fs::file_size(path)));
+}
+
+std::string describeScene(const Model& model, const Results::Analysis& rows,
+                          const Listener& listener) {
+    const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
+    viz->setShowReactions(false).setShowLoads(false).setShowConnectors(false).setShowJoints(false);
+    const MotionRecorder motion = collectMotion(model, rows, MostTimesOfPage);
+    if (!listener.tellProgress(rows.name + ": motion", 0)) throw Cancelled("nothing is written");
+    fitTo(model, motion, *viz);
+    const double usual = viz->getDeformationFactor();
+    const auto& bodies = model.getBodies();
+    std::vector<double> factors;
+    if (std::any_of(bodies.begin(), bodies.end(),
+                    [](const Model::BodyEntry& body) { return body.flexible.has_value(); }))
+        for (const double factor : {1.0, std::round(usual / 3), 3 * usual})
+            if (factor >= 1 && factor <= LargestFactor && factor != usual &&
+                (factors.empty() || factor != factors.back()))
+                factors.push_back(factor);
+    factors.push_back(usual);
+    return viz->describeMotion(motion, factors);
 }
 
 void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz) {

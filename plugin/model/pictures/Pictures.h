@@ -63,6 +63,12 @@ OffscreenVisualizer::writeAnimation(): all, or evenly chosen ones where there ar
 std::string writeAnimation(const Model& model, const Results::Analysis& rows,
                            const std::string& file);
 
+/** The motion of a transient analysis for the page of a report, see
+OffscreenVisualizer::describeMotion(): exaggerated as in pictures, less, and more.
+@param rows  with States **/
+std::string describeScene(const Model& model, const Results::Analysis& rows,
+                          const Listener& listener);
+
 /** Adds a video at the model's rate. @throws as OffscreenVisualizer::addVideo(). **/
 void addVideo(const Model& model, const std::string& file, OffscreenVisualizer& viz);
 

@@ -103,6 +103,9 @@ TEST_F(PostTest, ParaViewGetsNodesWhereTheProbesHaveThem) {
 }
 
 TEST_F(PostTest, AnAnimationHasNodesWhereParaViewHasThem) {
+    testing::Brick soft;
+    soft.E = 2e6;
+    testing::writeText(folder / "bar.inp", soft.text());
     writeModel(makeBar("tip: {position: bar.tip}", "exaggeration: 1, slow_motion: 4"));
     ASSERT_EQ(runModel("--only run --no-pictures --animation run.glb"), 0) << err;
     EXPECT_THAT(out, HasSubstr("animation: run_run.glb, 41 times, "));

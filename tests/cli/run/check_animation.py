@@ -179,6 +179,7 @@ def main():
         times = animation.find_track(number, "weights")[0]
     require(len(files) == len(times), "as many times as .vtu files")
     largest = largest_of_vtk = 0
+    require("weights" in animation.json["meshes"][animation.json["nodes"][number]["mesh"]], "bending")
     for frame, file in enumerate(files):
         nodes = read_vtu(file)
         ends = numpy.array(list(nodes.values()))

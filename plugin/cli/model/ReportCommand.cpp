@@ -1,0 +1,59 @@
+/** @file
+simflex report: a run as one page for a browser. **/
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "simflex/cli/Commands.h"
+#include "simflex/cli/Messages.h"
+#include "simflex/cli/Options.h"
+#include "simflex/cli/ProgressBar.h"
+#include "simflex/model/report/Report.h"
+
+namespace simflex {
+namespace cli {
+namespace {
+
+struct ReportArguments {
+    std::string results, page;
+    RunOptions options;
+    bool isQuiet = false;
+};
+
+void report(ReportArguments& arguments) {
+    arguments.options.listener = makeListener(arguments.isQuiet);
+    const std::string page =
+        !arguments.page.empty()
+            ? arguments.page
+            : std::filesystem::path(arguments.results).replace_extension(".html").string();
+    const std::string content = model::writeReport(arguments.results, page, arguments.options);
+    ProgressBar::clearLine();
+    std::printf("report: %s, %s\n", page.c_str(), content.c_str());
+}
+
+}  // namespace
+
+void addReportCommand(CLI::App& app) {
+    CLI::App* command = app.add_subcommand(
+        "report", "A run as one page for a browser: motion, curves, tables; needs no network");
+    auto arguments = std::make_shared<ReportArguments>();
+    command->add_option("results", arguments->results, "Result file of the run")
+        ->required()
+        ->check(CLI::ExistingFile)
+        ->type_name("RESULTS.h5");
+    command->add_option("-o,--output", arguments->page, "The page (default: RESULTS.html)")
+        ->type_name("FILE.html");
+    command
+        ->add_option("--only", arguments->options.only, "Only this analysis, or these: NAME,NAME")
+        ->delimiter(',')
+        ->type_name("NAME")
+        ->allow_extra_args(false);
+    addScriptsFlag(*command, arguments->options.allowsScripts);
+    command->add_flag("-q,--quiet", arguments->isQuiet,
+                      "No progress and notes: only warnings and what came out");
+    command->callback([arguments] { report(*arguments); });
+}
+
+}  // namespace cli
+}  // namespace simflex
