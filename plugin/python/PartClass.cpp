@@ -61,6 +61,55 @@ py::dict listInterfaces(const Part& part) {
     return all;
 }
 
+template <size_t Count>
+py::tuple viewEach(const Part& part, const std::array<std::vector<double>, Count>& matrices) {
+    const py::ssize_t n = part.body->numModes;
+    py::tuple views(Count);
+    for (size_t i = 0; i < Count; ++i) views[i] = view(part, matrices[i], {n, n});
+    return views;
+}
+
+py::object findStress(const Part& part) {
+    if (!part.body->modalStress) return py::none();
+    const ReducedBody::ModalStress& stress = *part.body->modalStress;
+    const py::ssize_t count = py::ssize_t(stress.nodes.size()), n = part.body->numModes;
+    py::dict all;
+    all["nodes"] = view(part, stress.nodes, {count});
+    all["stress"] = view(part, stress.stress, {6, count, n});
+    all["strain"] = view(part, stress.strain, {6, count, n});
+    return makeNamespace(all);
+}
+
+py::object findStiffening(const Part& part) {
+    if (!part.body->stiffening) return py::none();
+    py::dict interfaces, all;
+    for (size_t i = 0; i < part.body->interfaces.size(); ++i)
+        interfaces[py::str(part.body->interfaces[i].name)] =
+            viewEach(part, part.body->stiffening->interfaces[i]);
+    all["turning"] = viewEach(part, part.body->stiffening->turning);
+    all["interfaces"] = interfaces;
+    return makeNamespace(all);
+}
+
+py::dict listElements(const Part& part) {
+    const char* const names[] = {"tet4", "tet10", "hex8", "hex20", "wedge6", "wedge15"};
+    py::dict all;
+    for (const ElementBlock& block : part.body->mesh.elements) {
+        const py::str name(names[size_t(block.type)]);
+        py::list blocks = all.contains(name) ? py::list(all[name]) : py::list();
+        blocks.append(view(part, block.nodes, {numNodesOf(block.type), block.numElements()}));
+        all[name] = blocks;
+    }
+    return all;
+}
+
+py::dict listNodeSets(const Part& part) {
+    py::dict all;
+    for (const auto& [name, nodes] : part.body->mesh.nodeSets)
+        all[py::str(name)] = view(part, nodes, {py::ssize_t(nodes.size())});
+    return all;
+}
+
 Part reduce(const std::string& name, const Path& folder, const py::kwargs& keys) {
     ModelText text;
     text.path = (folder / "parts.yaml").string();
@@ -115,6 +164,48 @@ void addPart(py::module_& module) {
             "3×nodes×modes: translations of the mesh's nodes for ξ = 1.")
         .def_property_readonly("interfaces", &listInterfaces,
                                "By name: position [m], translation and rotation (3×modes), nodes.")
+        .def_property_readonly(
+            "omega_squared",
+            [](const Part& part) {
+                return view(part, part.body->omegaSquared, {part.body->numModes});
+            },
+            "Stiffness of the modes, whose mass is 1 [1/s²].")
+        .def_property_readonly(
+            "I1",
+            [](const Part& part) {
+                return view(part, part.body->I1, {6, part.body->numModes});
+            },
+            "6×modes: first change of inertia, components xx yy zz xy xz yz.")
+        .def_property_readonly(
+            "I2", [](const Part& part) { return viewEach(part, part.body->I2); },
+            "Second change of inertia: modes×modes for each of xx yy zz xy xz yz.")
+        .def_property_readonly(
+            "N", [](const Part& part) { return viewEach(part, part.body->N); },
+            "Σm(φᵢ × φⱼ): modes×modes for each of x, y, z.")
+        .def_property_readonly(
+            "positions",
+            [](const Part& part) {
+                return view(part, part.body->mesh.positions, {3, part.body->mesh.numNodes()});
+            },
+            "3×nodes: of the mesh, from the centre of mass [m].")
+        .def_property_readonly(
+            "node_numbers",
+            [](const Part& part) {
+                return view(part, part.body->mesh.nodeNumbers, {part.body->mesh.numNodes()});
+            },
+            "Of the deck.")
+        .def_property_readonly("node_sets", &listNodeSets, "By name: indices of nodes, from 0.")
+        .def_property_readonly(
+            "elements", &listElements,
+            "By type (tet4, hex20 …), in blocks: nodes of an element × elements, from 0.")
+        .def_property_readonly(
+            "stress", &findStress,
+            "None, or where the part knows it: nodes, stress [Pa] and strain of ξ = 1, both\n"
+            "6×nodes×modes, components xx yy zz xy xz yz.")
+        .def_property_readonly(
+            "stiffening", &findStiffening,
+            "None, or geometric stiffness, modes×modes: `turning` by ω² of xx yy zz xy xz yz,\n"
+            "`interfaces` by name for unit forces x, y, z and moments x, y, z.")
         .def("__repr__", [](const Part& part) {
             return "<simflex.Part '" + part.body->name + "', " +
                    std::to_string(part.body->numModes) + " modes>";

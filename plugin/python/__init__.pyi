@@ -290,6 +290,48 @@ class Part:
     def interfaces(self) -> Dict[str, Any]:
         """By name: position [m], translation and rotation (3×modes), nodes."""
 
+    @property
+    def omega_squared(self) -> NDArray[Any]:
+        """Stiffness of the modes, whose mass is 1 [1/s²]."""
+
+    @property
+    def I1(self) -> NDArray[Any]:
+        """6×modes: first change of inertia, components xx yy zz xy xz yz."""
+
+    @property
+    def I2(self) -> Tuple[Any, ...]:
+        """Second change of inertia: modes×modes for each of xx yy zz xy xz yz."""
+
+    @property
+    def N(self) -> Tuple[Any, ...]:
+        """Σm(φᵢ × φⱼ): modes×modes for each of x, y, z."""
+
+    @property
+    def positions(self) -> NDArray[Any]:
+        """3×nodes: of the mesh, from the centre of mass [m]."""
+
+    @property
+    def node_numbers(self) -> NDArray[Any]:
+        """Of the deck."""
+
+    @property
+    def node_sets(self) -> Dict[str, Any]:
+        """By name: indices of nodes, from 0."""
+
+    @property
+    def elements(self) -> Dict[str, Any]:
+        """By type (tet4, hex20 …), in blocks: nodes of an element × elements, from 0."""
+
+    @property
+    def stress(self) -> Any:
+        """None, or where the part knows it: nodes, stress [Pa] and strain of ξ = 1, both
+        6×nodes×modes, components xx yy zz xy xz yz."""
+
+    @property
+    def stiffening(self) -> Any:
+        """None, or geometric stiffness, modes×modes: `turning` by ω² of xx yy zz xy xz yz,
+        `interfaces` by name for unit forces x, y, z and moments x, y, z."""
+
     def __repr__(self) -> str:
         ...
 

@@ -61,6 +61,32 @@ def test_a_part_is_its_mass_and_modes(path):
     assert right.translation == pytest.approx(part.shapes[:, right.nodes, :].mean(axis=1), abs=1e-9)
 
 
+def test_invariants_are_those_of_the_modes(path):
+    part = simflex.Part(path)
+    n = part.num_modes
+    assert part.omega_squared == pytest.approx((2 * np.pi * part.frequencies) ** 2)
+    assert part.I1.shape == (6, n) and len(part.I2) == 6 and len(part.N) == 3
+    # Modes have a mass of 1: ½ tr I₂ is the unit matrix; N is antisymmetric.
+    assert (part.I2[0] + part.I2[1] + part.I2[2]) / 2 == pytest.approx(np.eye(n), abs=1e-9)
+    assert all(np.array_equal(N, -N.T) for N in part.N)
+    assert part.positions.shape == (3, 12) and list(part.node_numbers) == list(range(1, 13))
+    blocks = part.elements["hex8"]
+    assert sum(block.shape[1] for block in blocks) == 2 and all(block.shape[0] == 8 for block in blocks)
+    first = part.positions[:, blocks[0][:, 0]]
+    assert first.max(axis=1) - first.min(axis=1) == pytest.approx([1, 0.1, 0.1])
+    assert set(part.node_numbers[part.node_sets["LEFT"]]) == {1, 4, 5, 8}
+    assert part.stress is None and part.stiffening is None
+    full = simflex.reduce("bar", folder=path.parent, deck="bar.inp", modes=20, stress=["LEFT"], stiffening=True,
+                          interfaces={"left": "LEFT", "right": "RIGHT"})
+    assert full.stress.stress.shape == full.stress.strain.shape == (6, 4, full.num_modes)
+    assert len(full.stiffening.turning) == 6 and len(full.stiffening.interfaces["left"]) == 6
+    assert full.stiffening.turning[0].shape == (full.num_modes, full.num_modes)
+    stress = full.stress.stress
+    del full
+    gc.collect()
+    assert np.isfinite(stress).all()
+
+
 def test_views_outlive_their_part_and_cannot_be_written(path):
     part = simflex.Part(path)
     shapes = part.shapes
