@@ -84,17 +84,23 @@ Callable::~Callable() {
 
 double Callable::calc(const double* arguments, int count) {
     const py::gil_scoped_acquire lock;
-    if (m_failure) return NoValue;
+    py::tuple all(count);
+    for (int i = 0; i < count; ++i) all[size_t(i)] = py::float_(arguments[i]);
+    const std::optional<py::object> result = call(all);
+    if (!result) return NoValue;
+    const double value = PyFloat_AsDouble(result->ptr());
+    if (!PyErr_Occurred()) return value;
+    m_failure = std::make_unique<py::error_already_set>();
+    return NoValue;
+}
+
+std::optional<py::object> Callable::call(const py::tuple& arguments) {
+    if (m_failure) return {};
     try {
-        py::tuple all(count);
-        for (int i = 0; i < count; ++i) all[size_t(i)] = py::float_(arguments[i]);
-        const py::object result = m_callable(*all);
-        const double value = PyFloat_AsDouble(result.ptr());
-        if (PyErr_Occurred()) throw py::error_already_set();
-        return value;
+        return m_callable(*arguments);
     } catch (const py::error_already_set& error) {
         m_failure = std::make_unique<py::error_already_set>(error);
-        return NoValue;
+        return {};
     }
 }
 
@@ -143,6 +149,21 @@ Callables::Callables(ModelText& model) {
             m_all.push_back(std::make_shared<Callable>(reference->callable->get()));
             entry.second.calc = CallableReference{m_all.back()};
         }
+}
+
+void Callables::setProgress(const py::object& progress) {
+    if (progress.is_none()) return;
+    if (!PyCallable_Check(progress.ptr()))
+        throw py::type_error("progress: expected a function, not " +
+                             std::string(py::repr(progress)));
+    m_progress = std::make_shared<Callable>(progress);
+    m_all.push_back(m_progress);
+}
+
+bool Callables::tell(const std::function<py::tuple()>& makeTold) const {
+    if (!m_progress) return true;
+    const std::optional<py::object> answer = m_progress->call(makeTold());
+    return answer && !answer->is(py::bool_(false));
 }
 
 bool Callables::haveFailed() const {

@@ -3,6 +3,7 @@
 Callables of Python as functions of a model's formulas. **/
 
 #include <memory>
+#include <optional>
 #include <type_traits>
 #include <vector>
 
@@ -22,6 +23,8 @@ public:
 
     /** From any thread; NaN once it has failed. **/
     double calc(const double* arguments, int count);
+    /** What it returns; nothing once it has failed. Holding the interpreter's lock. **/
+    std::optional<py::object> call(const py::tuple& arguments);
     bool hasFailed() const { return m_failure != nullptr; }
     /** Once. @throws py::error_already_set, if it has failed. **/
     void raise();
@@ -43,6 +46,10 @@ class Callables {
 public:
     /** They become the model's own: what fails in one copy of it fails in no other. **/
     explicit Callables(ModelText& model);
+    /** Who is told of progress, or None. **/
+    void setProgress(const py::object& progress);
+    /** False where who is told of progress says so, or fails. Holding the interpreter's lock. **/
+    bool tell(const std::function<py::tuple()>& makeTold) const;
 
     bool isEmpty() const { return m_all.empty(); }
     bool haveFailed() const;
@@ -68,6 +75,7 @@ public:
 
 private:
     std::vector<std::shared_ptr<Callable>> m_all;
+    std::shared_ptr<Callable> m_progress;
     void raise() const;
 };
 

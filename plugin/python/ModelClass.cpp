@@ -41,14 +41,16 @@ ModelText makeFromDict(const py::dict& keys, const Path& folder) {
 }
 
 Results run(ModelText model, const std::optional<Path>& output,
-            const std::vector<std::string>& only, int threads, bool resumes, bool draws) {
+            const std::vector<std::string>& only, int threads, bool resumes, bool draws,
+            const py::object& progress) {
     RunOptions options;
     if (output) options.output = output->string();
     options.only = only;
     options.threads = threads;
     options.resumes = resumes;
     options.drawsPictures = draws;
-    const Callables callables(model);
+    Callables callables(model);
+    callables.setProgress(progress);
     options.listener = makeListener(&callables);
     return callables.watch([&] {
         const py::gil_scoped_release unlocked;
@@ -64,7 +66,8 @@ Results::Analysis analyse(ModelText model, const std::string& type, const py::kw
     for (const auto& [key, value] : keys) entry[key] = value;
     setKey(model, "analyses." + type, entry);
     const TemporaryFolder folder;
-    const Results results = run(model, folder.path() / "results.h5", {type}, 0, false, false);
+    const Results results =
+        run(model, folder.path() / "results.h5", {type}, 0, false, false, py::none());
     return results.findAnalysis(type);
 }
 
@@ -106,8 +109,11 @@ void addModel(py::module_& module) {
         .def("run", &run, py::arg("output") = py::none(),
              py::arg("analyses") = std::vector<std::string>(), py::arg("threads") = 0,
              py::arg("resume") = false, py::arg("pictures") = false,
+             py::arg("progress") = py::none(),
              "Does the analyses (all, or those named) as `simflex run` does, and writes the file\n"
-             "of results: beside the model unless `output` says where. Ctrl-C keeps what is done.")
+             "of results: beside the model unless `output` says where. Ctrl-C keeps what is done, "
+             "and so\n"
+             "does progress(what, fraction), told now and then, by returning False: Cancelled.")
         .def("analyse", &analyse, py::arg("type"),
              "Does one analysis that the file need not have, with the keys of `analyses`, and\n"
              "returns its Analysis: analyse('campbell', parameter='speed', speeds=[0, 50, 100]).")

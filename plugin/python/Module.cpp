@@ -32,6 +32,8 @@ PYBIND11_MODULE(simflex, module) {
 
     static py::exception<ModelError> modelError(module, "ModelError", PyExc_ValueError);
     modelError.doc() = "A model that cannot be read or built: names file, line, key and cure.";
+    static py::exception<Cancelled> cancelled(module, "Cancelled", PyExc_RuntimeError);
+    cancelled.doc() = "A run that its `progress` has ended; what was done is kept.";
     const py::object warning = py::reinterpret_steal<py::object>(PyErr_NewExceptionWithDoc(
         "simflex.SimflexWarning", "What may change the meaning of results.", PyExc_UserWarning,
         nullptr));
@@ -41,9 +43,9 @@ PYBIND11_MODULE(simflex, module) {
             if (thrown) std::rethrow_exception(thrown);
         } catch (const ModelError& error) {
             modelError(error.what());
-        } catch (const Cancelled&) {
+        } catch (const Cancelled& error) {
             // Ctrl-C has raised its exception already.
-            if (!PyErr_Occurred()) PyErr_SetNone(PyExc_KeyboardInterrupt);
+            if (!PyErr_Occurred()) cancelled(error.what());
         }
     });
 

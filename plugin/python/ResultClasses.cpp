@@ -17,13 +17,17 @@ std::vector<std::string> listNames(const Items& items) {
     return names;
 }
 
-py::array_t<double> getProbe(const Analysis& analysis, const std::string& name) {
+const Results::Series* findSeries(const Analysis& analysis, const std::string& name) {
     try {
-        const Results::Series& series = analysis.findProbe(name);
-        return toArray(series.rows, 0, series.column.columns.size());
+        return &analysis.findProbe(name);
     } catch (const std::out_of_range& error) {
         throw py::key_error(error.what());
     }
+}
+
+py::array_t<double> getProbe(const Analysis& analysis, const std::string& name) {
+    const Results::Series& series = *findSeries(analysis, name);
+    return toArray(series.rows, 0, series.column.columns.size());
 }
 
 py::object toPandas(const Analysis& analysis) {
@@ -33,6 +37,25 @@ py::object toPandas(const Analysis& analysis) {
             columns[py::str(nameColumn(series.column.name, series.column.columns[k]))] =
                 toArray(series.rows, k, 1);
     return makeDataFrame(columns, analysis.time);
+}
+
+/** Curves of probes over the time, with matplotlib. **/
+py::object plot(const Analysis& analysis, const py::args& probes, py::object axes) {
+    if (axes.is_none()) axes = py::module_::import("matplotlib.pyplot").attr("gca")();
+    std::vector<std::string> names;
+    for (const auto& probe : probes) names.push_back(py::cast<std::string>(probe));
+    if (names.empty())
+        for (const Results::Series& series : analysis.probes) names.push_back(series.column.name);
+    for (const std::string& name : names) {
+        const Results::Series& series = *findSeries(analysis, name);
+        for (size_t k = 0; k < series.column.columns.size(); ++k)
+            axes.attr("plot")(toArray(analysis.time), toArray(series.rows, k, 1),
+                              py::arg("label") = nameColumn(name, series.column.columns[k]) + " [" +
+                                                 series.column.unit + "]");
+    }
+    axes.attr("set_xlabel")("t [s]");
+    axes.attr("legend")();
+    return axes;
 }
 
 py::array_t<double> toMatrix(const std::vector<std::vector<double>>& rows) {
@@ -83,13 +106,13 @@ void addResults(py::module_& module) {
         .def(
             "unit",
             [](const Analysis& analysis, const std::string& probe) {
-                return analysis.findProbe(probe).column.unit;
+                return findSeries(analysis, probe)->column.unit;
             },
             py::arg("probe"), "Of a probe: m, rad/s …")
         .def(
             "columns",
             [](const Analysis& analysis, const std::string& probe) {
-                return analysis.findProbe(probe).column.columns;
+                return findSeries(analysis, probe)->column.columns;
             },
             py::arg("probe"),
             "Names of a probe's columns: x, y, z; one without name if it has one.")
@@ -108,6 +131,9 @@ void addResults(py::module_& module) {
                 return events;
             },
             "What has happened: (name, time [s]), in its order.")
+        .def("plot", &plot, py::kw_only(), py::arg("axes") = py::none(),
+             "Draws probes over the time, all or those named, into matplotlib's axes (the current\n"
+             "ones); returns the axes. Needs matplotlib.")
         .def("to_pandas", &toPandas, "All probes as columns of a pandas.DataFrame.")
         .def("__repr__", [](const Analysis& analysis) {
             return "<simflex.Analysis '" + analysis.name + "', " + analysis.type + ">";

@@ -105,22 +105,27 @@ private:
 };
 
 const char* finish(Session::Outcome outcome) {
-    if (outcome == Session::Outcome::Stopped) throw py::error_already_set();
+    if (outcome == Session::Outcome::Stopped) {
+        if (!PyErr_Occurred()) return "stopped";
+        throw py::error_already_set();
+    }
     return outcome == Session::Outcome::Terminated ? "terminated" : "reached";
 }
 
 const char* runTo(OwnSession& own, const std::function<double(double)>& calcEnd,
-                  std::optional<double> interval) {
-    Interrupts interrupts(&own.getCallables());
-    double end = 0;
-    const Session::Outcome outcome = own.use(
-        [&](Session& session) {
-            end = calcEnd(session.getTime());
-            return session.runTo(end, interval.value_or(end - session.getTime()),
-                                 [&](double) { return interrupts.goesOn(); });
-        },
-        true);
-    return finish(outcome);
+                  std::optional<double> interval, const py::object& progress = py::none()) {
+    Callables callables = own.getCallables();
+    callables.setProgress(progress);
+    Interrupts interrupts(&callables);
+    return finish(callables.watch([&] {
+        return own.use(
+            [&](Session& session) {
+                const double end = calcEnd(session.getTime());
+                return session.runTo(end, interval.value_or(end - session.getTime()),
+                                     [&](double fraction) { return interrupts.goesOn(fraction); });
+            },
+            true);
+    }));
 }
 
 const char* takeSteps(OwnSession& own, int count) {
@@ -317,13 +322,15 @@ void addSession(py::module_& module) {
             "Names of all that can be asked for beside probes and parameters.")
         .def(
             "run",
-            [](OwnSession& own, double until, std::optional<double> interval) {
+            [](OwnSession& own, double until, std::optional<double> interval,
+               const py::object& progress) {
                 return runTo(
-                    own, [=](double) { return until; }, interval);
+                    own, [=](double) { return until; }, interval, progress);
             },
-            py::arg("until"), py::arg("interval") = py::none(),
+            py::arg("until"), py::arg("interval") = py::none(), py::arg("progress") = py::none(),
             "Moves to a time [s] and records the probes at each interval [s]. Returns 'reached',\n"
-            "or 'terminated' where an event has ended the motion. Ctrl-C stops where it is.")
+            "or 'terminated' where an event has ended the motion. Ctrl-C stops where it is,\n"
+            "and so does progress(fraction), told now and then, by returning False ('stopped').")
         .def(
             "step",
             [](OwnSession& own, double duration) {

@@ -66,13 +66,20 @@ py::object makeNamespace(const py::dict& attributes) {
     return py::module_::import("types").attr("SimpleNamespace")(**attributes);
 }
 
-bool Interrupts::goesOn() {
-    if (m_callables && m_callables->haveFailed()) return false;
+bool Interrupts::isOver() const {
+    return m_callables && m_callables->haveFailed();
+}
+
+bool Interrupts::isTimeToLook() {
     const auto now = std::chrono::steady_clock::now();
-    if (now - m_lastLook < std::chrono::milliseconds(50)) return true;
+    if (now - m_lastLook < std::chrono::milliseconds(50)) return false;
     m_lastLook = now;
+    return true;
+}
+
+bool Interrupts::look(const std::function<py::tuple()>& makeTold) const {
     const py::gil_scoped_acquire lock;
-    return PyErr_CheckSignals() == 0;
+    return PyErr_CheckSignals() == 0 && (!m_callables || m_callables->tell(makeTold));
 }
 
 Listener makeListener(const Callables* callables) {
@@ -83,8 +90,8 @@ Listener makeListener(const Callables* callables) {
         if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) != 0) throw py::error_already_set();
     };
     listener.progress = [interrupts = std::make_shared<Interrupts>(callables)](
-                            const std::string&, double, const Listener::Detail&) {
-        return interrupts->goesOn();
+                            const std::string& what, double fraction, const Listener::Detail&) {
+        return interrupts->goesOn(what, fraction);
     };
     return listener;
 }

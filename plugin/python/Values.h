@@ -7,6 +7,7 @@ Values on their way between Python and the library. **/
 #include <pybind11/stl.h>
 
 #include <chrono>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -50,11 +51,18 @@ class Interrupts {
 public:
     /** @param callables  outlive it **/
     explicit Interrupts(const Callables* callables = nullptr) : m_callables(callables) {}
-    /** False once a Python exception is waiting. **/
-    bool goesOn();
+    /** False once a Python exception is waiting, or where somebody who is told says so.
+    @param told  arguments of who is told of progress **/
+    template <class... Told>
+    bool goesOn(const Told&... told) {
+        return !isOver() && (!isTimeToLook() || look([&] { return py::make_tuple(told...); }));
+    }
 
 private:
     const Callables* m_callables;
+    bool isOver() const;
+    bool isTimeToLook();
+    bool look(const std::function<py::tuple()>& makeTold) const;
     std::chrono::steady_clock::time_point m_lastLook = std::chrono::steady_clock::now();
 };
 /** Warnings become Python's, of this category; Ctrl-C stops, and so does a callable that fails. **/

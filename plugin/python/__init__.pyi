@@ -13,6 +13,10 @@ class ModelError(ValueError):
     """A model that cannot be read or built: names file, line, key and cure."""
 
 
+class Cancelled(RuntimeError):
+    """A run that its `progress` has ended; what was done is kept."""
+
+
 class SimflexWarning(UserWarning):
     """What may change the meaning of results."""
 
@@ -80,6 +84,10 @@ class Analysis:
     @property
     def events(self) -> List[Tuple[str, float]]:
         """What has happened: (name, time [s]), in its order."""
+
+    def plot(self, *args, axes: Any = None) -> Any:
+        """Draws probes over the time, all or those named, into matplotlib's axes (the current
+        ones); returns the axes. Needs matplotlib."""
 
     def to_pandas(self) -> Any:
         """All probes as columns of a pandas.DataFrame."""
@@ -159,9 +167,10 @@ class Model:
     def settings(self) -> List[str]:
         ...
 
-    def run(self, output: Optional[Union[PathLike[str], str]] = None, analyses: List[str] = [], threads: int = 0, resume: bool = False, pictures: bool = False) -> Results:
+    def run(self, output: Optional[Union[PathLike[str], str]] = None, analyses: List[str] = [], threads: int = 0, resume: bool = False, pictures: bool = False, progress: Any = None) -> Results:
         """Does the analyses (all, or those named) as `simflex run` does, and writes the file
-        of results: beside the model unless `output` says where. Ctrl-C keeps what is done."""
+        of results: beside the model unless `output` says where. Ctrl-C keeps what is done, and so
+        does progress(what, fraction), told now and then, by returning False: Cancelled."""
 
     def analyse(self, type: str, **kwargs) -> Analysis:
         """Does one analysis that the file need not have, with the keys of `analyses`, and
@@ -384,9 +393,10 @@ class Session:
     def quantities(self) -> List[str]:
         """Names of all that can be asked for beside probes and parameters."""
 
-    def run(self, until: float, interval: Optional[float] = None) -> str:
+    def run(self, until: float, interval: Optional[float] = None, progress: Any = None) -> str:
         """Moves to a time [s] and records the probes at each interval [s]. Returns 'reached',
-        or 'terminated' where an event has ended the motion. Ctrl-C stops where it is."""
+        or 'terminated' where an event has ended the motion. Ctrl-C stops where it is,
+        and so does progress(fraction), told now and then, by returning False ('stopped')."""
 
     def step(self, duration: float) -> str:
         """Moves for a time [s]."""

@@ -84,6 +84,40 @@ def test_events_end_a_run():
     assert session["angle"] == pytest.approx(0, abs=1e-6)
 
 
+def test_events_are_told_and_forgotten_where_they_are_to_come():
+    session = start(0.3, events={"low": {"when": "angle < 0"}})
+    begin = session.save()
+    session.run(3)
+    period = 2 * np.pi / np.sqrt(9.81 / 1.02)
+    (first, time), (second, later) = session.events
+    assert first == second == "low" and time == pytest.approx(period / 4, rel=0.01) and later == pytest.approx(time + period, rel=0.01)
+    session.restore(begin)
+    assert session.events == []
+    session.run(1)
+    assert session.events == [("low", time)]
+    assert session.copy().events == []
+
+
+def test_unstable_equilibria_are_told():
+    session = start(0)
+    assert session.settle().unstable_motions == []
+    session = simflex.Session(make_pendulum(gravity=[0, 9.81, 0]))
+    assert len(session.settle().unstable_motions) == 1
+
+
+def test_films(tmp_path):
+    session = start()
+    session.run(0.5, interval=0.1)
+    film = session.animation()
+    assert film.kind == "gif" and film.data.startswith(b"GIF8")
+    assert film._repr_html_().startswith('<img src="data:image/gif;base64,R0lGOD')
+    film = session.animation(tmp_path / "swing.mp4", rate=10)
+    assert (tmp_path / "swing.mp4").read_bytes() == film.data
+    assert film._repr_html_().startswith("<video ")
+    with pytest.raises(ValueError, match="suffix must be"):
+        session.animation(tmp_path / "swing.png")
+
+
 def test_pictures():
     session = start()
     picture = session.picture()
