@@ -1,4 +1,7 @@
+#include <pybind11/complex.h>
 #include <pybind11/stl/filesystem.h>
+
+#include <cmath>
 
 #include "simflex/model/Results.h"
 #include "simflex/python/Values.h"
@@ -66,6 +69,24 @@ py::array_t<double> toMatrix(const std::vector<std::vector<double>>& rows) {
     return matrix;
 }
 
+/** Amplitude and phase as complex numbers. **/
+py::array_t<std::complex<double>> calcResponse(const Analysis& analysis) {
+    const auto find = [&](const char* name) -> const std::vector<std::vector<double>>& {
+        const auto found = analysis.matrices.find(name);
+        if (found == analysis.matrices.end())
+            throw py::attribute_error("an analysis of type " + analysis.type + " has no response");
+        return found->second;
+    };
+    const auto &magnitude = find("magnitude"), &phase = find("phase");
+    const size_t outputs = analysis.outputs.size(), inputs = analysis.inputs.size();
+    py::array_t<std::complex<double>> response({magnitude.size(), outputs, inputs});
+    std::complex<double>* next = response.mutable_data();
+    for (size_t i = 0; i < magnitude.size(); ++i)
+        for (size_t k = 0; k < outputs * inputs; ++k)
+            *next++ = std::polar(magnitude[i].at(k), phase[i].at(k) * M_PI / 180);
+    return response;
+}
+
 template <class Member>
 auto makeGetter(Member member) {
     return [member](const Analysis& analysis) { return toArray(analysis.*member); };
@@ -122,6 +143,21 @@ void addResults(py::module_& module) {
         .def_property_readonly("frequency", makeModeGetter(&Analysis::frequency),
                                "Modes of eigen, or speeds × modes of campbell [Hz].")
         .def_property_readonly("damping_ratio", makeModeGetter(&Analysis::dampingRatio))
+        .def_readonly("inputs", &Analysis::inputs, "Of linear and frequency_response.")
+        .def_readonly("outputs", &Analysis::outputs, "Likewise.")
+        .def_readonly("input_units", &Analysis::inputUnits)
+        .def_readonly("output_units", &Analysis::outputUnits)
+        .def_property_readonly(
+            "matrices",
+            [](const Analysis& analysis) {
+                py::dict all;
+                for (const auto& [name, rows] : analysis.matrices)
+                    all[py::str(name)] = toMatrix(rows);
+                return all;
+            },
+            "A, B, C, D of linear.")
+        .def_property_readonly("response", &calcResponse,
+                               "Of frequency_response: complex, frequencies×outputs×inputs.")
         .def_property_readonly(
             "events",
             [](const Analysis& analysis) {

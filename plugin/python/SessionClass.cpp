@@ -9,6 +9,7 @@
 
 #include "simflex/base/TemporaryFolder.h"
 #include "simflex/model/Session.h"
+#include "simflex/model/file/NearestName.h"
 #include "simflex/python/Callables.h"
 #include "simflex/render/Video.h"
 #include "simflex/solver/Eigenmodes.h"
@@ -220,6 +221,147 @@ py::object calcModes(OwnSession& own) {
     return makeNamespace(result);
 }
 
+py::array_t<double> toArray(const SimTK::Matrix& matrix) {
+    py::array_t<double> array({matrix.nrow(), matrix.ncol()});
+    for (int i = 0; i < matrix.nrow(); ++i)
+        for (int j = 0; j < matrix.ncol(); ++j) array.mutable_at(i, j) = matrix(i, j);
+    return array;
+}
+
+py::object linearize(OwnSession& own, const std::vector<std::string>& inputs,
+                     const std::vector<std::string>& outputs) {
+    Interrupts interrupts(&own.getCallables());
+    const LinearSystem linear = own.use(
+        [&](const Session& session) {
+            return session.linearize(inputs, outputs, [&] { return interrupts.goesOn(); });
+        },
+        true);
+    py::dict result;
+    const auto addPorts = [&](const char* name, const char* unit,
+                              const std::vector<LinearSystem::Port>& ports) {
+        py::list names, units;
+        for (const LinearSystem::Port& port : ports) {
+            names.append(port.name);
+            units.append(port.unit);
+        }
+        result[name] = names;
+        result[unit] = units;
+    };
+    result["A"] = toArray(linear.A);
+    result["B"] = toArray(linear.B);
+    result["C"] = toArray(linear.C);
+    result["D"] = toArray(linear.D);
+    addPorts("inputs", "input_units", linear.inputs);
+    addPorts("outputs", "output_units", linear.outputs);
+    return makeNamespace(result);
+}
+
+//-------------------------------------------------------------------------------------------------
+// inputs and outputs
+
+std::vector<std::string> listInputs(const Session& session) {
+    std::vector<std::string> names;
+    for (const Model::InputEntry& input : session.getModel().getInputs())
+        names.push_back(input.name);
+    return names;
+}
+
+/** @param rates  empty: 0 **/
+std::vector<Session::Input> makeInputs(const Session& session, const double* values,
+                                       const double* rates) {
+    std::vector<Session::Input> inputs;
+    for (const std::string& name : listInputs(session)) {
+        inputs.push_back({name, values[inputs.size()], 0});
+        if (rates) inputs.back().rate = rates[inputs.size() - 1];
+    }
+    return inputs;
+}
+
+void checkCount(const char* what, size_t count, const std::vector<std::string>& names) {
+    if (count == names.size()) return;
+    throw py::value_error("the model has " + std::to_string(names.size()) + " " + what +
+                          (names.empty() ? "" : " (" + model::joinNames(names) + ")") + ", not " +
+                          std::to_string(count));
+}
+
+void setInputs(OwnSession& own, const py::handle& values) {
+    const std::vector<double> numbers = toNumbers(values);
+    own.use(
+        [&](Session& session) {
+            checkCount("inputs", numbers.size(), listInputs(session));
+            session.setInputs(makeInputs(session, numbers.data(), nullptr));
+        },
+        true);
+}
+
+std::vector<double> calcInputs(const Session& session) {
+    std::vector<double> values;
+    for (const std::string& name : listInputs(session))
+        values.push_back(session.get("inputs." + name)[0]);
+    return values;
+}
+
+std::vector<double> calcOutputs(const Session& session) {
+    std::vector<double> all;
+    for (const model::Probe& probe : session.getProbes()) {
+        const std::vector<double> values = session.calcProbe(probe);
+        all.insert(all.end(), values.begin(), values.end());
+    }
+    return all;
+}
+
+std::vector<std::string> listOutputs(const Session& session) {
+    std::vector<std::string> names;
+    for (const model::Probe& probe : session.getProbes())
+        for (const std::string& column : probe.columns)
+            names.push_back(nameColumn(probe.name, column));
+    return names;
+}
+
+py::array_t<double> drive(OwnSession& own, const py::handle& values, double interval,
+                          bool isLinear) {
+    using Matrix = py::array_t<double, py::array::c_style | py::array::forcecast>;
+    const auto matrix = Matrix::ensure(values);
+    if (!matrix || matrix.ndim() > 2) {
+        PyErr_Clear();
+        throw py::type_error("inputs: expected n numbers for one input, or n×inputs, not " +
+                             std::string(py::repr(values)));
+    }
+    const size_t numRows = matrix.ndim() == 0 ? 1 : size_t(matrix.shape(0));
+    const size_t width = matrix.ndim() == 2 ? size_t(matrix.shape(1)) : 1;
+    Interrupts interrupts(&own.getCallables());
+    std::vector<std::vector<double>> rows;
+    size_t numOutputs = 0;
+    const Session::Outcome outcome = own.use(
+        [&](Session& session) {
+            checkCount("inputs", width, listInputs(session));
+            numOutputs = listOutputs(session).size();
+            const double begin = session.getTime();
+            std::vector<double> rates(width, 0);
+            for (size_t i = 0; i < numRows; ++i) {
+                const double* const now = matrix.data() + i * width;
+                for (size_t k = 0; k < width; ++k)
+                    rates[k] =
+                        isLinear && i + 1 < numRows ? (now[width + k] - now[k]) / interval : 0;
+                session.setInputs(makeInputs(session, now, rates.data()));
+                const auto end = session.runTo(begin + double(i + 1) * interval, interval,
+                                               [&](double) { return interrupts.goesOn(); });
+                if (end != Session::Outcome::ReachedTime) return end;
+                rows.push_back(calcOutputs(session));
+            }
+            return Session::Outcome::ReachedTime;
+        },
+        true);
+    if (outcome == Session::Outcome::Stopped) finish(outcome);
+    py::array_t<double> outputs({rows.size(), numOutputs});
+    double* next = outputs.mutable_data();
+    for (const std::vector<double>& row : rows) next = std::copy(row.begin(), row.end(), next);
+    return outputs;
+}
+
+//-------------------------------------------------------------------------------------------------
+// pictures
+
 py::array_t<std::uint8_t> draw(OwnSession& own) {
     const Image image = own.use([](const Session& session) { return session.draw(); }, true);
     py::array_t<std::uint8_t> array({image.getHeight(), image.getWidth(), 4});
@@ -393,6 +535,30 @@ void addSession(py::module_& module) {
         .def("eigenmodes", &calcModes,
              "Natural modes about this State: frequency [Hz], damping_ratio, eigenvalue [1/s],\n"
              "shape (speeds × modes); free motions first, of frequency 0.")
+        .def("linearize", &linearize, py::arg("inputs"),
+             py::arg("outputs") = std::vector<std::string>(),
+             "About this State, an equilibrium or a steady motion: ẋ = A x + B p, y = C x + D p.\n"
+             "Inputs are numbers of the model ('loads.push.force.x'), outputs probes ('tip.y'; "
+             "none:\n"
+             "all). Returns A, B, C, D, inputs, input_units, outputs, output_units.")
+        .def_property_readonly(
+            "input_names", [](OwnSession& own) { return own.look(&listInputs); },
+            "Of the model's `inputs`, in their order.")
+        .def_property(
+            "inputs", [](OwnSession& own) { return python::toArray(own.use(&calcInputs)); },
+            &setInputs,
+            "Values of all inputs, in the order of input_names; what moves goes on with new ones.")
+        .def_property_readonly(
+            "output_names", [](OwnSession& own) { return own.look(&listOutputs); },
+            "Columns of all probes: height, tip.x, tip.y …")
+        .def_property_readonly(
+            "outputs", [](OwnSession& own) { return python::toArray(own.use(&calcOutputs)); },
+            "Values of all probes now, in the order of output_names.")
+        .def(
+            "drive", &drive, py::arg("inputs"), py::arg("interval"), py::arg("linear") = false,
+            "Moves on under n×inputs values, one row each interval [s]: held, or linear from one\n"
+            "to the next. Returns outputs, n×columns, at the end of each interval; fewer where an\n"
+            "event has ended the motion.")
         .def("picture", &draw, "As the model's `pictures` say: height×width×3 of 0…255.")
         .def("_repr_png_", &encodePicture)
         .def("animation", &animate, py::arg("path") = py::none(), py::arg("rate") = 25,

@@ -82,6 +82,30 @@ class Analysis:
         ...
 
     @property
+    def inputs(self) -> List[str]:
+        """Of linear and frequency_response."""
+
+    @property
+    def outputs(self) -> List[str]:
+        """Likewise."""
+
+    @property
+    def input_units(self) -> List[str]:
+        ...
+
+    @property
+    def output_units(self) -> List[str]:
+        ...
+
+    @property
+    def matrices(self) -> Dict[str, Any]:
+        """A, B, C, D of linear."""
+
+    @property
+    def response(self) -> NDArray[numpy.complex128]:
+        """Of frequency_response: complex, frequencies×outputs×inputs."""
+
+    @property
     def events(self) -> List[Tuple[str, float]]:
         """What has happened: (name, time [s]), in its order."""
 
@@ -454,6 +478,32 @@ class Session:
     def eigenmodes(self) -> Any:
         """Natural modes about this State: frequency [Hz], damping_ratio, eigenvalue [1/s],
         shape (speeds × modes); free motions first, of frequency 0."""
+
+    def linearize(self, inputs: List[str], outputs: List[str] = []) -> Any:
+        """About this State, an equilibrium or a steady motion: ẋ = A x + B p, y = C x + D p.
+        Inputs are numbers of the model ('loads.push.force.x'), outputs probes ('tip.y'; none:
+        all). Returns A, B, C, D, inputs, input_units, outputs, output_units."""
+
+    @property
+    def input_names(self) -> List[str]:
+        """Of the model's `inputs`, in their order."""
+
+    @property
+    def inputs(self) -> NDArray[numpy.float64]:
+        """Values of all inputs, in the order of input_names; what moves goes on with new ones."""
+
+    @property
+    def output_names(self) -> List[str]:
+        """Columns of all probes: height, tip.x, tip.y …"""
+
+    @property
+    def outputs(self) -> NDArray[numpy.float64]:
+        """Values of all probes now, in the order of output_names."""
+
+    def drive(self, inputs: Any, interval: float, linear: bool = False) -> NDArray[numpy.float64]:
+        """Moves on under n×inputs values, one row each interval [s]: held, or linear from one
+        to the next. Returns outputs, n×columns, at the end of each interval; fewer where an
+        event has ended the motion."""
 
     def picture(self) -> NDArray[numpy.uint8]:
         """As the model's `pictures` say: height×width×3 of 0…255."""

@@ -71,6 +71,86 @@ def test_inputs_change_on_the_way():
     assert session["angle"] == pytest.approx(np.pi / 4, abs=1e-9)
 
 
+def make_cart(**changes):
+    """m ẍ = push + pull − k x − c ẋ, m = 2, k = 50, c = 3."""
+    return simflex.Model.from_dict({
+        "inputs": {"push": {"unit": "N"}, "pull": 0},
+        "bodies": {"cart": {"mass": 2, "inertia": [1, 1, 1], "place": {"position": [1, 0, 0]}}},
+        "joints": {"rail": {"type": "slider", "between": ["ground", "cart"], "axis": "x"}},
+        "connectors": {"spring": {"type": "spring", "between": ["ground", "cart"], "stiffness": 50, "damping": 3,
+                                  "free_length": 1}},
+        "loads": {"push": {"on": "cart", "force": ["push + pull", 0, 0]}, "hand": {"on": "cart", "force": [0, 0, 0]}},
+        "probes": {"x": {"expression": "place - 1"}, "place": {"position": "cart", "component": "x"},
+                   "speed": {"velocity": "cart"}},
+        "solver": {"accuracy": 1e-9}, **changes})
+
+
+def test_inputs_and_outputs_are_arrays():
+    session = simflex.Session(make_cart())
+    assert session.input_names == ["push", "pull"] and list(session.inputs) == [0, 0]
+    assert session.output_names == ["x", "place", "speed.x", "speed.y", "speed.z"]
+    session.inputs = [4, 1]
+    assert list(session.inputs) == [4, 1] and session["push"] == 4 and session["inputs.pull"] == 1
+    session.run(40)
+    assert session.outputs == pytest.approx([0.1, 1.1, 0, 0, 0], abs=1e-8)
+    for wrong in ([1], [1, 2, 3], 1, []):
+        with pytest.raises(ValueError, match=r"2 inputs \(push, pull\), not"):
+            session.inputs = wrong
+    with pytest.raises(RuntimeError, match="cannot be set to"):
+        session.inputs = [1, float("nan")]
+    assert list(session.inputs) == [4, 1]
+    with pytest.raises(ValueError, match="the model has 0 inputs, not 1"):
+        start().inputs = 1
+
+
+@pytest.mark.parametrize("linear", [False, True])
+def test_driven_as_scipy_drives_the_same_equation(linear):
+    from scipy.signal import StateSpace, lsim
+    rng = np.random.default_rng(3)
+    push = rng.normal(size=40)
+    values = np.column_stack([push, np.zeros(40)])
+    session = simflex.Session(make_cart())
+    outputs = session.drive(values, 0.02, linear=linear)
+    assert outputs.shape == (40, 5) and session.time == pytest.approx(0.8)
+    times = np.arange(41) * 0.02
+    plant = StateSpace([[0, 1], [-25, -1.5]], [[0], [0.5]], [[1, 0]], [[0]])
+    _, exact, _ = lsim(plant, np.append(push, push[-1]), times, interp=linear)
+    assert outputs[:, 0] == pytest.approx(exact[1:], abs=1e-7)
+    with pytest.raises(ValueError, match="2 inputs"):
+        session.drive(push, 0.02)
+    with pytest.raises(TypeError, match="inputs: expected"):
+        session.drive(np.zeros((2, 2, 2)), 0.02)
+    with pytest.raises(ValueError):
+        session.drive(values, -1)
+    assert session.drive(np.zeros((0, 2)), 0.1).shape == (0, 5)
+
+
+def test_matrices_and_responses_are_those_of_the_equation():
+    session = simflex.Session(make_cart())
+    linear = session.linearize(["loads.hand.force.x"], ["x", "speed.x"])
+    assert linear.inputs == ["loads.hand.force.x"] and linear.outputs == ["x", "speed.x"]
+    assert linear.output_units == ["", "m/s"] and linear.input_units == ["N"]
+    assert np.sort_complex(np.linalg.eigvals(linear.A)) == pytest.approx(np.sort_complex(np.roots([2, 3, 50])))
+    frequencies = np.array([0.1, 0.8, 5])
+    s = 2j * np.pi * frequencies
+    transfer = 1 / (2 * s**2 + 3 * s + 50)
+    exact = np.stack([transfer, s * transfer], axis=1)[:, :, None]
+    ours = [linear.C @ np.linalg.solve(value * np.eye(2) - linear.A, linear.B) + linear.D for value in s]
+    assert np.array(ours) == pytest.approx(exact, rel=1e-6)
+    shaken = session.analyse("frequency_response", inputs=["loads.hand.force.x"], outputs=["x", "speed.x"],
+                             frequencies=frequencies, adaptive=False)
+    assert shaken.response == pytest.approx(exact, rel=1e-6) and list(shaken.frequency) == list(frequencies)
+    matrices = session.analyse("linear", inputs=["loads.hand.force.x"], outputs=["x"]).matrices
+    assert sorted(matrices) == ["A", "B", "C", "D"] and matrices["A"].shape == (2, 2)
+    with pytest.raises(AttributeError, match="no response"):
+        session.analyse("eigen").response
+    with pytest.raises(RuntimeError, match="did you mean"):
+        session.linearize(["loads.hand.force.x"], ["xx"])
+    session["joints.rail.displacement"] = 1.2
+    with pytest.raises(RuntimeError):
+        session.linearize(["loads.hand.force.x"])
+
+
 def test_small_motions():
     session = start(0)
     modes = session.eigenmodes()
