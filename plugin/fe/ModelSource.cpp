@@ -6,12 +6,14 @@
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/fe/AbaqusMatrices.h"
+#include "simflex/fe/ArrayMatrices.h"
 #include "simflex/fe/MatrixMarket.h"
+#include "simflex/part/ArrayFile.h"
 
 namespace simflex {
 namespace {
 
-enum class Kind { Deck, MatrixMarket, AbaqusMatrices, NastranDmig, Gmsh };
+enum class Kind { Deck, MatrixMarket, AbaqusMatrices, NastranDmig, Arrays, Gmsh };
 
 bool isMatrixMarket(const std::string& path) {
     std::ifstream in(path);
@@ -26,6 +28,7 @@ Kind findKind(const std::string& path) {
         if (suffix == deck) return Kind::Deck;
     if (suffix == ".mtx") return isMatrixMarket(path) ? Kind::MatrixMarket : Kind::AbaqusMatrices;
     if (suffix == ".pch") return Kind::NastranDmig;
+    if (isArrayFile(path)) return Kind::Arrays;
     for (const char* gmsh : {".msh", ".unv", ".geo", ".step", ".stp", ".brep", ".iges", ".igs"})
         if (suffix == gmsh) return Kind::Gmsh;
     throw std::invalid_argument(
@@ -33,12 +36,13 @@ Kind findKind(const std::string& path) {
         "; simflex reads .inp (CalculiX or Abaqus deck), .bdf, .nas and .dat (Nastran bulk data), "
         ".cdb (Ansys), "
         ".mtx (Matrix Market or Abaqus matrices), .pch "
-        "(Nastran DMIG), .msh, .unv, .geo, .step, .stp, .brep, .iges and .igs (Gmsh)");
+        "(Nastran DMIG), .mat (MATLAB), .npz (NumPy), .msh, .unv, .geo, .step, .stp, .brep, .iges "
+        "and .igs (Gmsh)");
 }
 
 /** Refuses options that the source cannot use, and asks for those it needs. **/
 void checkOptions(const SourceOptions& options, Kind kind) {
-    const bool isMatrix = kind != Kind::Deck && kind != Kind::Gmsh;
+    const bool isMatrix = kind != Kind::Deck && kind != Kind::Gmsh && kind != Kind::Arrays;
     const bool isMtx = isMatrix && kind != Kind::NastranDmig;
     const auto need = [&](const std::string& value, const char* option, const char* what) {
         if (value.empty())
@@ -87,6 +91,8 @@ FeModel readKind(const SourceOptions& options, Kind kind) {
             dmig.progress = progress;
             return readNastranDmig(options.path, options.nodes, dmig);
         }
+        case Kind::Arrays:
+            return readArrayMatrices(options.path, progress);
         case Kind::Gmsh:
             break;
     }

@@ -6,6 +6,7 @@ Reads a finite element model from whatever there is, by the name of the file:
 - .bdf .nas .dat: Nastran bulk data, .cdb: a model of Ansys (CalculixDeck.h, too);
 - .mtx + mass matrix + nodes: Matrix Market (MatrixMarket.h) or Abaqus (AbaqusMatrices.h);
 - .pch [+ mass matrix] + nodes: Nastran DMIG (NastranDmig.h);
+- .mat, .npz: arrays of MATLAB and NumPy (ArrayMatrices.h);
 - .msh .unv .geo .step .stp .brep .iges .igs + material: Gmsh mesh or geometry (GmshPart.h);
 
 then converts it to SI and warns if its numbers cannot be that. **/

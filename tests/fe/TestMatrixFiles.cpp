@@ -11,10 +11,13 @@ K and M from files of other programs: Matrix Market, Abaqus, Nastran. **/
 #include "fe/MatrixFiles.h"
 #include "fe/TestDecks.h"
 #include "simflex/fe/AbaqusMatrices.h"
+#include "simflex/fe/ArrayMatrices.h"
 #include "simflex/fe/CalculixDeck.h"
 #include "simflex/fe/MatrixEntries.h"
 #include "simflex/fe/MatrixMarket.h"
+#include "simflex/fe/ModelSource.h"
 #include "simflex/fe/NastranDmig.h"
+#include "simflex/part/ArrayFile.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
@@ -262,6 +265,103 @@ TEST_F(MatrixFiles, EveryRouteGivesTheSameReducedBody) {
         EXPECT_NEAR(found.mass, expected.mass, 1e-10 * expected.mass);
         for (size_t c = 0; c < 6; ++c)
             EXPECT_NEAR(found.inertia[c], expected.inertia[c], 1e-10 * expected.inertia[1]);
+    }
+}
+
+TEST_F(MatrixFiles, ArraysReadBackToTheSameBits) {
+    for (const char* name : {"part.npz", "part.mat"}) {
+        writeArrayMatrices(*model, folder / name);
+        const FeModel same = readArrayMatrices(folder / name);
+        EXPECT_EQ(same.K.values, model->K.values) << name;
+        EXPECT_EQ(same.K.rows, model->K.rows) << name;
+        EXPECT_EQ(same.m.values, model->m.values) << name;
+        EXPECT_EQ(same.mesh.positions, model->mesh.positions) << name;
+        EXPECT_EQ(same.mesh.nodeNumbers, model->mesh.nodeNumbers) << name;
+        EXPECT_EQ(same.mesh.nodeSets, model->mesh.nodeSets) << name;
+        const std::string bytes = testing::readText(folder / name);
+        writeArrayMatrices(*model, folder / name);
+        EXPECT_EQ(testing::readText(folder / name), bytes) << name;
+    }
+}
+
+/** Runs a Python program in the folder. **/
+void runPython(const testing::TestFolder& folder, const std::string& program) {
+    testing::writeText(folder / "program.py", program);
+    ASSERT_EQ(std::system(("cd '" + folder.path() + "' && /usr/bin/python3 program.py").c_str()),
+              0);
+}
+
+TEST_F(MatrixFiles, ArraysOfNumPyAndSciPyAreTheSameModel) {
+    writeArrayMatrices(*model, folder / "own.npz");
+    runPython(
+        folder,
+        "import numpy as np, scipy.sparse as sp, scipy.io as io\n"
+        "a = np.load('own.npz')\n"
+        "K, M = [sp.csc_matrix((a[n + '_data'], a[n + '_indices'], a[n + '_indptr'])) for n in "
+        "'KM']\n"
+        "xyz, left = a['nodes'], a['LEFT'].ravel().astype(np.int32)\n"
+        "assert abs(K - K.T).max() == 0 and M.sum() > 0\n"
+        "np.savez('dense.npz', K=K.toarray(), M=M.toarray(), nodes=xyz, LEFT=left)\n"
+        "R = K.tocsr()\n"
+        "np.savez_compressed('packed.npz', K_data=R.data, K_indices=R.indices, K_indptr=R.indptr,\n"
+        "    M=np.asfortranarray(M.toarray()), nodes=np.asfortranarray(xyz), LEFT=left, text='no "
+        "number')\n"
+        "io.savemat('sparse.mat', dict(K=K, M=M, nodes=xyz, LEFT=left, notes='text'))\n"
+        "io.savemat('packed.mat', dict(K=K, M=M.toarray(), nodes=xyz, LEFT=left), "
+        "do_compression=True)\n");
+    for (const char* name : {"dense.npz", "packed.npz", "sparse.mat", "packed.mat"}) {
+        SourceOptions options;
+        options.path = folder / name;
+        const FeModel same = readModelSource(options);
+        EXPECT_EQ(same.K.values, model->K.values) << name;
+        EXPECT_EQ(same.m.values, model->m.values) << name;
+        EXPECT_EQ(same.mesh.positions, model->mesh.positions) << name;
+        EXPECT_EQ(same.mesh.nodeSets.at("LEFT"), model->mesh.nodeSets.at("LEFT")) << name;
+    }
+}
+
+TEST_F(MatrixFiles, ArraysThatAreMissingOrDoNotFitAreRefusedWithTheirNames) {
+    writeArrayMatrices(*model, folder / "own.npz");
+    const std::vector<FileArray> good = readArrayFile(folder / "own.npz");
+    const auto errorWith = [&](const char* name, const auto& change) {
+        std::vector<FileArray> arrays = good;
+        for (FileArray& array : arrays)
+            if (array.name == name) change(array);
+        std::string messages;
+        for (const char* file : {"bad.npz", "bad.mat"}) {
+            writeArrayFile(folder / file, arrays);
+            messages += errorOf([&] { readArrayMatrices(folder / file); }) + "\n";
+        }
+        return messages;
+    };
+    const auto twice = [](const std::string& text) {
+        return ContainsRegex("bad.npz: [^\n]*" + text + "[^\n]*\n[^\n]*bad.mat: [^\n]*" + text);
+    };
+    EXPECT_THAT(errorWith("K", [](FileArray& a) { a.name = "STIFF"; }),
+                twice("no array K, the stiffness matrix; it has .*STIFF"));
+    EXPECT_THAT(errorWith("nodes", [](FileArray& a) { a.values[0] = 1.5; }),
+                twice("nodes numbers a node 1.5"));
+    EXPECT_THAT(errorWith("nodes", [](FileArray& a) { a.values[1] = a.values[0]; }),
+                twice("twice"));
+    EXPECT_THAT(errorWith("nodes",
+                          [](FileArray& a) {
+                              a.shape = {a.shape[0] * 2, 2};
+                          }),
+                twice("must have a row x y z, or number x y z"));
+    EXPECT_THAT(errorWith("M",
+                          [](FileArray& a) {
+                              a = makeArray("M", 2, 2, {1, 0, 0, 1});
+                          }),
+                twice("must have three rows and columns for each of the"));
+    EXPECT_THAT(errorWith("K", [](FileArray& a) { a.values[1] *= 2; }), twice("not symmetric"));
+    for (const char* name : {"cut.npz", "cut.mat"}) {
+        writeArrayMatrices(*model, folder / name);
+        const std::string bytes = testing::readText(folder / name);
+        for (const size_t size : {size_t(0), size_t(20), size_t(200), bytes.size() / 2}) {
+            write(name, bytes.substr(0, size));
+            EXPECT_THAT(errorOf([&] { readArrayMatrices(folder / name); }), HasSubstr(name))
+                << size;
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 /** @file
-Parts in the formats of other programs: MBDyn's .fem, read and written; SID, written. **/
+Parts in the formats of other programs: MBDyn's .fem, read and written; SID, MATLAB's and NumPy's
+arrays, written. **/
 
 #include <gmock/gmock.h>
 
@@ -9,7 +10,9 @@ Parts in the formats of other programs: MBDyn's .fem, read and written; SID, wri
 #include <map>
 #include <sstream>
 
+#include "simflex/part/ArrayFile.h"
 #include "simflex/part/MbdynFem.h"
+#include "simflex/part/PartArrays.h"
 #include "simflex/part/SidFile.h"
 #include "simflex/part/VtuFile.h"
 #include "support/GermanLocale.h"
@@ -471,7 +474,54 @@ TEST_F(Sid, StiffeningByRotationIsPartOfOe) {
                     1e-9);
 }
 
+TEST_F(Exchange, ArraysHaveTheEnergyOfTheMassesAndTheMotionOfInterfaces) {
+    const ReducedBody& body = *part.body;
+    const Eigen::Index n = body.numModes;
+    for (const char* name : {"part.mat", "part.npz"}) {
+        writePartArrays(path(name), body);
+        std::map<std::string, MatrixXd> arrays;
+        for (const FileArray& array : readArrayFile(path(name)))
+            arrays[array.name] = Eigen::Map<const MatrixXd>(array.values.data(), array.numRows(),
+                                                            array.numColumns());
+        const Eigen::VectorXd q = Eigen::VectorXd::LinSpaced(6 + n, -1, 0.7).array().sin();
+        const MatrixXd &nodes = arrays.at("nodes"), &center = arrays.at("center_of_mass");
+        const auto moveOf = [&](Eigen::Index node) {
+            const Vector3d s = nodes.row(node).tail<3>().transpose() - center.transpose();
+            return Vector3d(q.head<3>() + q.segment<3>(3).cross(s) +
+                            arrays.at("Phi").middleRows(3 * node, 3) * q.tail(n));
+        };
+        double twice = 0;
+        for (Eigen::Index node = 0; node < nodes.rows(); ++node)
+            twice += part.masses[size_t(node)] * moveOf(node).squaredNorm();
+        EXPECT_NEAR(q.dot(arrays.at("M") * q), twice, 1e-12 * twice);
+        double energy = 0;
+        for (Eigen::Index k = 0; k < n; ++k)
+            energy += body.omegaSquared[size_t(k)] * q[6 + k] * q[6 + k];
+        EXPECT_NEAR(q.dot(arrays.at("K") * q), energy, 1e-12 * energy);
+        const Eigen::VectorXd moved = arrays.at("L") * q;
+        for (size_t k = 0; k < body.interfaces.size(); ++k) {
+            const auto& interface = body.interfaces[k];
+            const auto row = Eigen::Index(6 * k);
+            Eigen::Index at = 0;  // the node on which it sits
+            (nodes.rightCols<3>().rowwise() - arrays.at("interface_positions").row(Eigen::Index(k)))
+                .rowwise()
+                .norm()
+                .minCoeff(&at);
+            EXPECT_LT((moved.segment<3>(row) - moveOf(at)).norm(), 1e-12);
+            const Vector3d turn =
+                q.segment<3>(3) +
+                Eigen::Map<const MatrixXd>(interface.Psi.data(), 3, n) * q.tail(n);
+            EXPECT_LT((moved.segment<3>(row + 3) - turn).norm(), 1e-12);
+            for (Eigen::Index a = 0; a < 3; ++a)
+                EXPECT_NEAR(nodes(at, 1 + a),
+                            interface.position[size_t(a)] + body.centerOfMass[size_t(a)], 1e-12);
+        }
+    }
+}
+
 TEST_F(Exchange, AFolderThatIsMissingIsNamed) {
+    for (const char* name : {"no/part.mat", "no/part.npz"})
+        EXPECT_THAT(errorOf([&] { writePartArrays(path(name), *part.body); }), HasSubstr(name));
     EXPECT_THAT(errorOf([&] { writeMbdynFem(path("no/part.fem"), *part.body); }),
                 HasSubstr("no/part.fem"));
     EXPECT_THAT(errorOf([&] { writeSid(path("no/part.SID_FEM"), *part.body); }),

@@ -13,6 +13,7 @@ simflex export: a part file in the formats of other programs. **/
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/Options.h"
 #include "simflex/part/MbdynFem.h"
+#include "simflex/part/PartArrays.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/part/SidFile.h"
 #include "simflex/part/VtuFile.h"
@@ -37,6 +38,8 @@ const std::vector<ExportFormat>& getFormats() {
          [](const std::string& path, const ReducedBody& part) { writeMbdynFem(path, part); }},
         {".sid_fem", "standard input data (SID) of flexible bodies, for Simpack and others",
          [](const std::string& path, const ReducedBody& part) { writeSid(path, part); }},
+        {".mat", "K, M and interfaces of the reduced part, for MATLAB", writePartArrays},
+        {".npz", "the same for NumPy", writePartArrays},
         {".h5", "part file of this version of simflex", writeReducedBody}};
     return formats;
 }

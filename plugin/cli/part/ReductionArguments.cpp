@@ -39,7 +39,8 @@ void SourceArguments::addTo(CLI::App& command) {
             "deck of CalculiX or Abaqus (.inp); Nastran bulk data (.bdf, .nas, .dat); Ansys model "
             "(.cdb); "
             "stiffness matrix (.mtx: Matrix Market or Abaqus, .pch: "
-            "Nastran DMIG); mesh or geometry (.msh, .unv, .geo, .step, .stp, .brep, .iges, .igs)")
+            "Nastran DMIG); arrays K, M and nodes (.mat, .npz); mesh or geometry (.msh, .unv, "
+            ".geo, .step, .stp, .brep, .iges, .igs)")
         ->required();
     const auto add = [&](const char* group, const char* name, auto& variable,
                          const std::string& help, const char* type) {

@@ -43,7 +43,7 @@ SchemaForm part() {
                 .such("rod.h5"),
             SchemaKey("deck", {file("a deck")},
                       "Deck of Abaqus or CalculiX (.inp) or Nastran bulk data (.bdf, .nas, .dat) "
-                      "or Ansys model (.cdb) "
+                      "or Ansys model (.cdb) or arrays K, M and nodes (.mat, .npz) "
                       "to be reduced; kept by content in the cache.")
                 .such("rod.inp"),
             SchemaKey("geometry", {file("a geometry")},

@@ -1,0 +1,508 @@
+#include "simflex/part/ArrayFile.h"
+
+#include <libdeflate.h>
+#include <matio.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <new>
+#include <stdexcept>
+
+#include "simflex/base/AsciiText.h"
+#include "simflex/base/NumberText.h"
+#include "simflex/base/UnfinishedFile.h"
+#include "simflex/part/TextLines.h"
+
+namespace simflex {
+namespace {
+
+/** Deflate makes nothing more than this times smaller. **/
+constexpr std::uint64_t MostInflation = 1100;
+constexpr std::uint64_t MostStored = 0xFFFFFFFF;
+
+bool isNumPy(const std::string& path) {
+    return lowerCase(std::filesystem::path(path).extension().string()) == ".npz";
+}
+
+[[noreturn]] void failDamaged(const std::string& path, const std::string& what) {
+    throw std::invalid_argument(path + ": " + what + "; is the file damaged?");
+}
+
+// .npz: a zip archive of .npy files
+
+std::uint64_t readLittle(const std::string& bytes, size_t at, int size) {
+    std::uint64_t value = 0;
+    for (int k = 0; k < size; ++k)
+        value |= std::uint64_t(static_cast<unsigned char>(bytes[at + size_t(k)])) << (8 * k);
+    return value;
+}
+
+void writeLittle(std::string& bytes, std::uint64_t value, int size) {
+    for (int k = 0; k < size; ++k) bytes += char(value >> (8 * k) & 255);
+}
+
+/** The files of a zip archive, stored or deflated. **/
+class ZipFiles {
+public:
+    ZipFiles(const std::string& path, const std::string& bytes) : m_path(path), m_bytes(bytes) {
+        constexpr size_t EndSize = 22;
+        const size_t end = bytes.rfind("PK\x05\x06");
+        if (end == std::string::npos || end + EndSize > bytes.size())
+            failDamaged(path, "it is no zip archive, as .npz files are");
+        std::uint64_t count = take(end + 10, 2), at = take(end + 16, 4);
+        if (at == MostStored && end >= 20 && bytes.compare(end - 20, 4, "PK\x06\x07") == 0) {
+            const std::uint64_t large = take(end - 12, 8);
+            count = take(large + 32, 8);
+            at = take(large + 48, 8);
+        }
+        for (std::uint64_t k = 0; k < count; ++k) at = addEntry(at);
+    }
+
+    const std::map<std::string, std::string>& files() const { return m_files; }
+
+private:
+    std::uint64_t take(std::uint64_t at, int size) const {
+        if (at > m_bytes.size() || m_bytes.size() - at < std::uint64_t(size))
+            failDamaged(m_path, "its archive is cut off");
+        return readLittle(m_bytes, size_t(at), size);
+    }
+
+    /** @returns where the next entry of the directory begins. **/
+    std::uint64_t addEntry(std::uint64_t at) {
+        if (take(at, 4) != 0x02014b50)
+            failDamaged(m_path, "its directory has no entry where one must be");
+        const std::uint64_t method = take(at + 10, 2), nameSize = take(at + 28, 2),
+                            extraSize = take(at + 30, 2), commentSize = take(at + 32, 2);
+        std::uint64_t packed = take(at + 20, 4), size = take(at + 24, 4), header = take(at + 42, 4);
+        const std::uint64_t next = at + 46 + nameSize + extraSize + commentSize;
+        if (next > m_bytes.size()) failDamaged(m_path, "its directory is cut off");
+        const std::string name = m_bytes.substr(size_t(at + 46), size_t(nameSize));
+        // What is too large for 4 bytes stands in a field of its own.
+        for (std::uint64_t extra = at + 46 + nameSize; extra + 4 <= next - commentSize;) {
+            const std::uint64_t kind = take(extra, 2), length = take(extra + 2, 2);
+            std::uint64_t field = extra + 4;
+            if (kind == 1)
+                for (std::uint64_t* value : {&size, &packed, &header})
+                    if (*value == MostStored && field + 8 <= extra + 4 + length) {
+                        *value = take(field, 8);
+                        field += 8;
+                    }
+            extra += 4 + length;
+        }
+        if (take(header, 4) != 0x04034b50) failDamaged(m_path, name + " is not where it must be");
+        const std::uint64_t begin = header + 30 + take(header + 26, 2) + take(header + 28, 2);
+        if (begin > m_bytes.size() || packed > m_bytes.size() - begin)
+            failDamaged(m_path, name + " is cut off");
+        if (method == 0) {
+            m_files[name] = m_bytes.substr(size_t(begin), size_t(packed));
+            return next;
+        }
+        if (method != 8 || size > packed * MostInflation)
+            failDamaged(m_path, name + " is packed in a way that is not known");
+        std::string text(size_t(size), '\0');
+        const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
+            inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+        if (libdeflate_deflate_decompress(inflater.get(), m_bytes.data() + begin, size_t(packed),
+                                          text.data(), text.size(), nullptr) != LIBDEFLATE_SUCCESS)
+            failDamaged(m_path, name + " cannot be unpacked");
+        m_files[name] = std::move(text);
+        return next;
+    }
+
+    const std::string& m_path;
+    const std::string& m_bytes;
+    std::map<std::string, std::string> m_files;
+};
+
+/** The value of a key in the dictionary of a .npy file's header. **/
+std::string findKey(const std::string& header, const std::string& key) {
+    const size_t at = header.find("'" + key + "'");
+    const size_t colon = at == std::string::npos ? at : header.find(':', at);
+    if (colon == std::string::npos) return "";
+    size_t end = header.find(key == "shape" ? ')' : ',', colon);
+    if (end == std::string::npos) end = header.size();
+    return std::string(trimBlanks(std::string_view(header).substr(colon + 1, end - colon - 1)));
+}
+
+template <class T>
+void convert(const char* bytes, std::vector<double>& values) {
+    for (size_t k = 0; k < values.size(); ++k) {
+        T value;
+        std::memcpy(&value, bytes + k * sizeof value, sizeof value);
+        values[k] = double(value);
+    }
+}
+
+/** @returns false for types other than numbers. **/
+bool convertNumbers(const std::string& type, const char* bytes, std::vector<double>& values) {
+    if (type == "f8")
+        convert<double>(bytes, values);
+    else if (type == "f4")
+        convert<float>(bytes, values);
+    else if (type == "i8")
+        convert<std::int64_t>(bytes, values);
+    else if (type == "i4")
+        convert<std::int32_t>(bytes, values);
+    else if (type == "i2")
+        convert<std::int16_t>(bytes, values);
+    else if (type == "i1")
+        convert<std::int8_t>(bytes, values);
+    else if (type == "u8")
+        convert<std::uint64_t>(bytes, values);
+    else if (type == "u4")
+        convert<std::uint32_t>(bytes, values);
+    else if (type == "u2")
+        convert<std::uint16_t>(bytes, values);
+    else if (type == "u1" || type == "b1")
+        convert<std::uint8_t>(bytes, values);
+    else
+        return false;
+    return true;
+}
+
+/** Rows first becomes columns first. **/
+void transpose(FileArray& array) {
+    const auto rows = size_t(array.numRows()), columns = size_t(array.numColumns());
+    std::vector<double> values(array.values.size());
+    for (size_t i = 0; i < rows; ++i)
+        for (size_t j = 0; j < columns; ++j) values[i + rows * j] = array.values[columns * i + j];
+    array.values = std::move(values);
+}
+
+/** @returns false for an array that is passed over. **/
+bool readNpy(const std::string& path, const std::string& text, FileArray& array) {
+    constexpr size_t Fixed = 10;
+    if (text.size() < Fixed || text.compare(0, 6, "\x93NUMPY") != 0)
+        failDamaged(path, array.name + " is no .npy file");
+    const int lengthSize = text[6] == 1 ? 2 : 4;
+    if (text.size() < size_t(8 + lengthSize)) failDamaged(path, array.name + " is cut off");
+    const std::uint64_t length = readLittle(text, 8, lengthSize),
+                        begin = 8 + std::uint64_t(lengthSize) + length;
+    if (begin > text.size()) failDamaged(path, array.name + " is cut off");
+    const std::string header = text.substr(8 + size_t(lengthSize), size_t(length));
+    std::string descriptor = findKey(header, "descr"), shape = findKey(header, "shape");
+    descriptor.erase(std::remove(descriptor.begin(), descriptor.end(), '\''), descriptor.end());
+    if (descriptor.size() != 3 || descriptor[0] == '>' || shape.empty() || shape[0] != '(')
+        return false;
+    const auto itemSize = std::uint64_t(descriptor[2] - '0');
+    std::uint64_t count = 1;
+    for (size_t at = 1; at < shape.size();) {
+        const size_t comma = std::min(shape.find(',', at), shape.size());
+        const auto field = trimBlanks(std::string_view(shape).substr(at, comma - at));
+        at = comma + 1;
+        if (field.empty()) continue;
+        int size = 0;
+        if (!readInteger(field, size) || size < 0) failDamaged(path, array.name + " has no shape");
+        array.shape.push_back(size);
+        if (size > 0 && count > text.size() / std::uint64_t(size))
+            failDamaged(path, array.name + " is shorter than its shape");
+        count *= std::uint64_t(size);
+    }
+    if (array.shape.size() > 2 || itemSize < 1 || itemSize > 8) return false;
+    if ((text.size() - begin) / itemSize < count)
+        failDamaged(path, array.name + " is shorter than its shape");
+    array.values.resize(size_t(count));
+    if (!convertNumbers(descriptor.substr(1), text.data() + begin, array.values)) return false;
+    if (array.shape.size() == 2 && findKey(header, "fortran_order") != "True") transpose(array);
+    return true;
+}
+
+std::vector<std::int64_t> toIntegers(const std::string& path, const FileArray& array,
+                                     std::int64_t most) {
+    std::vector<std::int64_t> result;
+    for (const double value : array.values) {
+        if (!(value >= 0 && value <= double(most)) || value != double(std::int64_t(value)))
+            failDamaged(path, array.name + " has " + writeGeneral(value, 6) +
+                                  ", must be a whole number from 0 to " + std::to_string(most));
+        result.push_back(std::int64_t(value));
+    }
+    return result;
+}
+
+void checkSparse(const std::string& path, const FileArray& array) {
+    const auto& starts = array.columnStarts;
+    if (!std::is_sorted(starts.begin(), starts.end()) || starts[0] != 0 ||
+        starts.back() != std::int64_t(array.values.size()) ||
+        array.rows.size() != array.values.size())
+        failDamaged(path,
+                    "sparse matrix " + array.name + " has columns that do not fit its values");
+}
+
+/** SciPy's three arrays become one sparse matrix. **/
+std::vector<FileArray> joinSparse(const std::string& path,
+                                  std::map<std::string, FileArray> arrays) {
+    std::vector<std::string> sparse;
+    for (const auto& [name, array] : arrays)
+        if (name.size() > 5 && name.compare(name.size() - 5, 5, "_data") == 0) {
+            const std::string stem = name.substr(0, name.size() - 5);
+            if (arrays.count(stem + "_indices") && arrays.count(stem + "_indptr"))
+                sparse.push_back(stem);
+        }
+    std::vector<FileArray> result;
+    for (const std::string& name : sparse) {
+        FileArray array;
+        array.name = name;
+        array.values = std::move(arrays[name + "_data"].values);
+        const FileArray &starts = arrays[name + "_indptr"], &rows = arrays[name + "_indices"];
+        const auto size = std::int64_t(starts.values.size()) - 1;
+        if (size < 1) failDamaged(path, "sparse matrix " + name + " is empty");
+        array.shape = {size, size};
+        array.columnStarts = toIntegers(path, starts, std::int64_t(array.values.size()));
+        array.rows = toIntegers(path, rows, size - 1);
+        checkSparse(path, array);
+        for (const char* part : {"_data", "_indices", "_indptr", "_shape", "_format"})
+            arrays.erase(name + part);
+        result.push_back(std::move(array));
+    }
+    for (auto& entry : arrays) result.push_back(std::move(entry.second));
+    return result;
+}
+
+std::vector<FileArray> readNpz(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    if (!in || std::filesystem::is_directory(path))
+        throw std::runtime_error("cannot read '" + path + "'");
+    const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    const ZipFiles zip(path, bytes);
+    std::map<std::string, FileArray> arrays;
+    for (const auto& [file, text] : zip.files()) {
+        FileArray array;
+        array.name = file.substr(0, file.rfind(".npy"));
+        if (readNpy(path, text, array)) arrays[array.name] = std::move(array);
+    }
+    return joinSparse(path, std::move(arrays));
+}
+
+/** A .npy file. **/
+std::string makeNpy(const std::string& type, const std::vector<std::int64_t>& shape,
+                    const std::string& data) {
+    constexpr size_t Alignment = 64, Fixed = 10;
+    std::string header = "{'descr': '" + type + "', 'fortran_order': True, 'shape': (";
+    for (const std::int64_t size : shape) header += std::to_string(size) + ",";
+    header += "), }";
+    header.resize((Fixed + header.size() + Alignment) / Alignment * Alignment - Fixed - 1, ' ');
+    header += '\n';
+    std::string npy = "\x93NUMPY";
+    npy += '\1';
+    npy += '\0';
+    writeLittle(npy, header.size(), 2);
+    return npy + header + data;
+}
+
+template <class T>
+std::string bytesOf(const std::vector<T>& values) {
+    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+void writeNpz(const std::string& path, const std::vector<FileArray>& arrays) {
+    std::vector<std::pair<std::string, std::string>> files;
+    for (const FileArray& array : arrays) {
+        const auto count = std::int64_t(array.values.size());
+        if (array.isSparse()) {
+            files.emplace_back(array.name + "_data",
+                               makeNpy("<f8", {count}, bytesOf(array.values)));
+            files.emplace_back(array.name + "_indices",
+                               makeNpy("<i8", {count}, bytesOf(array.rows)));
+            files.emplace_back(array.name + "_indptr",
+                               makeNpy("<i8", {std::int64_t(array.columnStarts.size())},
+                                       bytesOf(array.columnStarts)));
+        } else if (!array.texts.empty()) {
+            size_t width = 1;
+            for (const std::string& text : array.texts) width = std::max(width, text.size());
+            std::string data;
+            for (const std::string& text : array.texts)
+                for (size_t k = 0; k < width; ++k)
+                    writeLittle(data, k < text.size() ? static_cast<unsigned char>(text[k]) : 0, 4);
+            files.emplace_back(array.name, makeNpy("<U" + std::to_string(width),
+                                                   {std::int64_t(array.texts.size())}, data));
+        } else {
+            files.emplace_back(array.name, makeNpy("<f8", array.shape, bytesOf(array.values)));
+        }
+    }
+    std::string zip, directory;
+    for (const auto& [name, text] : files) {
+        const std::string file = name + ".npy";
+        if (zip.size() + text.size() + file.size() + 64 > MostStored)
+            throw std::runtime_error(path + " would be larger than 4 GiB; write a .mat");
+        std::string common;
+        for (const int value : {20, 0, 0, 0, 33})
+            writeLittle(common, std::uint64_t(value), 2);  // 1980-01-01
+        writeLittle(common, libdeflate_crc32(0, text.data(), text.size()), 4);
+        writeLittle(common, text.size(), 4);
+        writeLittle(common, text.size(), 4);
+        writeLittle(common, file.size(), 2);
+        writeLittle(common, 0, 2);
+        directory += "PK\x01\x02";
+        writeLittle(directory, 20, 2);
+        directory += common;
+        directory.append(10, '\0');
+        writeLittle(directory, zip.size(), 4);
+        directory += file;
+        zip += "PK\x03\x04" + common + file + text;
+    }
+    const size_t start = zip.size();
+    zip += directory + "PK\x05\x06";
+    writeLittle(zip, 0, 4);
+    for (int k = 0; k < 2; ++k) writeLittle(zip, files.size(), 2);
+    writeLittle(zip, directory.size(), 4);
+    writeLittle(zip, start, 4);
+    writeLittle(zip, 0, 2);
+    std::ofstream out(path, std::ios::binary);
+    out.write(zip.data(), std::streamsize(zip.size()));
+    if (!out.flush()) throw std::runtime_error("cannot write '" + path + "'");
+}
+
+// .mat
+
+struct MatCloser {
+    void operator()(mat_t* file) const { Mat_Close(file); }
+    void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
+};
+using MatFile = std::unique_ptr<mat_t, MatCloser>;
+using MatVariable = std::unique_ptr<matvar_t, MatCloser>;
+
+/** NumPy's name of the numbers of a class; empty for others. **/
+std::string findType(const matvar_t& variable) {
+    switch (variable.class_type) {
+        case MAT_C_DOUBLE:
+            return "f8";
+        case MAT_C_SINGLE:
+            return "f4";
+        case MAT_C_INT64:
+            return "i8";
+        case MAT_C_INT32:
+            return "i4";
+        case MAT_C_INT16:
+            return "i2";
+        case MAT_C_INT8:
+            return "i1";
+        case MAT_C_UINT64:
+            return "u8";
+        case MAT_C_UINT32:
+            return "u4";
+        case MAT_C_UINT16:
+            return "u2";
+        case MAT_C_UINT8:
+            return "u1";
+        default:
+            return "";
+    }
+}
+
+std::vector<FileArray> readMat(const std::string& path) {
+    if (!std::filesystem::is_regular_file(path))
+        throw std::runtime_error("cannot read '" + path + "'");
+    const MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
+    if (!file) failDamaged(path, "it is no .mat file of MATLAB");
+    std::vector<FileArray> arrays;
+    for (;;) {
+        const MatVariable variable(Mat_VarReadNext(file.get()));
+        if (!variable) break;
+        if (!variable->name || !variable->data || variable->isComplex || variable->rank != 2)
+            continue;
+        FileArray array;
+        array.name = variable->name;
+        array.shape = {std::int64_t(variable->dims[0]), std::int64_t(variable->dims[1])};
+        if (variable->class_type == MAT_C_SPARSE) {
+            const auto& sparse = *static_cast<const mat_sparse_t*>(variable->data);
+            if (variable->data_type != MAT_T_DOUBLE || !sparse.data) continue;
+            if (sparse.njc != variable->dims[1] + 1 || sparse.nir < sparse.ndata)
+                failDamaged(path, "sparse matrix " + array.name +
+                                      " has columns that do not fit its values");
+            array.values.resize(sparse.ndata);
+            std::memcpy(array.values.data(), sparse.data, sparse.ndata * sizeof(double));
+            array.rows.assign(sparse.ir, sparse.ir + sparse.ndata);
+            array.columnStarts.assign(sparse.jc, sparse.jc + sparse.njc);
+            for (const std::int64_t row : array.rows)
+                if (row >= array.shape[0])
+                    failDamaged(path, "sparse matrix " + array.name + " has a row outside");
+            checkSparse(path, array);
+        } else {
+            const std::string type = findType(*variable);
+            if (type.empty()) continue;
+            const size_t most = variable->nbytes / size_t(type[1] - '0');
+            if (variable->dims[1] > 0 && variable->dims[0] > most / variable->dims[1])
+                failDamaged(path, array.name + " is shorter than its size");
+            array.values.resize(variable->dims[0] * variable->dims[1]);
+            convertNumbers(type, static_cast<const char*>(variable->data), array.values);
+        }
+        arrays.push_back(std::move(array));
+    }
+    return arrays;
+}
+
+void writeMat(const std::string& path, const std::vector<FileArray>& arrays) {
+    const MatFile file(
+        Mat_CreateVer(path.c_str(), "MATLAB 5.0 MAT-file, written by simflex", MAT_FT_MAT5));
+    if (!file) throw std::runtime_error("cannot write '" + path + "'");
+    for (const FileArray& array : arrays) {
+        MatVariable variable;
+        size_t dims[2] = {size_t(array.numRows()), size_t(array.numColumns())};
+        std::vector<mat_uint32_t> rows(array.rows.begin(), array.rows.end()),
+            starts(array.columnStarts.begin(), array.columnStarts.end());
+        auto* values = const_cast<double*>(array.values.data());
+        if (array.isSparse()) {
+            mat_sparse_t sparse{};
+            sparse.nzmax = sparse.nir = sparse.ndata = mat_uint32_t(array.values.size());
+            sparse.njc = mat_uint32_t(starts.size());
+            sparse.ir = rows.data();
+            sparse.jc = starts.data();
+            sparse.data = values;
+            variable.reset(
+                Mat_VarCreate(array.name.c_str(), MAT_C_SPARSE, MAT_T_DOUBLE, 2, dims, &sparse, 0));
+        } else if (!array.texts.empty()) {
+            dims[0] = array.texts.size();
+            dims[1] = 1;
+            variable.reset(
+                Mat_VarCreate(array.name.c_str(), MAT_C_CELL, MAT_T_CELL, 2, dims, nullptr, 0));
+            for (size_t k = 0; k < array.texts.size() && variable; ++k) {
+                size_t size[2] = {1, array.texts[k].size()};
+                Mat_VarSetCell(variable.get(), int(k),
+                               Mat_VarCreate(nullptr, MAT_C_CHAR, MAT_T_UINT8, 2, size,
+                                             const_cast<char*>(array.texts[k].data()), 0));
+            }
+        } else {
+            variable.reset(
+                Mat_VarCreate(array.name.c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims, values, 0));
+        }
+        if (!variable || Mat_VarWrite(file.get(), variable.get(), MAT_COMPRESSION_NONE) != 0)
+            throw std::runtime_error("cannot write " + array.name + " to '" + path + "'");
+    }
+}
+
+}  // namespace
+
+bool isArrayFile(const std::string& path) {
+    return isNumPy(path) || lowerCase(std::filesystem::path(path).extension().string()) == ".mat";
+}
+
+FileArray makeArray(const std::string& name, std::int64_t numRows, std::int64_t numColumns,
+                    std::vector<double> values) {
+    FileArray array;
+    array.name = name;
+    array.shape = {numRows, numColumns};
+    array.values = std::move(values);
+    return array;
+}
+
+std::vector<FileArray> readArrayFile(const std::string& path) {
+    try {
+        return isNumPy(path) ? readNpz(path) : readMat(path);
+    } catch (const std::bad_alloc&) {
+        failDamaged(path, "it says that it has more numbers than memory holds");
+    }
+}
+
+void writeArrayFile(const std::string& path, const std::vector<FileArray>& arrays) {
+    UnfinishedFile unfinished(path);
+    isNumPy(path) ? writeNpz(unfinished.getPath(), arrays) : writeMat(unfinished.getPath(), arrays);
+    unfinished.finish();
+}
+
+}  // namespace simflex
