@@ -23,6 +23,11 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
         matrices/A, B, C, D    linear
         matrices/magnitude, phase  n×(outputs·inputs), the inputs of the first output first;
                                frequency_response, phase [degrees]
+        effective_mass         n×3 of eigen with participation [kg]; that of all bodies is a
+                               statistic, "mass"
+        shape_real, shape_imaginary  n×outputs, of eigen with outputs
+        matrices/density       n×outputs, of frequency_response with spectra; their effective
+                               values are statistics, "rms of OUTPUT"
         frequency, damping_ratio  n modes of eigen [Hz], n speeds × modes of campbell; the
                                frequencies alone: of frequency_response [Hz]
 

@@ -507,5 +507,133 @@ probes:
     }
 }
 
+TEST_F(LinearModelTest, FrequencyResponseIsWhatAForcedMotionSettlesTo) {
+    std::string model = kShaker;
+    const size_t force = model.find("[30, 0, 0]");
+    model.replace(force, 10, "['30 + 5*sin(2*pi*1.5*t)', 0, 0]");
+    writeModel(model +
+               "analyses:\n"
+               "  shake: {type: frequency_response, inputs: [loads.push.force.x], outputs: "
+               "[place.x, acceleration.x, force.x], frequencies: [1.5], adaptive: false}\n"
+               "  run: {type: transient, duration: 40, interval: 0.01}\n"
+               "solver: {accuracy: 1e-8}\n");
+    ASSERT_EQ(runModel("--csv"), 0) << err;
+    const Results::Analysis shake = read("shake"), run = read("run");
+    ASSERT_EQ(shake.frequency.at(0), Values{1.5});
+    const double magnitude = shake.matrices.at("magnitude")[0][0],
+                 phase = shake.matrices.at("phase")[0][0] * SimTK::Pi / 180;
+    double sine = 0, cosine = 0;  // of the last 10 periods: 0.02·e⁻²⁰ of the start is left
+    int count = 0;
+    for (size_t i = 0; i + 1 < run.time.size(); ++i) {
+        const double t = run.time[i];
+        if (t < 40 - 10 / 1.5 - 1e-9) continue;
+        const double x = find(run, "place").rows[i][0] - 0.6;
+        sine += x * std::sin(2 * SimTK::Pi * 1.5 * t);
+        cosine += x * std::cos(2 * SimTK::Pi * 1.5 * t);
+        ++count;
+    }
+    EXPECT_NEAR(2 * sine / count, 5 * magnitude * std::cos(phase), 5e-3 * 5 * magnitude);
+    EXPECT_NEAR(2 * cosine / count, 5 * magnitude * std::sin(phase), 5e-3 * 5 * magnitude);
+    const double omega = 2 * SimTK::Pi * 1.5;
+    EXPECT_NEAR(shake.matrices.at("magnitude")[0][1], omega * omega * magnitude, 1e-9);
+    EXPECT_NEAR(shake.matrices.at("magnitude")[0][2], 0, 1e-9);
+    EXPECT_THAT(testing::readText(folder / "model.results.shake.csv"),
+                ::testing::StartsWith("frequency [Hz],place.x [m/N],acceleration.x [(m/s^2)/N]"));
+}
+
+TEST_F(LinearModelTest, FrequenciesAreAddedWhereAResponseTurns) {
+    writeModel(std::string(kShaker) +
+               "analyses:\n"
+               "  shake: {type: frequency_response, inputs: [loads.push.force.x], outputs: "
+               "[place.x], frequencies: {from: 0.2, to: 20, count: 10}}\n");
+    ASSERT_EQ(runModel("--set parameters.c=0.02"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("shake: frequency response"));
+    const Results::Analysis shake = read("shake");
+    EXPECT_GT(shake.frequency[0].size(), 40u);
+    EXPECT_LT(shake.frequency[0].size(), 400u);
+    double largest = 0;
+    for (size_t k = 0; k < shake.frequency[0].size(); ++k) {
+        const double omega = 2 * SimTK::Pi * shake.frequency[0][k],
+                     magnitude = shake.matrices.at("magnitude")[k][0];
+        const Complex expected = 1.0 / Complex(300 - 2 * omega * omega, 0.02 * omega);
+        EXPECT_NEAR(magnitude, std::abs(expected), 1e-8 * std::abs(expected));
+        EXPECT_NEAR(shake.matrices.at("phase")[k][0], std::arg(expected) * 180 / SimTK::Pi, 1e-5);
+        largest = std::max(largest, magnitude);
+    }
+    EXPECT_NEAR(largest, 1 / (0.02 * std::sqrt(150)), 0.01 * largest);
+}
+
+TEST_F(LinearModelTest, RefusesFrequenciesThatCannotBe) {
+    const auto refuse = [&](const std::string& frequencies, const std::string& why) {
+        writeModel(std::string(kShaker) +
+                   "analyses:\n  shake: {type: frequency_response, inputs: [loads.push.force.x], " +
+                   frequencies + "}\n");
+        EXPECT_NE(runModel(), 0);
+        EXPECT_THAT(err, HasSubstr(why));
+    };
+    refuse("frequencies: {from: 0, to: 20, count: 10}", "spacing: linear");
+    refuse("frequencies: [-1]", "not negative");
+    refuse("outputs: [place.x]", "frequencies");
+}
+
+TEST_F(LinearModelTest, UnbalanceWhirlsASpinningRotorAsInClosedForm) {
+    // Jeffcott's rotor, the unbalance 0.2 m beside its middle, so that gyroscopic moments count.
+    writeModel(R"(simflex: 1
+parameters: {speed: 10}
+bodies:
+  housing: {mass: 1, inertia: [0.3, 0.3, 0.3]}
+  rotor: {mass: 3, inertia: [0.5, 0.3, 0.3]}
+frames:
+  disc: {on: rotor, position: [0.2, 0, 0]}
+joints:
+  spindle: {type: pin, between: [housing, rotor], axis: x}
+connectors:
+  bearing: {type: bushing, between: [ground, housing], stiffness: [900, 900, 900, 5000, 5000, 5000], damping: [2, 2, 2, 6, 6, 6]}
+motions:
+  spin: {joint: spindle, position: speed*t}
+initial: {start: steady}
+probes:
+  mark: {position: {on: housing, position: [0.2, 0, 0]}}
+analyses:
+  runup: {type: frequency_response, speed: speed, unbalance: {on: disc, moment: 1e-3, axis: x}, outputs: [mark.y, mark.z], frequencies: {from: 2, to: 20, count: 5}, adaptive: false}
+)");
+    ASSERT_EQ(runModel(), 0) << err;
+    const Results::Analysis runup = read("runup");
+    EXPECT_EQ(runup.inputs, std::vector<std::string>{"unbalance"});
+    ASSERT_EQ(runup.frequency[0].size(), 5u);
+    for (size_t k = 0; k < 5; ++k) {
+        const double omega = 2 * SimTK::Pi * runup.frequency[0][k], square = omega * omega;
+        const Complex shift = 1.0 / Complex(5000 - 4 * square, 6 * omega),
+                      tilt = 0.2 * 0.2 / Complex(900 - (0.6 - 0.5) * square, 2 * omega),
+                      expected = 1e-3 * square * (shift + tilt);
+        const auto found = [&](size_t column) {
+            return std::polar(runup.matrices.at("magnitude")[k][column],
+                              runup.matrices.at("phase")[k][column] * SimTK::Pi / 180);
+        };
+        expectNear(found(0), expected, 1e-6);
+        expectNear(found(1), Complex(0, -1) * expected, 1e-6);  // a quarter turn later
+    }
+}
+
+TEST_F(LinearModelTest, RandomForcesGiveTheEffectiveValuesOfTheClosedForm) {
+    writeModel(std::string(kShaker) +
+               "analyses:\n"
+               "  shake: {type: frequency_response, inputs: [loads.push.force.x], outputs: "
+               "[place.x, speed.x], frequencies: {from: 0.001, to: 400, count: 30}, "
+               "spectra: {loads.push.force.x: 0.01}}\n");
+    ASSERT_EQ(runModel("--csv"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("effective value"));
+    const Results::Analysis shake = read("shake");
+    // Of white noise, one-sided: W/(4ck) and W/(4cm).
+    EXPECT_NEAR(shake.statistics.at("rms of place.x"), std::sqrt(0.01 / (4 * 2 * 300)),
+                2e-3 * std::sqrt(0.01 / (4 * 2 * 300)));
+    EXPECT_NEAR(shake.statistics.at("rms of speed.x"), std::sqrt(0.01 / (4 * 2 * 2)),
+                2e-3 * std::sqrt(0.01 / (4 * 2 * 2)));
+    const double magnitude = shake.matrices.at("magnitude")[7][0];
+    EXPECT_NEAR(shake.matrices.at("density")[7][0], 0.01 * magnitude * magnitude, 1e-15);
+    EXPECT_NE(runModel("--set 'analyses.shake.spectra={loads.push.force.z: 1}'"), 0);
+    EXPECT_THAT(err, HasSubstr("loads.push.force.x"));
+}
+
 }  // namespace
 }  // namespace simflex

@@ -123,6 +123,25 @@ void printEigen(const Results::Analysis& analysis) {
     }
 }
 
+void printParticipation(const Results::Analysis& analysis) {
+    const auto found = analysis.matrices.find("effective_mass");
+    if (found == analysis.matrices.end()) return;
+    const double mass = getStatistic(analysis, "mass");
+    std::printf("  effective mass [%% of %.6g kg] along\n  mode         x         y         z\n",
+                mass);
+    double sums[3] = {0, 0, 0};
+    for (size_t k = 0; k < found->second.size(); ++k) {
+        std::printf("  %4zu", k + 1);
+        for (size_t a = 0; a < 3; ++a) {
+            const double part = 100 * found->second[k][a] / mass;
+            sums[a] += part;
+            std::printf(" %9.3f", part);
+        }
+        std::printf("\n");
+    }
+    std::printf("   all %9.3f %9.3f %9.3f\n", sums[0], sums[1], sums[2]);
+}
+
 void printCampbell(const Results::Analysis& analysis) {
     std::printf("%s: natural frequencies [Hz] over speed\n", analysis.name.c_str());
     for (size_t i = 0; i < analysis.speeds.size(); ++i) {
@@ -165,13 +184,22 @@ void printResponse(const Results::Analysis& analysis) {
                    formatNumber(analysis.frequency[0][at]), formatNumber(response.phase[at])});
     }
     print(table);
+    if (!analysis.matrices.count("density")) return;
+    TextTable values({"random output", "effective value"});
+    for (size_t i = 0; i < analysis.outputs.size(); ++i)
+        values.add({makeAxisLabel(analysis.outputs[i], analysis.outputUnits[i]),
+                    formatNumber(getStatistic(analysis, "rms of " + analysis.outputs[i]))});
+    print(values);
 }
 
 /** @param remarks  more lines **/
 void printAnalysis(const Results::Analysis& analysis, const std::vector<std::string>& remarks) {
     if (analysis.type == "transient") printTransient(analysis);
     if (analysis.type == "static") printStatic(analysis);
-    if (analysis.type == "eigen") printEigen(analysis);
+    if (analysis.type == "eigen") {
+        printEigen(analysis);
+        printParticipation(analysis);
+    }
     if (analysis.type == "campbell") printCampbell(analysis);
     if (analysis.type == "linear") printLinear(analysis);
     if (analysis.type == "frequency_response") printResponse(analysis);

@@ -63,7 +63,89 @@ std::vector<std::vector<double>> listRows(const SimTK::Matrix& matrix) {
     return rows;
 }
 
+/** What each mode takes part in when the ground shakes along x, y, z: effective masses. **/
+void addParticipation(const Model& model, const State& state, const std::vector<Eigenmode>& modes,
+                      Results::Analysis& results) {
+    const SimTK::SimbodyMatterSubsystem& matter = model.getMatter();
+    model.getSystem().realize(state, SimTK::Stage::Velocity);
+    Vector along[3];
+    double mass = 0;
+    for (int a = 0; a < 3; ++a) {
+        SimTK::Vector_<SimTK::SpatialVec> forces(matter.getNumBodies(),
+                                                 SimTK::SpatialVec(SimTK::Vec3(0), SimTK::Vec3(0)));
+        SimTK::Vec3 direction(0);
+        direction[a] = 1;
+        mass = 0;
+        for (SimTK::MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
+            const SimTK::MobilizedBody& body = matter.getMobilizedBody(i);
+            const double own = body.getBodyMass(state);
+            mass += own;
+            matter.addInStationForce(state, i, body.getBodyMassCenterStation(state),
+                                     own * direction, forces);
+        }
+        matter.multiplyBySystemJacobianTranspose(state, forces, along[a]);
+    }
+    auto& rows = results.matrices["effective_mass"];
+    for (const Eigenmode& mode : modes) {
+        rows.emplace_back();
+        for (const Vector& force : along) {
+            SimTK::Complex sum = 0;
+            for (int i = 0; i < force.size(); ++i) sum += force[i] * mode.shape[i];
+            rows.back().push_back(std::norm(sum));
+        }
+    }
+    results.statistics["mass"] = mass;
+}
+
+/** Displacements of probes in each mode, the largest of them 1. **/
+void addShapes(const std::shared_ptr<const Model>& model, const Probes& probes,
+               const std::vector<std::string>& outputs, const Linearization& linear,
+               const std::vector<Eigenmode>& modes, Results::Analysis& results,
+               const std::function<void()>& observer) {
+    const LinearOutputPorts ports(model, probes, outputs);
+    const LinearOutputs observed = differentiateOutputs(
+        model->getSystem(), linear,
+        [&](const State& state, const Vector& uDot, const Vector& multipliers) {
+            observer();
+            return ports.calc(state, uDot, multipliers);
+        });
+    for (const LinearSystem::Port& port : ports.getPorts()) {
+        results.outputs.push_back(port.name);
+        results.outputUnits.push_back(port.unit);
+    }
+    auto &re = results.matrices["shape_real"], &im = results.matrices["shape_imaginary"];
+    for (const Eigenmode& mode : modes) {
+        std::vector<SimTK::Complex> shape;
+        SimTK::Complex largest = 0;
+        for (int k = 0; k < observed.byQ.nrow(); ++k) {
+            shape.emplace_back(0);
+            for (int i = 0; i < mode.shape.size(); ++i)
+                shape.back() += observed.byQ(k, i) * mode.shape[i];
+            if (std::abs(shape.back()) > 1.0001 * std::abs(largest)) largest = shape.back();
+        }
+        re.emplace_back();
+        im.emplace_back();
+        for (const SimTK::Complex& value : shape) {
+            const SimTK::Complex own = largest == 0.0 ? 0.0 : value / largest;
+            re.back().push_back(own.real());
+            im.back().push_back(own.imag());
+        }
+    }
+}
+
 constexpr int UsualModes = 10, UsualBranches = 6;
+
+/** Where the model begins, or the steady motion next to where it is placed. **/
+State findSteadyState(const Model& model, const std::function<void()>& observer) {
+    if (model.getFile().get("initial").get("start").getText() != "as_placed")
+        return findStart(model, observer);
+    StaticEquilibrium equilibrium(model.getSystem());
+    equilibrium.setObserver(observer);
+    equilibrium.solveSteadyMotion(model.makeInitialState());
+    State state = equilibrium.getState();
+    model.getSystem().realize(state, SimTK::Stage::Velocity);
+    return state;
+}
 
 /** The model again, with another value of a parameter, in steady motion. **/
 Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
@@ -72,12 +154,7 @@ Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
     ModelText changed = text;
     changed.settings.push_back("parameters." + parameter + "=" + writeGeneral(value));
     const Model model(readModel(changed), options);
-    if (model.getFile().get("initial").get("start").getText() != "as_placed")
-        return calcLinearization(model.getSystem(), findStart(model, observer), observer);
-    StaticEquilibrium equilibrium(model.getSystem());
-    equilibrium.setObserver(observer);
-    equilibrium.solveSteadyMotion(model.makeInitialState());
-    return calcLinearization(model.getSystem(), equilibrium.getState(), observer);
+    return calcLinearization(model.getSystem(), findSteadyState(model, observer), observer);
 }
 
 }  // namespace
@@ -144,6 +221,11 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         results.dampingRatio[0].push_back(mode.dampingRatio);
     }
     results.statistics = {{"rigid_motions", double(numRigid)}, {"resolution", resolution}};
+    if (analysis.get("participation").getBool())
+        addParticipation(*m_model, linear.state, modes, results);
+    if (analysis.has("outputs"))
+        addShapes(m_model, m_probes, analysis.get("outputs").getTexts(), linear, modes, results,
+                  [this] { stopIfAsked(); });
     if (isDrawn)
         m_remarks[name].push_back(
             drawModes(*m_model, linear, modes, name, getUsualFolder(), m_options.listener));
@@ -264,24 +346,131 @@ void ModelRun::runLinear(const ModelValue& analysis) {
     m_remarks[name].push_back("for MATLAB, Octave and Python: " + path);
 }
 
+namespace {
+
+std::optional<Unbalance> readUnbalance(const ModelValue& analysis) {
+    const ModelValue value = analysis.get("unbalance");
+    if (!value.isGiven()) return {};
+    return Unbalance{value.get("on").getText(), value.get("moment").getNumber(),
+                     int(std::string("xyz").find(value.get("axis").getText()))};
+}
+
+Spectrum readSpectrum(const ModelValue& value) {
+    if (value.isScalar()) return {{}, {value.getNumber()}};
+    const Spectrum spectrum{value.get("frequencies").getNumbers(),
+                            value.get("densities").getNumbers()};
+    const std::vector<double>& frequencies = spectrum.frequencies;
+    if (frequencies.size() != spectrum.densities.size() || frequencies.size() < 2)
+        value.fail("it has " + std::to_string(frequencies.size()) + " frequencies and " +
+                   std::to_string(spectrum.densities.size()) +
+                   " densities: give as many, two at least");
+    for (size_t k = 0; k < frequencies.size(); ++k) {
+        if (k > 0 && !(frequencies[k] > frequencies[k - 1]))
+            value.get("frequencies").fail("frequencies ascend");
+        if (!(spectrum.densities[k] >= 0)) value.get("densities").fail("no density is negative");
+    }
+    return spectrum;
+}
+
+/** A density for each input. **/
+std::vector<Spectrum> readSpectra(const ModelValue& analysis,
+                                  const std::vector<LinearSystem::Port>& inputs) {
+    std::vector<Spectrum> spectra(inputs.size(), Spectrum{{}, {0}});
+    const ModelValue given = analysis.get("spectra");
+    for (const std::string& name : given.getKeys()) {
+        const auto found = std::find_if(inputs.begin(), inputs.end(),
+                                        [&](const auto& port) { return port.name == name; });
+        if (found == inputs.end()) {
+            std::vector<std::string> known;
+            for (const LinearSystem::Port& port : inputs) known.push_back(port.name);
+            given.failUnknown("input", name, known);
+        }
+        spectra[size_t(found - inputs.begin())] = readSpectrum(given.get(name));
+    }
+    return spectra;
+}
+
+/** Densities of outputs, and the square roots of their integrals among the statistics. **/
+void addDensities(const HarmonicResponse& response, const std::vector<Spectrum>& spectra,
+                  Results::Analysis& results) {
+    auto& rows = results.matrices["density"];
+    for (size_t n = 0; n < response.frequencies.size(); ++n) {
+        const auto& transfer = response.transfers[n];
+        rows.emplace_back(size_t(transfer.nrow()), 0.0);
+        for (int i = 0; i < transfer.nrow(); ++i)
+            for (int k = 0; k < transfer.ncol(); ++k)
+                rows.back()[size_t(i)] += std::norm(transfer(i, k)) *
+                                          spectra[size_t(k)].calcDensity(response.frequencies[n]);
+    }
+    for (size_t i = 0; i < response.outputs.size(); ++i) {
+        std::vector<double> densities;
+        for (const auto& row : rows) densities.push_back(row[i]);
+        results.statistics["rms of " + response.outputs[i].name] =
+            std::sqrt(integrateSpectrum(response.frequencies, densities));
+    }
+}
+
+}  // namespace
+
 void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const std::vector<double> frequencies = listFrequencies(analysis);
-    const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name));
-    std::optional<ModelResponse> model;
+    const std::vector<std::string> inputs = getTextsIfGiven(analysis, "inputs"),
+                                   outputs = getTextsIfGiven(analysis, "outputs");
+    const std::optional<Unbalance> unbalance = readUnbalance(analysis);
+    const bool isRandom = analysis.has("spectra");
+    const auto observe = [this] { stopIfAsked(); };
+    // At one speed, or at that of each frequency.
+    const auto makeAt = [&](double frequency) {
+        const std::string parameter = analysis.get("speed").getText();
+        ModelText text = m_text;
+        text.settings.push_back("parameters." + parameter + "=" +
+                                writeGeneral(2 * SimTK::Pi * frequency));
+        const auto model = std::make_shared<const Model>(readModel(text), m_modelOptions);
+        return ModelResponse(text, m_modelOptions, model, Probes::make(model),
+                             findSteadyState(*model, observe), inputs, outputs, unbalance, observe);
+    };
     HarmonicResponse response;
+    std::optional<ModelResponse> model;
     try {
-        model.emplace(m_text, m_modelOptions, m_model, m_probes, about,
-                      analysis.get("inputs").getTexts(), getTextsIfGiven(analysis, "outputs"),
-                      [this] { stopIfAsked(); });
-        response = calcHarmonicResponse(
-            *model, frequencies,
-            analysis.get("adaptive").getBool() ? Refinement::AtResonances : Refinement::None,
+        TransferFunction calcTransfers;
+        if (analysis.has("speed")) {
+            const ModelValue parameters = m_model->getFile().get("parameters");
+            if (!parameters.has(analysis.get("speed").getText()))
+                analysis.get("speed").failUnknown("parameter", analysis.get("speed").getText(),
+                                                  parameters.getKeys());
+            model.emplace(makeAt(frequencies.front()));
+            calcTransfers = [&](const std::vector<double>& wanted, const auto& tell) {
+                std::vector<SimTK::Matrix_<SimTK::Complex>> transfers;
+                for (const double frequency : wanted) {
+                    transfers.push_back(makeAt(frequency).calcTransfers({frequency}, {})[0]);
+                    tell(transfers.size());
+                }
+                return transfers;
+            };
+        } else {
+            model.emplace(m_text, m_modelOptions, m_model, m_probes,
+                          assembleState(*m_model, findNamedState(analysis.get("about"), name)),
+                          inputs, outputs, unbalance, observe);
+            calcTransfers = [&](const std::vector<double>& wanted, const auto& tell) {
+                return model->calcTransfers(wanted, tell);
+            };
+        }
+        response.inputs = model->getInputs();
+        response.outputs = model->getOutputs();
+        calcHarmonicResponse(
+            calcTransfers, frequencies,
+            !analysis.get("adaptive").getBool() ? Refinement::None
+            : isRandom                          ? Refinement::ForIntegrals
+                                                : Refinement::AtResonances,
             [this](double fraction) {
                 m_fraction = fraction;
                 stopIfAsked();
-            });
+            },
+            response);
     } catch (const Cancelled&) {
+        throw;
+    } catch (const ModelError&) {
         throw;
     } catch (const std::runtime_error& error) {
         if (isRigidTwin()) return leaveOut(name, error.what());
@@ -300,6 +489,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
                 phase.back().push_back(std::arg(transfer(i, k)) * 180 / SimTK::Pi);
             }
     }
+    if (isRandom) addDensities(response, readSpectra(analysis, response.inputs), results);
     if (m_options.drawsPictures && analysis.has("shapes")) {
         std::vector<Eigenmode> shapes;
         std::vector<std::string> titles;

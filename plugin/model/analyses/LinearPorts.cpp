@@ -33,9 +33,10 @@ constexpr double SteadyResponse = 1e-3;
 constexpr double SmallRatePart = 1e-9;
 /** What moves more slowly is at rest [m/s, rad/s]. **/
 constexpr double SlowestSpeed = 1e-9;
-/** Between neighbouring frequencies a response changes by less than this part of itself, or of a
-thousandth of its largest; so far apart they stay, of themselves, and so many are added at most. **/
-constexpr double CoarseChord = 0.2, SmallResponse = 1e-3, FinestStep = 2e-5;
+/** Between neighbouring frequencies a response changes by less than this part of itself (where its
+square is integrated, the finer one), or of a thousandth of its largest; so far apart they stay, of
+themselves, and so many are added at most. **/
+constexpr double CoarseChord = 0.2, FineChord = 0.05, SmallResponse = 1e-3, FinestStep = 2e-5;
 constexpr size_t MostAdded = 2000;
 
 std::string getUnit(const std::vector<std::string>& parts) {
@@ -386,21 +387,54 @@ ModelResponse::ModelResponse(const ModelText& text, const ModelOptions& options,
                              const std::shared_ptr<const Model>& model, const Probes& probes,
                              const State& about, const std::vector<std::string>& inputs,
                              const std::vector<std::string>& outputs,
+                             const std::optional<Unbalance>& unbalance,
                              const std::function<void()>& observer)
-    : m_state(about) {
+    : m_model(model), m_state(about), m_unbalance(unbalance) {
+    ModelText ownText = text;
+    Probes ownProbes = probes;
+    State state = about;
+    std::vector<std::string> paths = inputs;
+    if (unbalance) {
+        std::string load = "unbalance";
+        while (model->getFile().get("loads").has(load)) load += '_';
+        ownText.settings.push_back("loads." + load + "={on: " + unbalance->on +
+                                   ", force: [0, 0, 0]}");
+        ModelOptions quiet = options;
+        quiet.listener = {};
+        m_model = std::make_shared<const Model>(readModel(ownText), quiet);
+        ownProbes = Probes::make(m_model);
+        state = transferState(*model, *m_model, about);
+        for (const int turn : {1, 2})
+            paths.push_back("loads." + load + ".force." + PortAxes[(unbalance->axis + turn) % 3]);
+    }
     const ModelLinearization ports =
-        beginLinearization(text, options, model, probes, inputs, outputs, observer);
+        beginLinearization(ownText, options, m_model, ownProbes, paths, outputs, observer);
     m_inputs = ports.inputs.getPorts();
+    if (unbalance) {
+        m_inputs.resize(m_inputs.size() - 2);
+        m_inputs.push_back({"unbalance", ""});
+    }
     m_outputs = ports.outputs.getPorts();
-    if (m_state.getNZ() > 0 || m_state.getU().normInf() > SlowestSpeed) {
-        m_space = ports.makeSpace(ports.linearize(m_state));
+    if (state.getNZ() > 0 || state.getU().normInf() > SlowestSpeed) {
+        m_space = ports.makeSpace(ports.linearize(state));
         return;
     }
-    m_state.updU() = 0;
-    m_blocks.emplace(model->getSystem(), m_state, observer);
+    state.updU() = 0;
+    m_blocks.emplace(m_model->getSystem(), state, observer);
     ports.requireBalance(m_blocks->describeImbalance());
     m_inputEffects = ports.drive(m_blocks->getPoint());
     m_outputEffects = ports.observe(m_blocks->getPoint());
+}
+
+/** In place of the responses to the unbalance's two forces, that to their sum. **/
+Matrix_<Complex> ModelResponse::combine(const Matrix_<Complex>& responses, double omega) const {
+    if (!m_unbalance) return responses;
+    const int last = responses.ncol() - 2;
+    Matrix_<Complex> combined = responses(0, 0, responses.nrow(), last + 1);
+    for (int i = 0; i < combined.nrow(); ++i)
+        combined(i, last) = m_unbalance->moment * omega * omega *
+                            (responses(i, last) - Complex(0, 1) * responses(i, last + 1));
+    return combined;
 }
 
 std::vector<Matrix_<Complex>> ModelResponse::calcTransfers(
@@ -408,11 +442,15 @@ std::vector<Matrix_<Complex>> ModelResponse::calcTransfers(
     const std::function<void(size_t done)>& observer) const {
     std::vector<double> omegas;
     for (const double frequency : frequencies) omegas.push_back(2 * SimTK::Pi * frequency);
-    if (m_blocks)
-        return m_blocks->calcTransfers(omegas, m_inputEffects, m_outputEffects, 0, observer);
     std::vector<Matrix_<Complex>> transfers;
+    if (m_blocks) {
+        transfers = m_blocks->calcTransfers(omegas, m_inputEffects, m_outputEffects, 0, observer);
+        for (size_t k = 0; k < omegas.size(); ++k)
+            transfers[k] = combine(Matrix_<Complex>(transfers[k]), omegas[k]);
+        return transfers;
+    }
     for (const double omega : omegas) {
-        transfers.push_back(m_space->calcTransfer(Complex(0, omega)));
+        transfers.push_back(combine(m_space->calcTransfer(Complex(0, omega)), omega));
         if (observer) observer(transfers.size());
     }
     return transfers;
@@ -422,7 +460,8 @@ Matrix_<Complex> ModelResponse::calcMotions(double frequency) const {
     if (!m_blocks)
         throw std::runtime_error(
             "shapes are drawn of what is at rest, and has no states of its own");
-    return m_blocks->calcMotions(2 * SimTK::Pi * frequency, m_inputEffects);
+    const double omega = 2 * SimTK::Pi * frequency;
+    return combine(m_blocks->calcMotions(omega, m_inputEffects), omega);
 }
 
 //-------------------------------------------------------------------------------------------------
@@ -431,28 +470,31 @@ Matrix_<Complex> ModelResponse::calcMotions(double frequency) const {
 namespace {
 
 /** Whether a response turns by so much between two frequencies that something is missed. **/
-bool isCoarse(const Matrix_<Complex>& a, const Matrix_<Complex>& b, const SimTK::Matrix& largest) {
+bool isCoarse(const Matrix_<Complex>& a, const Matrix_<Complex>& b, const SimTK::Matrix& largest,
+              double chord) {
     for (int i = 0; i < a.nrow(); ++i)
         for (int k = 0; k < a.ncol(); ++k) {
             const double size =
                 std::max({std::abs(a(i, k)), std::abs(b(i, k)), SmallResponse * largest(i, k)});
-            if (std::abs(a(i, k) - b(i, k)) > CoarseChord * size) return true;
+            if (std::abs(a(i, k) - b(i, k)) > chord * size) return true;
         }
     return false;
 }
 
 }  // namespace
 
-HarmonicResponse calcHarmonicResponse(const ModelResponse& model,
-                                      const std::vector<double>& frequencies, Refinement refinement,
-                                      const std::function<void(double fraction)>& observer) {
+void calcHarmonicResponse(const TransferFunction& calcTransfers,
+                          const std::vector<double>& frequencies, Refinement refinement,
+                          const std::function<void(double fraction)>& observer,
+                          HarmonicResponse& response) {
+    const double chord = refinement == Refinement::ForIntegrals ? FineChord : CoarseChord;
     std::map<double, Matrix_<Complex>> found;
     std::vector<double> wanted = frequencies;
     std::sort(wanted.begin(), wanted.end());
     wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
     const size_t most = wanted.size() + MostAdded;
     for (int pass = 0; !wanted.empty(); ++pass) {
-        const auto transfers = model.calcTransfers(wanted, [&](size_t done) {
+        const auto transfers = calcTransfers(wanted, [&](size_t done) {
             // How many passes there will be is not known: half of what is left each time.
             const double left = refinement == Refinement::None ? 0 : std::pow(0.5, pass + 1);
             const double before = pass == 0 ? 0 : 1 - std::pow(0.5, pass);
@@ -470,17 +512,57 @@ HarmonicResponse calcHarmonicResponse(const ModelResponse& model,
         for (auto next = std::next(found.begin()); next != found.end(); ++next) {
             const auto before = std::prev(next);
             if (next->first - before->first > FinestStep * next->first &&
-                isCoarse(before->second, next->second, largest) &&
+                isCoarse(before->second, next->second, largest, chord) &&
                 found.size() + wanted.size() < most)
                 wanted.push_back(0.5 * (before->first + next->first));
         }
     }
-    HarmonicResponse response{model.getInputs(), model.getOutputs(), {}, {}};
+    response.frequencies.clear();
+    response.transfers.clear();
     for (const auto& [frequency, transfer] : found) {
         response.frequencies.push_back(frequency);
         response.transfers.push_back(transfer);
     }
-    return response;
+}
+
+//-------------------------------------------------------------------------------------------------
+// spectra
+
+namespace {
+
+/** By which power of frequency a density changes between two points; NaN where one is zero. **/
+double calcSlope(double f1, double s1, double f2, double s2) {
+    return f1 > 0 && s1 > 0 && s2 > 0 ? std::log(s2 / s1) / std::log(f2 / f1) : SimTK::NaN;
+}
+
+}  // namespace
+
+double Spectrum::calcDensity(double frequency) const {
+    if (frequencies.empty()) return densities.at(0);
+    if (frequency < frequencies.front() || frequency > frequencies.back()) return 0;
+    const auto upper = std::lower_bound(frequencies.begin(), frequencies.end(), frequency);
+    const size_t k = size_t(upper - frequencies.begin());
+    if (frequencies[k] == frequency) return densities[k];
+    const double f1 = frequencies[k - 1], f2 = frequencies[k], s1 = densities[k - 1],
+                 s2 = densities[k], slope = calcSlope(f1, s1, f2, s2);
+    return std::isnan(slope) ? s1 + (s2 - s1) * (frequency - f1) / (f2 - f1)
+                             : s1 * std::pow(frequency / f1, slope);
+}
+
+double integrateSpectrum(const std::vector<double>& frequencies,
+                         const std::vector<double>& densities) {
+    double sum = 0;
+    for (size_t k = 1; k < frequencies.size(); ++k) {
+        const double f1 = frequencies[k - 1], f2 = frequencies[k], s1 = densities[k - 1],
+                     s2 = densities[k], slope = calcSlope(f1, s1, f2, s2);
+        if (std::isnan(slope))
+            sum += 0.5 * (s1 + s2) * (f2 - f1);
+        else if (std::abs(slope + 1) < 1e-6)
+            sum += s1 * f1 * std::log(f2 / f1);
+        else
+            sum += (s2 * f2 - s1 * f1) / (slope + 1);
+    }
+    return sum;
 }
 
 }  // namespace model

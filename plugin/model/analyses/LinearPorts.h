@@ -75,15 +75,23 @@ private:
     std::vector<Source> m_sources;
 };
 
+/** A force moment·ω² that turns about an axis of Ground, at the frequency of the response. **/
+struct Unbalance {
+    std::string on;     ///< frame
+    double moment = 0;  ///< mass times distance from the axis [kg m]
+    int axis = 0;       ///< 0 x, 1 y, 2 z: it turns from the next one to the one after
+};
+
 /** Inputs and outputs of a model about a State, ready for any frequency: at rest by block
 elimination, along a steady motion or with states of the model's own by matrices of first order. **/
 class ModelResponse {
 public:
-    /** As linearizeModel(). **/
+    /** As linearizeModel(). @param unbalance  the last input, "unbalance" **/
     ModelResponse(const ModelText& text, const ModelOptions& options,
                   const std::shared_ptr<const Model>& model, const Probes& probes,
                   const SimTK::State& about, const std::vector<std::string>& inputs,
-                  const std::vector<std::string>& outputs, const std::function<void()>& observer);
+                  const std::vector<std::string>& outputs,
+                  const std::optional<Unbalance>& unbalance, const std::function<void()>& observer);
 
     const std::vector<LinearSystem::Port>& getInputs() const { return m_inputs; }
     const std::vector<LinearSystem::Port>& getOutputs() const { return m_outputs; }
@@ -97,7 +105,12 @@ public:
     const SimTK::State& getState() const { return m_state; }
 
 private:
+    SimTK::Matrix_<SimTK::Complex> combine(const SimTK::Matrix_<SimTK::Complex>& responses,
+                                           double omega) const;
+
+    std::shared_ptr<const Model> m_model;  ///< with a load where the unbalance is
     SimTK::State m_state;
+    std::optional<Unbalance> m_unbalance;
     std::vector<LinearSystem::Port> m_inputs, m_outputs;
     LinearInputs m_inputEffects;
     LinearOutputs m_outputEffects;
@@ -105,12 +118,30 @@ private:
     std::optional<StateSpace> m_space;
 };
 
-/** Whether frequencies are added between the wanted ones where responses turn. **/
-enum class Refinement { None, AtResonances };
-/** @param frequencies  [Hz], in any order; each counts once **/
-HarmonicResponse calcHarmonicResponse(const ModelResponse& model,
-                                      const std::vector<double>& frequencies, Refinement refinement,
-                                      const std::function<void(double fraction)>& observer);
+/** Responses at frequencies [Hz]; the observer is told how many are done. **/
+using TransferFunction = std::function<std::vector<SimTK::Matrix_<SimTK::Complex>>(
+    const std::vector<double>& frequencies, const std::function<void(size_t done)>& observer)>;
+/** Whether frequencies are added between the wanted ones where responses turn: enough to see them,
+or to integrate their squares. **/
+enum class Refinement { None, AtResonances, ForIntegrals };
+/** Fills frequencies and transfers. @param frequencies  [Hz], in any order; each counts once **/
+void calcHarmonicResponse(const TransferFunction& calcTransfers,
+                          const std::vector<double>& frequencies, Refinement refinement,
+                          const std::function<void(double fraction)>& observer,
+                          HarmonicResponse& response);
+
+/** A one-sided power spectral density over frequency, by straight lines in logarithms; zero
+ * outside.
+ * **/
+struct Spectrum {
+    std::vector<double> frequencies;  ///< ascending [Hz]; none: everywhere the first density
+    std::vector<double> densities;    ///< [unit²/Hz]
+
+    double calcDensity(double frequency) const;
+};
+/** Of densities at ascending frequencies, by the same lines. **/
+double integrateSpectrum(const std::vector<double>& frequencies,
+                         const std::vector<double>& densities);
 
 /** The whole model. @param about  assembled
 @throws std::runtime_error if the State is no equilibrium and no steady motion, or what is observed

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdio>
 
 #include "simflex/model/file/NearestName.h"
@@ -173,6 +174,42 @@ private:
             const std::string number = std::to_string(mode + 1);
             addModes(a, "frequency " + number, "Hz", mode, a.frequency, b.frequency, 0);
             addModes(a, "damping ratio " + number, "", mode, a.dampingRatio, b.dampingRatio, 1);
+        }
+        pairModes(a, b);
+    }
+
+    /** Notes which mode of `b` has the shape of each of `a`, by the modal assurance criterion. **/
+    void pairModes(const Results::Analysis& a, const Results::Analysis& b) {
+        if (a.type != "eigen" || a.outputs.empty() || a.outputs != b.outputs) return;
+        const auto getShape = [](const Results::Analysis& analysis, size_t mode, size_t output) {
+            return std::complex<double>(
+                analysis.matrices.at("shape_real").at(mode).at(output),
+                analysis.matrices.at("shape_imaginary").at(mode).at(output));
+        };
+        const size_t count = a.outputs.size();
+        for (size_t i = 0; i < a.frequency.at(0).size(); ++i) {
+            double best = 0;
+            size_t partner = 0;
+            for (size_t k = 0; k < b.frequency.at(0).size(); ++k) {
+                std::complex<double> product = 0;
+                double sizes[2] = {0, 0};
+                for (size_t o = 0; o < count; ++o) {
+                    product += std::conj(getShape(a, i, o)) * getShape(b, k, o);
+                    sizes[0] += std::norm(getShape(a, i, o));
+                    sizes[1] += std::norm(getShape(b, k, o));
+                }
+                const double own = sizes[0] * sizes[1];
+                const double assurance = own > 0 ? std::norm(product) / own : 0;
+                if (assurance > best) best = assurance, partner = k;
+            }
+            if (best == 0) continue;
+            char text[200];
+            std::snprintf(text, sizeof text,
+                          "mode %zu of '%s', %.5g Hz, has the shape of mode %zu of %s, %.5g Hz: "
+                          "modal assurance %.4f",
+                          i + 1, a.name.c_str(), a.frequency[0][i], partner + 1, m_nameB.c_str(),
+                          b.frequency[0][partner], best);
+            result.notes.push_back(text);
         }
     }
 

@@ -68,11 +68,12 @@ std::vector<ChosenResponse> chooseResponses(const Results::Analysis& analysis,
             ChosenResponse response;
             response.output = output;
             response.name = numInputs > 1 ? output + " by " + analysis.inputs[k] : output;
+            const auto group = [](const std::string& unit) {
+                return unit.find_first_of(" /") == unit.npos ? unit : "(" + unit + ")";
+            };
             const std::string &unit = analysis.outputUnits.at(i), by = analysis.inputUnits.at(k);
-            response.unit = by.empty()
-                                ? unit
-                                : (unit.empty() ? "1" : unit) + "/" +
-                                      (by.find_first_of(" /") == by.npos ? by : "(" + by + ")");
+            response.unit =
+                by.empty() ? unit : (unit.empty() ? "1" : group(unit)) + "/" + group(by);
             for (const auto& row : analysis.matrices.at("magnitude"))
                 response.magnitude.push_back(row.at(i * numInputs + k));
             for (const auto& row : analysis.matrices.at("phase"))

@@ -57,13 +57,18 @@ std::string writeResponses(const Results::Analysis& analysis) {
         titles.add(makeAxisLabel(response.name, response.unit));
     for (const ChosenResponse& response : responses)
         titles.add("phase of " + response.name + " [deg]");
+    const auto density = analysis.matrices.find("density");
+    if (density != analysis.matrices.end())
+        for (const std::string& output : analysis.outputs) titles.add("density of " + output);
     std::string text = titles.end();
-    for (size_t n = 0; n < analysis.frequency.at(0).size(); ++n)
-        text += CsvLine()
-                    .add(analysis.frequency[0][n])
-                    .addAll(analysis.matrices.at("magnitude").at(n))
-                    .addAll(analysis.matrices.at("phase").at(n))
-                    .end();
+    for (size_t n = 0; n < analysis.frequency.at(0).size(); ++n) {
+        CsvLine line;
+        line.add(analysis.frequency[0][n])
+            .addAll(analysis.matrices.at("magnitude").at(n))
+            .addAll(analysis.matrices.at("phase").at(n));
+        if (density != analysis.matrices.end()) line.addAll(density->second.at(n));
+        text += line.end();
+    }
     return text;
 }
 

@@ -294,6 +294,7 @@ Figure makeBodeFigure(const std::vector<FigureSource>& sources, const FigureWish
         const auto responses = chooseResponses(*sources[s].analysis, wishes.probes);
         for (size_t r = 0; r < responses.size(); ++r) {
             const ChosenResponse& response = responses[r];
+            if (findLargest(response.magnitude) == 0) continue;
             FigureCurve curve;
             curve.name =
                 sources.size() > 1 ? response.name + ", " + sources[s].label : response.name;
@@ -316,6 +317,7 @@ Figure makeBodeFigure(const std::vector<FigureSource>& sources, const FigureWish
             phases.curves.push_back(curve);
         }
     }
+    if (phases.curves.empty()) throw std::runtime_error("all of these responses are zero");
     if (phases.curves.size() > MostCurves)
         throw std::runtime_error(std::to_string(phases.curves.size()) +
                                  " responses are too many (at most " + std::to_string(MostCurves) +

@@ -196,6 +196,11 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
                     contents.frequency[0].data());
         hdf5::write(group, "damping_ratio", {contents.dampingRatio.at(0).size()},
                     contents.dampingRatio[0].data());
+        for (const auto& [name, rows] : contents.matrices) writeMatrix(group, name, rows);
+        if (!contents.outputs.empty()) {
+            hdf5::writeTexts(group, "outputs", contents.outputs);
+            hdf5::writeTexts(group, "output_units", contents.outputUnits);
+        }
     } else if (contents.type == "linear" || contents.type == "frequency_response") {
         writePorts(group, contents);
     } else {
@@ -285,6 +290,8 @@ void readPorts(hid_t group, Results::Analysis& analysis) {
         if (n == 0) throw std::runtime_error("it has no frequencies");
         for (const char* name : {"magnitude", "phase"})
             analysis.matrices[name] = readMatrix(matrices, name, n, numOutputs * numInputs);
+        if (hdf5::hasLink(matrices, "density"))
+            analysis.matrices["density"] = readMatrix(matrices, "density", n, numOutputs);
         return;
     }
     analysis.matrices["D"] = readMatrix(matrices, "D", numOutputs, numInputs);
@@ -293,6 +300,18 @@ void readPorts(hid_t group, Results::Analysis& analysis) {
     if (numStates == 0) throw std::runtime_error("it has no states");
     analysis.matrices["A"] = readMatrix(matrices, "A", numStates, numStates);
     analysis.matrices["B"] = readMatrix(matrices, "B", numStates, numInputs);
+}
+
+/** What eigen has besides frequencies, where it was wanted. **/
+void readModeMatrices(hid_t group, Results::Analysis& analysis) {
+    const hsize_t n = analysis.frequency[0].size();
+    if (n > 0 && hdf5::hasLink(group, "effective_mass"))
+        analysis.matrices["effective_mass"] = readMatrix(group, "effective_mass", n, 3);
+    if (n == 0 || !hdf5::hasLink(group, "outputs")) return;
+    analysis.outputs = hdf5::readTexts(group, "outputs");
+    analysis.outputUnits = hdf5::readTexts(group, "output_units");
+    for (const char* name : {"shape_real", "shape_imaginary"})
+        analysis.matrices[name] = readMatrix(group, name, n, analysis.outputs.size());
 }
 
 Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStates states) {
@@ -316,6 +335,7 @@ Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStat
         analysis.frequency = {hdf5::readNumbers(group, "frequency", {0})};
         analysis.dampingRatio = {
             hdf5::readNumbers(group, "damping_ratio", {analysis.frequency[0].size()})};
+        readModeMatrices(group, analysis);
     } else if (analysis.type == "campbell") {
         analysis.speeds = hdf5::readNumbers(group, "speeds", {0});
         const hsize_t n = analysis.speeds.size();

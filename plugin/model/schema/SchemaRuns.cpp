@@ -74,6 +74,22 @@ SchemaForm solver() {
 SchemaForm analysis() {
     SchemaForm swept = entries("parameters", numbersOrRange());
     swept.hasPaths = true;
+    SchemaForm spectra = entries(
+        "spectra",
+        {number(0), map("a spectrum",
+                        {
+                            SchemaKey("frequencies", {list({number(0)})}, "Frequencies, ascending.")
+                                .in("Hz")
+                                .required()
+                                .such("[10, 100, 1000]"),
+                            SchemaKey("densities", {list({number(0)})},
+                                      "Densities there, by straight lines in logarithms; none "
+                                      "outside.")
+                                .in("unit²/Hz")
+                                .required()
+                                .such("[0.01, 0.1, 0.01]"),
+                        })});
+    spectra.hasPaths = true;
     return map(
         "an analysis",
         {
@@ -109,11 +125,12 @@ SchemaForm analysis() {
                       "Numbers of the model whose changes are inputs, by path: a load, a motion's "
                       "position, gravity, a parameter; all numbers in what a path names.")
                 .only({"linear", "frequency_response"})
-                .required()
                 .such("[loads.push.force.y]"),
-            SchemaKey("outputs", {list({text()})}, "Probes, or their columns, that are observed.")
-                .only({"linear", "frequency_response"})
-                .orElseNote("all")
+            SchemaKey("outputs", {list({text()})},
+                      "Probes, or their columns, that are observed; of eigen those whose shapes in "
+                      "each mode are kept, by which simflex compare pairs modes.")
+                .only({"linear", "frequency_response", "eigen"})
+                .orElseNote("all; none of eigen")
                 .such("[tip.x]"),
             SchemaKey("frequencies", numbersOrRange(),
                       "Frequencies at which inputs vary harmonically.")
@@ -132,6 +149,37 @@ SchemaForm analysis() {
                 .only({"frequency_response"})
                 .orElse("true")
                 .such("false"),
+            SchemaKey(
+                "unbalance",
+                {map("an unbalance",
+                     {
+                         SchemaKey("on", {name("a frame")}, "Frame that it turns in.")
+                             .required()
+                             .such("rotor.disc"),
+                         SchemaKey("moment", {positive()}, "Mass times its distance from the axis.")
+                             .in("kg m")
+                             .required()
+                             .such("1e-4"),
+                         SchemaKey("axis", {choice({"x", "y", "z"})},
+                                   "Ground's axis that it turns about, at the frequency of "
+                                   "the response.")
+                             .required()
+                             .such("x"),
+                     })},
+                "One input more: the force of an unbalance.")
+                .only({"frequency_response"})
+                .such("{on: rotor.disc, moment: 1e-4, axis: x}"),
+            SchemaKey("speed", {name("a parameter")},
+                      "Parameter that is the angular velocity of what shakes: the model is built "
+                      "anew for each frequency, with 2π times it, and in steady motion.")
+                .only({"frequency_response"})
+                .without({"about", "shapes"})
+                .such("speed"),
+            SchemaKey("spectra", {spectra},
+                      "One-sided power spectral densities of inputs, which are random and "
+                      "independent: outputs get theirs, and effective values.")
+                .only({"frequency_response"})
+                .such("{loads.push.force.y: 0.01}"),
             SchemaKey("shapes", {list({number(0)})},
                       "Frequencies at which the deflection shapes are drawn, for each input.")
                 .in("Hz")
@@ -142,6 +190,11 @@ SchemaForm analysis() {
                 .only({"eigen", "campbell"})
                 .orElseNote("10 (eigen), 6 (campbell)")
                 .such("10"),
+            SchemaKey("participation", {boolean()},
+                      "Tells the effective mass of each mode when the ground shakes along x, y, z.")
+                .only({"eigen"})
+                .orElse("false")
+                .such("true"),
             SchemaKey("pictures", {boolean()}, "Draws the modes.")
                 .only({"eigen"})
                 .orElse("false")

@@ -139,6 +139,7 @@ FrequencyResponse::Contents::Contents(const MultibodySystem& system, const State
             throw std::invalid_argument("FrequencyResponse: " + topology.describeConstraint(row) +
                                         " holds speeds or accelerations; only constraints of "
                                         "positions can be linearised: disable it");
+    equations.updBlocks().chooseNumThreads(omp_get_num_procs());
     SolutionPoint now;
     now.resize(topology.numQ, topology.numU, topology.numMultipliers, topology.numZ);
     now.t = point.state.getTime();
@@ -154,6 +155,13 @@ FrequencyResponse::Contents::Contents(const MultibodySystem& system, const State
     point.multipliers.resize(topology.numMultipliers);
     for (int k = 0; k < topology.numMultipliers; ++k) point.multipliers[k] = now.lambda[size_t(k)];
 
+    for (int k = 0; k < int(topology.frictions.size()); ++k)
+        if (equations.getFrictions().isSliding(k))
+            throw std::invalid_argument(
+                "FrequencyResponse: " +
+                topology.describeConstraint(topology.frictions[size_t(k)].firstRow) +
+                " slides, or begins to: only what sticks can be linearised, where it is held; let "
+                "it come to rest, or leave the friction out");
     equations.realize(now.t, now.q.data(), now.u.data());
     VectorXd residual(topology.numU);
     equations.calcResidual(now.q.data(), now.u.data(), now.uDot.data(), now.lambda.data(),

@@ -28,9 +28,8 @@ constexpr double RelativeStep = 1e-4;  // of states
 /** Of a body's size, and of the slowest vibration's ω² for what nothing holds. **/
 constexpr double SmallImbalance = 1e-4, InertiaHold = 1e-3;
 
-/** Of f(−2h), f(−h), f(h), f(2h) in h·f′. **/
-constexpr int StencilPlaces[] = {-2, -1, 1, 2};
-constexpr double StencilWeights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+/** What bends by less than this part of its change is straight. **/
+constexpr double SmallBend = 1e-9;
 
 MatrixXd toDense(const Matrix& from) {
     MatrixXd to(from.nrow(), from.ncol());
@@ -85,13 +84,26 @@ private:
         }
         VectorXd displacement = VectorXd::Zero(m_steps.size()), slope, largest;
         slope = largest = VectorXd::Zero(m_derivative.rows());
-        for (int k = 0; k < 4; ++k) {
-            displacement[first] = StencilPlaces[k] * m_steps[first];
+        const auto evaluate = [&](int place) {
+            displacement[first] = place * m_steps[first];
             const Values moved = m_function(displacement);
-            for (Eigen::Index i = 0; i < slope.size(); ++i) {
-                slope[i] += StencilWeights[k] * moved[size_t(i)];
+            for (Eigen::Index i = 0; i < slope.size(); ++i)
                 largest[i] = std::max(largest[i], std::abs(moved[size_t(i)]));
-            }
+            return moved;
+        };
+        const Values before = evaluate(-1), after = evaluate(1);
+        bool isStraight = true;
+        for (size_t i = 0; i < after.size(); ++i) {
+            slope[Eigen::Index(i)] = 0.5 * (after[i] - before[i]);
+            isStraight &= std::abs(after[i] + before[i] - 2 * m_middle[i]) <=
+                          SameNumber * largest[Eigen::Index(i)] +
+                              SmallBend * std::abs(slope[Eigen::Index(i)]);
+        }
+        if (!isStraight) {
+            const Values farBefore = evaluate(-2), farAfter = evaluate(2);
+            for (size_t i = 0; i < after.size(); ++i)
+                slope[Eigen::Index(i)] =
+                    (8 * (after[i] - before[i]) - (farAfter[i] - farBefore[i])) / 12;
         }
         for (Eigen::Index i = 0; i < slope.size(); ++i)
             if (std::abs(slope[i]) > SameNumber * largest[i])
