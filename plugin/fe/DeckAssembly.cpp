@@ -154,6 +154,12 @@ private:
                 model.push_back(std::move(card));
             }
         }
+        if (m_instances.empty() && !parts.empty()) {
+            const auto& [name, cards] = *parts.begin();
+            throw std::invalid_argument((cards.empty() ? std::string() : cards[0].where()) +
+                                        "the deck has part " + name +
+                                        ", but no *INSTANCE of it in an *ASSEMBLY");
+        }
         for (const auto& [name, cards] : parts)
             if (std::none_of(m_instances.begin(), m_instances.end(),
                              [&name = name](const Scope& s) { return s.part == name; }))

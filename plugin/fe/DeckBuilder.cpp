@@ -418,6 +418,11 @@ private:
                                      ? parseDeckInteger(data.fields[2], where)
                                      : 1;
                 if (step < 1) refuseCard(card, "the step of GENERATE must be positive", data.line);
+                if (last < first)
+                    refuseCard(card,
+                               "GENERATE goes from " + std::to_string(first) + " to " +
+                                   std::to_string(last) + ", must go up",
+                               data.line);
                 if ((long(last) - first) / step > MostGenerated)
                     refuseCard(card,
                                "GENERATE makes more than " + std::to_string(MostGenerated) +

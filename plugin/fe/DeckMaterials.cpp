@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "ElasticLaw.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {
@@ -18,6 +19,11 @@ struct MaterialCards {
     std::optional<double> temperature;
     int node = 0;  ///< one that has this temperature
 
+    DeckLine given;  ///< the first of *ELASTIC
+
+    bool isIsotropic() const {
+        return !elastic->has("TYPE") || elastic->get("TYPE").substr(0, 3) == "ISO";
+    }
     bool dependsOnTemperature() const;
 };
 
@@ -45,9 +51,13 @@ std::vector<Entry> readEntries(const DeckCard& card) {
                                  ? "Young's modulus and Poisson's ratio, with a comma between"
                                  : "all its constants";
     if (card.data.empty() || card.data.size() % layout.size() != 0)
-        refuseCard(card, card.title + " has " + std::to_string(card.data.size()) +
-                             " lines, needs " + std::to_string(layout.size()) +
-                             " for each temperature");
+        refuseCard(card,
+                   card.title + " has " +
+                       (card.data.empty()       ? std::string("no numbers")
+                        : card.data.size() == 1 ? std::string("one line")
+                                                : std::to_string(card.data.size()) + " lines") +
+                       ", needs " + what + (layout.size() > 1 ? ", in lines of eight" : "") +
+                       ", for each temperature");
     std::vector<Entry> entries;
     for (size_t first = 0; first < card.data.size(); first += layout.size()) {
         Entry entry;
@@ -176,8 +186,15 @@ void takeTemperature(const DeckTemperatures& temperatures, int element,
 void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
     std::map<std::string, MaterialCards> materials = readMaterials(deck.materials);
     std::unordered_map<int, MaterialCards*> materialOf;
+    const auto checkOrientation = [&](const DeckCard& section) {
+        for (const DeckCard& card : deck.sections)
+            if (card.keyword == "ORIENTATION" && card.get("NAME") == section.get("ORIENTATION"))
+                return void(Orientation(card));
+        refuseCard(section, "the deck has no *ORIENTATION " + section.get("ORIENTATION"));
+    };
     for (const DeckCard& card : deck.sections) {
         if (card.keyword != "SOLIDSECTION") continue;
+        if (card.has("ORIENTATION")) checkOrientation(card);
         const auto material = materials.find(card.get("MATERIAL"));
         if (material == materials.end())
             refuseCard(card, "the deck has no material " + card.get("MATERIAL"));
@@ -194,7 +211,7 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
             if (!*property) refuseCard(material.card, "material " + name + " has no " + what);
         for (const Entry& entry : readEntries(*material.density))
             if (!(entry.constants[0] > 0))
-                refuseCard(*material.density, "*DENSITY is " + std::to_string(entry.constants[0]) +
+                refuseCard(*material.density, "*DENSITY is " + writeGeneral(entry.constants[0], 6) +
                                                   ", must be positive");
     }
     std::unordered_map<const MaterialCards*, bool> depends;
@@ -231,9 +248,15 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
     deck.materials.clear();
     for (auto& [name, material] : materials) {
         if (!material.isUsed) continue;
+        material.given = material.elastic->data[0];
         settle(*material.elastic, material.temperature);
         settle(*material.density, material.temperature);
         parseElasticLaw(*material.elastic);  // refuses constants that make no solid
+        if (const DeckLine& line = material.given;
+            line.fields.size() == 3 && line.fields[1] == "0" && material.isIsotropic())
+            deck.warnings.push_back(material.elastic->where(line.line) +
+                                    "*ELASTIC has Poisson's ratio 0 at temperature " +
+                                    line.fields[2] + ": is a comma in place of a decimal point?");
         if (material.temperature) {
             std::ostringstream text;
             text << material.card.where() << "material " << name << " is taken at temperature "

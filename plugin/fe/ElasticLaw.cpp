@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "Vec3d.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {
@@ -54,7 +55,7 @@ ElasticMatrix makeIsotropic(const DeckCard& card) {
     const auto c = readConstants(card, {2});
     const double E = c[0], nu = c[1];
     if (!(E > 0) || !(nu > -1 && nu < 0.5))
-        refuse(card, "E = " + std::to_string(E) + ", ν = " + std::to_string(nu) +
+        refuse(card, "E = " + writeGeneral(E, 6) + ", ν = " + writeGeneral(nu, 6) +
                          "; a solid has E > 0 and −1 < ν < 0.5");
     const double lambda = E * nu / ((1 + nu) * (1 - 2 * nu)), mu = E / (2 * (1 + nu)),
                  M = lambda + 2 * mu;
@@ -104,7 +105,11 @@ ElasticMatrix parseElasticLaw(const DeckCard& elastic) {
 }
 
 Orientation::Orientation(const DeckCard& orientation) {
-    m_isCylindrical = orientation.has("SYSTEM") && orientation.get("SYSTEM")[0] == 'C';
+    const char system = orientation.has("SYSTEM") ? orientation.get("SYSTEM")[0] : 'R';
+    if (system != 'R' && system != 'C')
+        refuse(orientation, "SYSTEM=" + orientation.get("SYSTEM") +
+                                " is not known; known are RECTANGULAR and CYLINDRICAL");
+    m_isCylindrical = system == 'C';
     const auto c = readConstants(orientation, {6});
     m_a = {c[0], c[1], c[2]};
     m_b = {c[3], c[4], c[5]};

@@ -171,6 +171,24 @@ private:
     const ProgressCallback& m_progress;
 };
 
+/** As people write it. **/
+std::string writtenOut(const std::string& parameter) {
+    static const std::map<std::string, std::string> Blanks = {{"REFNODE", "REF NODE"},
+                                                              {"ROTNODE", "ROT NODE"},
+                                                              {"OLDSET", "OLD SET"},
+                                                              {"CHANGENUMBER", "CHANGE NUMBER"},
+                                                              {"ELEMENTSHIFT", "ELEMENT SHIFT"},
+                                                              {"SHIFTNODES", "SHIFT NODES"}};
+    const auto found = Blanks.find(parameter);
+    return found == Blanks.end() ? parameter : found->second;
+}
+
+/** What to do where numbers are not divided by commas. **/
+std::string commaCure(const std::string& field) {
+    return field.find_first_of(" \t;") == std::string::npos ? ""
+                                                            : "; numbers are divided by commas";
+}
+
 }  // namespace
 
 void DeckCard::setTitle(const std::string& text) {
@@ -187,7 +205,7 @@ std::string DeckCard::where(int atLine) const {
 const std::string& DeckCard::get(const std::string& parameter) const {
     const auto found = parameters.find(parameter);
     if (found == parameters.end() || found->second.empty())
-        throw std::invalid_argument(where() + title + " needs " + parameter + "=…");
+        throw std::invalid_argument(where() + title + " needs " + writtenOut(parameter) + "=…");
     return found->second;
 }
 
@@ -217,7 +235,8 @@ std::string withExponentLetter(std::string_view number) {
 double parseDeckNumber(const std::string& field, const std::string& where) {
     double value = 0;
     if (!readNumber(field, value) && !readNumber(withExponentLetter(field), value))
-        throw std::invalid_argument(where + "'" + field + "' is not a finite number");
+        throw std::invalid_argument(where + "'" + field + "' is not a finite number" +
+                                    commaCure(field));
     return value;
 }
 
@@ -226,7 +245,8 @@ int parseDeckInteger(const std::string& field, const std::string& where) {
     double number = 0;
     if (readInteger(field, value)) return value;
     if (!readNumber(field, number) || number != std::floor(number))
-        throw std::invalid_argument(where + "'" + field + "' is not a whole number");
+        throw std::invalid_argument(where + "'" + field + "' is not a whole number" +
+                                    commaCure(field));
     if (std::abs(number) > std::numeric_limits<int>::max())
         throw std::invalid_argument(where + field + " is too large: numbers of nodes and " +
                                     "elements go up to 2147483647; renumber them");

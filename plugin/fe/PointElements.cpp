@@ -72,9 +72,9 @@ DeckSpring readSpring(const DeckCard& card, const PointElement& element,
     const double length = normOf(arm);
     if (isAxial) {
         if (!(length > 0))
-            refuseCard(card, element.where +
-                                 "the nodes of a SPRINGA are at one place, so that it "
-                                 "has no direction; use SPRING2");
+            refuseCard(card,
+                       "the nodes of a SPRINGA are at one place, so that it "
+                       "has no direction; use SPRING2");
         spring.direction = scaled(arm, 1 / length);
         return spring;
     }
@@ -88,7 +88,7 @@ DeckSpring readSpring(const DeckCard& card, const PointElement& element,
     for (size_t a = 0; a < 3; ++a)
         spring.direction[a] = axes ? (*axes)[a][size_t(first - 1)] : double(int(a) + 1 == first);
     if (normOf(cross(arm, spring.direction)) > Aligned * length)
-        refuseCard(card, element.where + "the nodes of a SPRING2 are " + writeGeneral(length, 4) +
+        refuseCard(card, "the nodes of a SPRING2 are " + writeGeneral(length, 4) +
                              " apart across its direction, so that it resists a turn of the whole "
                              "part; give them one place, or use SPRINGA");
     return spring;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "simflex/base/NumberText.h"
+
 namespace simflex {
 namespace {
 
@@ -110,7 +112,7 @@ private:
             if (!(corner.thickness[size_t(k)] > 0))
                 throw std::invalid_argument(
                     element.where + "element " + std::to_string(element.number) +
-                    " has thickness " + std::to_string(corner.thickness[size_t(k)]) + " at node " +
+                    " has thickness " + writeGeneral(corner.thickness[size_t(k)], 6) + " at node " +
                     std::to_string(node) + ", must be positive");
         const auto x = positionsOf(element);
         if (isBeam(element)) {

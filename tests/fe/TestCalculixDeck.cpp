@@ -556,6 +556,47 @@ TEST_F(CalculixDeckTest, AMassMatrixThatDiffersBetweenAxesIsAnError) {
     EXPECT_THAT(errorOf(brick.text(), options), HasSubstr("differs between the directions"));
 }
 
+/** An entry of tests/decks/mistakes.txt. **/
+struct Mistake {
+    std::string name, out, in, message;
+};
+
+std::vector<Mistake> readMistakes() {
+    std::vector<Mistake> mistakes;
+    std::istringstream lines(testing::readText(SIMFLEX_SOURCE_DIR "/tests/decks/mistakes.txt"));
+    std::string* at = nullptr;
+    for (std::string line; std::getline(lines, line);) {
+        if (line.compare(0, 3, "== ") == 0) {
+            mistakes.push_back({line.substr(3), "", "", ""});
+            at = nullptr;
+        } else if (!mistakes.empty() && line.compare(0, 2, "! ") == 0) {
+            mistakes.back().message = line.substr(2);
+        } else if (!mistakes.empty() && !at && line[0] == '-') {
+            *(at = &mistakes.back().out) = line.substr(1);
+        } else if (!mistakes.empty() && at != &mistakes.back().in && line[0] == '+') {
+            *(at = &mistakes.back().in) = line.substr(1);
+        } else if (at) {
+            *at += "\n" + line;
+        }
+    }
+    return mistakes;
+}
+
+TEST_F(CalculixDeckTest, MistakesAreAnsweredWithWhatAPersonNeeds) {
+    const std::vector<Mistake> mistakes = readMistakes();
+    EXPECT_GT(mistakes.size(), 100u);
+    for (const Mistake& mistake : mistakes) {
+        std::string text = brick.text(), answer;
+        const size_t at = mistake.out.empty() ? text.size() : text.find(mistake.out);
+        ASSERT_NE(at, std::string::npos) << mistake.name;
+        text.replace(at, mistake.out.size(), mistake.in + (mistake.out.empty() ? "\n" : ""));
+        CalculixOptions options;
+        options.warn = [&](const std::string& warning) { answer += warning + "\n"; };
+        answer += errorOf(text, options);
+        EXPECT_THAT(answer, HasSubstr(mistake.message)) << mistake.name;
+    }
+}
+
 TEST_F(CalculixDeckTest, AMissingProgramIsAnErrorThatSaysHowToGetIt) {
     CalculixOptions options;
     options.program = "no-such-ccx";
