@@ -21,6 +21,8 @@ using SimTK::Vec3;
 namespace {
 
 constexpr double shapeTolerance = 2e-5;  // of a part's size
+constexpr double linkRadius = 0.006;     // of the scene's
+const Vec3 linkColor(0.35, 0.38, 0.43);
 constexpr double colorTolerance = 1e-3;  // of the largest displacement
 
 double calcLinear(double value) {
@@ -117,6 +119,7 @@ public:
         std::vector<int> children;
         for (const MovingScene::Body& body : m_scene.bodies)
             children.push_back(body.isFlexible() ? addFlexible(body) : addRigid(body));
+        for (const MovingScene::Link& link : m_scene.links) children.push_back(addLink(link));
         for (const MovingScene::View& view : m_scene.views) children.push_back(addCamera(view));
 
         // The format's y is up.
@@ -293,6 +296,38 @@ private:
         return m_file.addColors(colors);
     }
 
+    int addLink(const MovingScene::Link& link) {
+        if (m_rod < 0) {
+            std::vector<float> positions, normals;
+            readVertices(*m_scene.rod, positions, normals);
+            Json attributes = Json::object();
+            attributes
+                .add("POSITION",
+                     m_file.addFloats(positions, "VEC3", GltfFile::Target::Vertices, true))
+                .add("NORMAL", m_file.addFloats(normals, "VEC3", GltfFile::Target::Vertices));
+            m_rod = addMesh(std::move(attributes), m_scene.rod->triangles,
+                            addMaterial(linkColor, 1), {}, Json::object());
+        }
+        std::vector<Transform> poses;
+        std::vector<float> scales;
+        const double radius = linkRadius * m_scene.radius;
+        for (const auto& [a, b] : link) {
+            const Vec3 half = 0.5 * (b - a);
+            const SimTK::UnitVec3 y = half.norm() > 0 ? SimTK::UnitVec3(half) : SimTK::YAxis;
+            poses.emplace_back(SimTK::Rotation(y, SimTK::YAxis, y.perp(), SimTK::XAxis),
+                               0.5 * (a + b));
+            for (const double scale : {radius, std::max(half.norm(), 1e-6 * radius), radius})
+                scales.push_back(float(scale));
+        }
+        Json node = Json::object();
+        node.add("name", "connector")
+            .add("mesh", m_rod)
+            .add("scale", std::vector<double>{scales[0], scales[1], scales[2]});
+        const int number = addMoved(std::move(node), poses);
+        addChannel(number, "scale", scales, "VEC3");
+        return number;
+    }
+
     int addCamera(const MovingScene::View& view) {
         const Camera& first = view.cameras.front();
         Json lens = Json::object(), camera = Json::object(), node = Json::object();
@@ -345,7 +380,7 @@ private:
     AnimationOptions m_options;
     GltfFile m_file;
     Json m_channels = Json::list(), m_samplers = Json::list();
-    int m_times = 0, m_numSamplers = 0;
+    int m_times = 0, m_numSamplers = 0, m_rod = -1;
     double m_error = 0;
 };
 
@@ -401,6 +436,8 @@ public:
         std::vector<double> factors;
         for (const MovingScene& one : m_scenes) factors.push_back(one.factor);
         for (std::size_t b = 0; b < m_first.bodies.size(); ++b) bodies.add(describeBody(b));
+        Json links = Json::object();
+        if (!m_first.links.empty()) links = describeLinks();
         for (const MovingScene::View& view : m_first.views) views.add(describe(view));
         scene.add("time", m_first.time)
             .add("factors", factors)
@@ -411,6 +448,7 @@ public:
             .add("geometries", std::move(m_geometries))
             .add("bodies", std::move(bodies))
             .add("views", std::move(views))
+            .add("links", std::move(links))
             .add("contours", describeContours())
             .add("shown", getShownContour())
             .add("error", m_error);
@@ -539,6 +577,28 @@ private:
             }
         }
         described.add("values", encode(values));
+    }
+
+    /** Six numbers a time: both ends. **/
+    Json describeLinks() {
+        Json all = Json::list();
+        for (std::size_t k = 0; k < m_first.links.size(); ++k) {
+            std::vector<std::string> ofFactors;
+            for (const MovingScene& scene : m_scenes) {
+                std::vector<float> numbers;
+                for (const auto& ends : scene.links[k])
+                    for (const Vec3& end : ends)
+                        for (int i = 0; i < 3; ++i) numbers.push_back(float(end[i]));
+                ofFactors.push_back(encode(numbers));
+            }
+            all.add(Json(ofFactors));
+        }
+        Json links = Json::object();
+        links.add("geometry", addGeometry(*m_first.rod))
+            .add("radius", linkRadius * m_first.radius)
+            .add("color", toJson(linkColor))
+            .add("ends", std::move(all));
+        return links;
     }
 
     static Json describe(const MovingScene::View& view) {
@@ -671,11 +731,23 @@ MovingScene OffscreenVisualizer::Impl::captureScene(const Motion& motion) {
             scene.bodies[body].poses.push_back(part.X_GD);
             scene.bodies[body++].motion.push_back(part);
         }
+        std::size_t link = 0;
+        for (const DrawnConnector& connector : marks.forces.connectors) {
+            if (!marks.forces.showConnectors) break;
+            if (connector.kind != ConnectorKind::Spring &&
+                connector.kind != ConnectorKind::Damper &&
+                connector.kind != ConnectorKind::SpringDamper)
+                continue;
+            if (i == 0) scene.links.emplace_back();
+            scene.links[link++].push_back(
+                {drawn.calcPose(connector.F).p(), drawn.calcPose(connector.M).p()});
+        }
         for (std::size_t k = 0; k < mobods.size(); ++k)
             scene.bodies[numFlexible + k].poses.push_back(calcBodyPose(mobods[k]));
         for (std::size_t v = 0; v < views.size(); ++v)
             scene.views[v].cameras.push_back(shot.views[v].camera);
     }
+    scene.rod = shapes.getCylinder(12);
     scene.range = calcContourRange(partStyle.contour, values, values);
     scene.center_G = extent.center_G;
     scene.radius = extent.radius;

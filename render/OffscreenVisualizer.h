@@ -136,8 +136,9 @@ public:
     /** The whole motion as a moving scene: a binary glTF 2.0 file, which browsers, Blender and
     VTK open. Flexible bodies are morph targets with weights over time, to 2e-5 of their size,
     exaggerated as pictures are; vertices carry the numbers of their nodes (_NODE, −1 between nodes)
-    and the colour of the contour's largest value in the motion. Cameras are those of pictures; what
-    comes and goes (arrows, springs, lines) is left out. Call fitToMotion() first.
+    and the colour of the contour's largest value in the motion. Cameras are those of pictures;
+    springs and dampers are straight rods; arrows, lines and texts are left out. Call fitToMotion()
+    first.
     @throws std::invalid_argument without States; std::runtime_error if it cannot be written. **/
     void writeAnimation(const std::string& file, const std::vector<SimTK::State>& states,
                         const AnimationOptions& options = {}) const;

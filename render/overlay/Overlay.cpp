@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -63,6 +64,23 @@ static int fitText(Font& font, std::string& text, int letters, double room) {
     return letters;
 }
 
+// A text that does not fit becomes smaller, down to three quarters, and then several lines.
+static std::vector<std::string> breakText(Font& font, const std::string& text, int& letters,
+                                          double room) {
+    const int least = std::max(7, 3 * letters / 4);
+    while (letters > least && font.calcWidth(text, letters) > room) --letters;
+    if (font.calcWidth(text, letters) <= room) return {text};
+    std::vector<std::string> lines;
+    for (const std::string& word : splitAt(text, ' ')) {
+        const std::string longer = lines.empty() ? word : lines.back() + " " + word;
+        if (!lines.empty() && font.calcWidth(longer, letters) <= room)
+            lines.back() = longer;
+        else
+            lines.push_back(word);
+    }
+    return lines;
+}
+
 void Overlay::draw(Image& image, const OverlayContent& content, const Palette& palette) {
     const bool hasText = !content.title.empty() || !content.captions.empty() ||
                          !content.screenTexts.empty() || !content.footnote.empty() ||
@@ -88,8 +106,12 @@ void Overlay::draw(Image& image, const OverlayContent& content, const Palette& p
         font.drawWithHalo(image, left, y, text, letters, color, palette.halo);
     };
     if (!content.title.empty()) {
-        write(*bold, content.title, size(25), palette.text);
-        y += 32 * unit;
+        int letters = size(25);
+        const double room = image.getWidth() - left - 20 * unit;
+        for (const std::string& line : breakText(*bold, content.title, letters, room)) {
+            write(*bold, line, letters, palette.text);
+            y += 32 * unit;
+        }
     }
     for (const std::string& caption : content.captions) {
         write(*regular, caption, size(18), palette.faintText);

@@ -250,5 +250,22 @@ TEST(BadInput, CamerasThatCannotBeAreRefused) {
                 ThrowsMessage<std::runtime_error>(HasSubstr("body 7")));
 }
 
+TEST(Titles, ThatAreLongStandOnSeveralLinesToTheirEnd) {
+    EmptyScene scene;
+    OffscreenVisualizer viz(scene.system, 900, 506);
+    makePlain(viz);
+    const std::string begin = "A title of so many words that they do not fit into one line of a ";
+    const std::string more = "picture of nine hundred pixels, whatever its letters, but in ";
+    const auto draw = [&](const std::string& last) {
+        return viz.setWindowTitle(begin + more + last).drawFrame(scene.state);
+    };
+    EXPECT_FALSE(draw("two") == draw("ten"));
+    // Nothing is written at the edge.
+    const Image image = draw("two");
+    for (int y = 0; y < image.getHeight(); ++y)
+        for (int x = 890; x < 900; ++x)
+            ASSERT_EQ(image.getPixel(x, y), (Image::Pixel{255, 255, 255, 255}));
+}
+
 }  // namespace
 }  // namespace simflex

@@ -97,7 +97,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     m_modelOptions.listener = {};
     m_probes = Probes::make(m_model);
     // What cannot be drawn is refused before hours of simulation.
-    if (m_options.drawsPictures && file.get("pictures").isGiven()) makeVisualizer(*m_model);
+    if (m_options.drawsPictures && file.get("pictures").isGiven()) checkPictures(*m_model);
 }
 
 ModelRun::~ModelRun() = default;

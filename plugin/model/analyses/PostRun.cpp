@@ -140,7 +140,7 @@ public:
         m_draws = options.drawsPictures && m_model->getFile().get("pictures").isGiven() &&
                   !isSameTree(m_before.find("pictures"), m_now.find("pictures"));
         if (m_draws) {  // what cannot be drawn is refused first
-            makeVisualizer(*m_model);
+            checkPictures(*m_model);
             requireKnownForces();
         }
         for (const std::string& name : options.only)

@@ -392,6 +392,24 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
     return viz;
 }
 
+void checkPictures(const Model& model) {
+    makeVisualizer(model);
+    const ModelValue reactions = model.getFile().get("pictures").get("reactions"),
+                     events = model.getFile().get("events");
+    if (!reactions.getBool() || !events.isGiven()) return;
+    for (const std::string& name : events.getKeys()) {
+        const ModelValue actions = events.get(name).get("do");
+        for (int k = 0; k < actions.getSize(); ++k)
+            for (const char* const action : {"release", "engage", "lock", "unlock"})
+                if (actions.at(k).has(action))
+                    reactions.fail(
+                        "event '" + name +
+                        "' changes what holds, which pictures do not know: arrows would "
+                        "be wrong from then on. Leave them out; probes of reactions tell "
+                        "them");
+    }
+}
+
 std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
                        const Results::Analysis& rows, const std::string& usualFolder,
                        const Listener& listener, const std::string& resumeCommand) {
@@ -440,7 +458,7 @@ std::string writeAnimation(const Model& model, const Results::Analysis& rows,
                            const std::string& file) {
     const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
     // What results do not tell, and what comes and goes.
-    viz->setShowReactions(false).setShowLoads(false).setShowConnectors(false).setShowJoints(false);
+    viz->setShowReactions(false).setShowLoads(false).setShowJoints(false);
     const MotionRecorder motion = collectMotion(model, rows, MostTimes);
     fitTo(model, motion, *viz);
     AnimationOptions options;
@@ -454,7 +472,7 @@ std::string writeAnimation(const Model& model, const Results::Analysis& rows,
 std::string describeScene(const Model& model, const Results::Analysis& rows,
                           const Listener& listener) {
     const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
-    viz->setShowReactions(false).setShowLoads(false).setShowConnectors(false).setShowJoints(false);
+    viz->setShowReactions(false).setShowLoads(false).setShowJoints(false);
     const MotionRecorder motion = collectMotion(model, rows, MostTimesOfPage);
     if (!listener.tellProgress(rows.name + ": motion", 0)) throw Cancelled("nothing is written");
     fitTo(model, motion, *viz);

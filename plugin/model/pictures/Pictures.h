@@ -40,6 +40,9 @@ const std::vector<NamedContour>& getNamedContours();
 ones with their shapes, cameras, joints, reactions. Not fitted to anything yet. **/
 std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model);
 
+/** Refuses what drawFrames() cannot draw, before there is a run to lose. @throws ModelError. **/
+void checkPictures(const Model& model);
+
 /** Draws the frames of an analysis as the model's `pictures` say, all seen by one camera and in one
 range of colours. Frames that are there already and show the same are kept.
 @param usualFolder  for single pictures, where the model names none; model after model must not

@@ -190,6 +190,7 @@ class Motion {
       made.shape = {position: painter.gl.createBuffer(), normal: painter.gl.createBuffer(), value: painter.gl.createBuffer()};
       return made;
     });
+    this.links = (scene.links.ends || []).map(list => list.map(text => decode(text, Float32Array)));
     const up = this.up = scene.up;
     this.front = Math.abs(up[2]) > 0.9 ? [0, -1, 0] : [0, 0, 1];
     this.right = cross(up, this.front);
@@ -223,6 +224,14 @@ class Motion {
     for (let k = 0; k < 7; ++k) mixed.push(a[k] + share * (b[k] - a[k]));
     const q = mixed.slice(3), n = Math.hypot(...q);
     return [mixed.slice(0, 3), q.map(x => x / n)];
+  }
+
+  // A rod between two ends.
+  placeLink(ends, [i, j, share], radius) {
+    const at = k => [0, 1, 2].map(c => ends[6 * i + k + c] + share * (ends[6 * j + k + c] - ends[6 * i + k + c]));
+    const a = at(0), b = at(3), y = sub(b, a).map(c => c / 2), along = unit(y);
+    const x = unit(cross(along, Math.abs(along[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0])), z = cross(x, along);
+    return new Float32Array([...x.map(c => c * radius), 0, ...y, 0, ...z.map(c => c * radius), 0, ...add(a, y), 1]);
   }
 
   // Displacements, places, normals and values of a flexible body.
@@ -298,6 +307,10 @@ class Motion {
         pieces.push({model: multiply(pose, makePose(item.place, item.turn, item.scale)),
                      geometry: this.geometries[item.geometry], shape: this.geometries[item.geometry].shape,
                      color: [...item.color, item.opacity], kind: 0});
+    }
+    for (const link of this.links) {
+      const {geometry, color, radius} = scene.links, shown = this.geometries[geometry];
+      pieces.push({model: this.placeLink(link[which], where, radius), geometry: shown, shape: shown.shape, color: [...color, 1], kind: 0});
     }
     this.drawGround(pieces, camera);
     const drawAll = isOpaque => {

@@ -315,6 +315,16 @@ TEST_F(RunPicturesTest, BodiesAreHiddenSeenThroughAndColoredAsAsked) {
                 HasSubstr("pictures.bodies.baar: there is no body 'baar'; did you mean 'bar'"));
 }
 
+TEST_F(RunPicturesTest, ArrowsOfReactionsThatEventsChangeAreRefused) {
+    testing::writeText(folder / "bar.inp", testing::Brick().text());
+    const std::string model = makeSaggingBar("reactions: true") +
+                              "events: {drop: {when: t > 0.0005, do: [{release: wall}]}}\n";
+    writeModel(model);
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("pictures.reactions: event 'drop' changes what holds"));
+    EXPECT_EQ(runModel("--set pictures.reactions=false"), 0) << err;
+}
+
 /** Its own colour is that of a flexible body which has no contour. **/
 TEST_F(RunPicturesTest, FlexibleBodiesHaveTheirColorWithoutContour) {
     testing::writeText(folder / "bar.inp", testing::Brick().text());

@@ -24,6 +24,7 @@ gravity: [0, -9.81, 0]
 parts: {bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}}
 bodies: {bar: {part: bar, damping: 0.1, color: [1, 0, 0]}}
 joints: {pivot: {type: pin, between: [ground, bar.root], axis: z}}
+connectors: {spring: {type: spring, between: [{on: ground, position: [0, 0.1, 0]}, bar.tip], stiffness: 0.01, free_length: 0.1}}
 solver: {accuracy: 1e-7}
 initial: {rates: {pivot: 40}}
 probes: {tip: {position: bar.tip}, angle: {coordinate: pivot}}
@@ -89,9 +90,10 @@ TEST_F(ReportTest, WhatCannotBeShownIsTold) {
 #ifdef SIMFLEX_CHROMIUM
 
 TEST_F(ReportTest, ABrowserPlaysTurnsAndDrawsWhatPicturesShow) {
-    writeModel(makeBar(swing,
-                       ", contour: none, exaggeration: 4, ghost: false, axes: false, rate: "
-                       "64, folder: shots"));
+    writeModel(makeBar(
+        swing,
+        ", contour: none, exaggeration: 4, ghost: false, axes: false, connectors: false, rate: "
+        "64, folder: shots"));
     ASSERT_EQ(runModel(), 0) << err;
     ASSERT_EQ(report("model.results.h5 -o page.html"), 0) << err;
     const std::string page = testing::readText(folder / "page.html");

@@ -57,6 +57,12 @@ def main():
         apart = numpy.linalg.norm(points[:, None] - nodes[None], axis=2).min(axis=1).max() / size
         if not apart < 1e-4:
             sys.exit("%g of the part's size apart at time %d" % (apart, k))
+    # A spring from a fixed place to the body's far end.
+    (spring,) = scene["links"]["ends"]
+    ends = decode(spring[scene["factors"].index(1)], "<f4").reshape(-1, 6)
+    assert len(ends) == len(files) and abs(ends[:, :3] - [0, 0.1, 0]).max() < 1e-6, "fixed end"
+    reach = numpy.linalg.norm(ends[:, 3:], axis=1)
+    assert abs(reach - 0.2).max() < 0.02 and numpy.ptp(ends[:, 3:], axis=0).max() > 0.05, "moved end"
     print("%d vertices at %d times" % (len(rest), len(files)))
 
 
