@@ -40,8 +40,6 @@ constexpr double HarmonicInertiaHold = 1e-3;
 
 }  // namespace
 
-namespace {
-
 /** The matrices of a flexible body at rest: an arrow, whose head are its rigid motions and whose
 tail are its modes, each beside the others but for what preloads couple. Others have a head alone.
 **/
@@ -78,8 +76,6 @@ struct CoupledPair {
     int row, column;
     MatrixXd K, D;
 };
-
-}  // namespace
 
 struct FrequencyResponse::Contents {
     Contents(const MultibodySystem& system, const State& state,
