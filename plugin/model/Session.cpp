@@ -257,7 +257,7 @@ void Session::endStepsAt(double time) {
 
 Session::Outcome Session::runTo(double time, double interval, const Progress& progress) {
     const double begin = getTime(), span = time - begin;
-    if (!(span > 0) || !(interval > 0))
+    if (!(span > 0) || !std::isfinite(span) || !(interval > 0))
         throw std::invalid_argument("runTo() from t = " + writeGeneral(begin, 6) + " s to " +
                                     writeGeneral(time, 6) + " s by " + writeGeneral(interval, 6) +
                                     " s: it needs a later time and a positive interval");

@@ -83,7 +83,7 @@ Callable::~Callable() {
 }
 
 double Callable::calc(const double* arguments, int count) {
-    const py::gil_scoped_acquire lock;
+    const InterpreterLock lock;
     py::tuple all(count);
     for (int i = 0; i < count; ++i) all[size_t(i)] = py::float_(arguments[i]);
     const std::optional<py::object> result = call(all);

@@ -147,7 +147,7 @@ void set(const Keys& keys, const std::string& name, const py::handle& value) {
            !(above == 1 && all[0] == "parameters"))
         ++above;
     ModelText& model = keys.getModel();
-    if (above == all.size()) return model.set(join(all), toYaml(value, &model));
+    if (above == all.size()) return model.set(join(all), toYaml(value, &model, join(all)));
     const Keys base{keys.owner, Path(all.begin(), all.begin() + std::ptrdiff_t(above))};
     const py::dict whole = toDict(find(base));
     py::dict last = whole;
@@ -157,7 +157,7 @@ void set(const Keys& keys, const std::string& name, const py::handle& value) {
         last = last[py::str(all[i])];
     }
     last[py::str(name)] = value;
-    model.set(join(base.path), toYaml(whole, &model));
+    model.set(join(base.path), toYaml(whole, &model, join(all)));
 }
 
 void remove(const Keys& keys, const std::string& name) {

@@ -13,7 +13,7 @@ namespace {
 using Path = std::filesystem::path;
 
 void setKey(ModelText& model, const std::string& key, const py::handle& value) {
-    model.set(key, toYaml(value, &model));
+    model.set(key, toYaml(value, &model, key));
 }
 
 ModelText load(const Path& path, const py::dict& settings, const py::kwargs& parameters) {

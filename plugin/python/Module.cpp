@@ -49,6 +49,8 @@ PYBIND11_MODULE(simflex, module) {
         }
     });
 
+    py::module_::import("atexit").attr("register")(py::cpp_function(&python::InterpreterLock::end));
+
     python::addResults(module);
     python::addModel(module);
     python::addPart(module);

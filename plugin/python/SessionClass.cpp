@@ -148,7 +148,7 @@ void set(OwnSession& own, const std::string& path, const py::handle& value) {
 }
 
 bool change(OwnSession& own, const std::string& key, const py::handle& value, bool goesOn) {
-    const std::string yaml = toYaml(value);
+    const std::string yaml = toYaml(value, nullptr, key);
     return own.use(
         [&](Session& session) {
             return session.change(key, yaml,

@@ -1,23 +1,63 @@
 #include "simflex/python/Values.h"
 
+#include <atomic>
 #include <memory>
+#include <thread>
 
 #include "simflex/python/Callables.h"
 
 namespace simflex {
 namespace python {
 
-std::string toYaml(const py::handle& value, ModelText* model) {
+namespace {
+
+std::atomic<bool> isEnding{false};
+std::atomic<int> numInside{0};
+std::thread::id endingThread;
+
+}  // namespace
+
+InterpreterLock::InterpreterLock() {
+    ++numInside;
+    if (isEnding && std::this_thread::get_id() != endingThread) {
+        --numInside;
+        for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+    }
+    m_lock.emplace();
+}
+
+InterpreterLock::~InterpreterLock() {
+    m_lock.reset();
+    --numInside;
+}
+
+void InterpreterLock::end() {
+    const int patience = 500;  // for functions of Python that take their time [10 ms]
+    endingThread = std::this_thread::get_id();
+    isEnding = true;
+    const py::gil_scoped_release unlocked;
+    for (int i = 0; i < patience && numInside > 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+}
+
+std::string toYaml(const py::handle& value, ModelText* model, const std::string& key) {
     // YAML reads what JSON writes.
-    const py::cpp_function makePlain([model](const py::object& other) -> py::object {
+    const py::cpp_function makePlain([&](const py::object& other) -> py::object {
         if (py::hasattr(other, "tolist")) return other.attr("tolist")();
         if (model && PyCallable_Check(other.ptr())) return py::str(addCall(*model, other));
-        throw py::type_error("a model file has no " +
+        throw py::type_error((key.empty() ? "" : "'" + key + "': ") + "a model file has no " +
                              std::string(py::str(py::type::of(other).attr("__name__"))));
     });
-    return py::str(py::module_::import("json").attr("dumps")(
-        value, py::arg("default") = makePlain, py::arg("ensure_ascii") = false,
-        py::arg("allow_nan") = false, py::arg("indent") = py::none()));
+    try {
+        return py::str(py::module_::import("json").attr("dumps")(
+            value, py::arg("default") = makePlain, py::arg("ensure_ascii") = false,
+            py::arg("allow_nan") = false, py::arg("indent") = py::none()));
+    } catch (py::error_already_set& error) {
+        if (!error.matches(PyExc_ValueError) || key.empty()) throw;
+        py::raise_from(error, PyExc_ValueError,
+                       ("'" + key + "': " + std::string(py::str(error.value()))).c_str());
+        throw py::error_already_set();
+    }
 }
 
 py::array_t<double> toArray(const std::vector<double>& values) {
@@ -78,14 +118,14 @@ bool Interrupts::isTimeToLook() {
 }
 
 bool Interrupts::look(const std::function<py::tuple()>& makeTold) const {
-    const py::gil_scoped_acquire lock;
+    const InterpreterLock lock;
     return PyErr_CheckSignals() == 0 && (!m_callables || m_callables->tell(makeTold));
 }
 
 Listener makeListener(const Callables* callables) {
     Listener listener;
     listener.warn = [](const std::string& text) {
-        const py::gil_scoped_acquire lock;
+        const InterpreterLock lock;
         const py::object category = py::module_::import("simflex").attr("SimflexWarning");
         if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) != 0) throw py::error_already_set();
     };

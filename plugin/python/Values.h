@@ -8,6 +8,7 @@ Values on their way between Python and the library. **/
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,10 @@ namespace py = pybind11;
 
 /** YAML of numbers, texts, lists, dicts and arrays of NumPy.
 @param model  callables become functions of its formulas; null: they are refused
+@param key  where it is to stand, for errors
 @throws py::error_already_set for what has none. **/
-std::string toYaml(const py::handle& value, ModelText* model = nullptr);
+std::string toYaml(const py::handle& value, ModelText* model = nullptr,
+                   const std::string& key = "");
 
 /** A copy. **/
 py::array_t<double> toArray(const std::vector<double>& values);
@@ -34,6 +37,21 @@ py::array_t<double> toArray(const std::vector<std::vector<double>>& rows, size_t
 py::object toNumberOrArray(const std::vector<double>& values);
 /** Of a number, or of a sequence of numbers. @throws py::type_error. **/
 std::vector<double> toNumbers(const py::handle& value);
+
+/** Holds the interpreter's lock in a thread that works without it. Once the program ends, threads
+of its that are not waited for stop here: there is no interpreter for them. **/
+class InterpreterLock {
+public:
+    InterpreterLock();
+    ~InterpreterLock();
+    InterpreterLock(const InterpreterLock&) = delete;
+    InterpreterLock& operator=(const InterpreterLock&) = delete;
+    /** Called by atexit. **/
+    static void end();
+
+private:
+    std::optional<py::gil_scoped_acquire> m_lock;
+};
 
 class Callables;
 

@@ -42,10 +42,10 @@ def test_mistakes_name_key_and_cure():
     with pytest.raises(ValueError, match="no parameter"):
         simflex.Session(make_pendulum(gravity=[0, "-g_moon", 0]))
     model = make_pendulum()
-    with pytest.raises(TypeError, match="a model file has no object"):
+    with pytest.raises(TypeError, match="'bodies.bob.mass': a model file has no object"):
         model.set("bodies.bob.mass", object())
-    with pytest.raises(ValueError):
-        model.set("bodies.bob.mass", float("nan"))
+    with pytest.raises(ValueError, match="'bodies.bob.mass': Out of range float"):
+        model.bodies.bob.mass = float("nan")
     with pytest.raises(TypeError):
         simflex.Model(3)
     with pytest.raises(RuntimeError, match="nowhere.yaml"):

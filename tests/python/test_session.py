@@ -218,6 +218,9 @@ def test_wrong_arguments_are_named():
         session["joints.pivot.angle"] = float("nan")
     with pytest.raises(ValueError):
         session.run(-1)
+    for never in (float("inf"), float("nan")):
+        with pytest.raises(ValueError, match="it needs a later time"):
+            session.run(never)
     with pytest.raises(TypeError):
         session.run("soon")
     assert session["angle"] == pytest.approx(0.3)

@@ -2,6 +2,9 @@
 
 import _thread
 import multiprocessing
+import pathlib
+import subprocess
+import sys
 import threading
 import time
 
@@ -48,6 +51,23 @@ def test_ctrl_c_keeps_the_state():
     assert 0 < stopped < 1e6
     session.step(0.1)
     assert session.time == pytest.approx(stopped + 0.1)
+
+
+LEAVE = """
+import threading, time, simflex
+from models import make_pendulum
+model = make_pendulum(initial={"joints": {"pivot": 0.3}}, connectors={"motor": {"type": "motor", "joint": "pivot", "law": lambda angle: -angle}})
+session = simflex.Session(model)
+threading.Thread(target=session.run, args=(1e6,), daemon=True).start()
+time.sleep(0.2)
+print("leaving")
+"""
+
+
+def test_a_program_may_end_while_a_session_moves():
+    result = subprocess.run([sys.executable, "-c", LEAVE], cwd=pathlib.Path(__file__).parent, capture_output=True, text=True,
+                            timeout=60, check=False)
+    assert (result.returncode, result.stdout, result.stderr) == (0, "leaving\n", "")
 
 
 def swing(model):
