@@ -15,12 +15,12 @@ namespace {
 using model::SchemaForm;
 using model::YamlTree;
 
-using Path = std::vector<std::string>;
+using KeyPath = std::vector<std::string>;
 
 /** What stands below a path of a model: `model.bodies.rod`. **/
 struct Keys {
     py::object owner;  ///< the Model
-    Path path;         ///< empty: all of it
+    KeyPath path;      ///< empty: all of it
 
     ModelText& getModel() const { return py::cast<ModelText&>(owner); }
     Keys operator/(const std::string& name) const {
@@ -30,14 +30,14 @@ struct Keys {
     }
 };
 
-std::string join(const Path& path) {
+std::string joinPath(const KeyPath& path) {
     return model::joinNames(path, ".");
 }
 /** Of names that are paths themselves, any is as good. **/
-std::string findSchemaPath(Path path) {
+std::string findSchemaPath(KeyPath path) {
     for (std::string& name : path)
         if (name.find('.') != std::string::npos) name = "any";
-    return join(path);
+    return joinPath(path);
 }
 
 bool hasForm(const Keys& keys, SchemaForm::Kind kind) {
@@ -59,16 +59,16 @@ YamlTree readTree(const ModelText& text) {
 }
 
 /** Null if there is nothing. **/
-YamlTree* seek(YamlTree& tree, const Path& path) {
+YamlTree* seekBelow(YamlTree& tree, const KeyPath& path) {
     YamlTree* found = &tree;
     for (const std::string& name : path)
         if (found) found = found->find(name);
     return found;
 }
 /** Empty if there is nothing. **/
-YamlTree find(const Keys& keys) {
+YamlTree findBelow(const Keys& keys) {
     YamlTree tree = readTree(keys.getModel());
-    const YamlTree* const found = seek(tree, keys.path);
+    const YamlTree* const found = seekBelow(tree, keys.path);
     return found ? YamlTree(*found) : YamlTree();
 }
 
@@ -105,30 +105,30 @@ py::dict toDict(const YamlTree& tree) {
 [[noreturn]] void failUnknown(const Keys& keys, const std::string& name,
                               const std::vector<std::string>& known) {
     const std::string proposal = model::proposeName(name, known);
-    throw py::attribute_error((keys.path.empty() ? "a model" : "'" + join(keys.path) + "'") +
+    throw py::attribute_error((keys.path.empty() ? "a model" : "'" + joinPath(keys.path) + "'") +
                               " has no key '" + name + "'" +
                               (proposal.empty() ? "" : "; " + proposal));
 }
 
-std::vector<std::string> listNames(const YamlTree& tree) {
+std::vector<std::string> listEntries(const YamlTree& tree) {
     std::vector<std::string> names;
     for (const YamlTree::Entry& entry : tree.entries) names.push_back(entry.key);
     return names;
 }
 
 /** That the schema has such a key. **/
-void check(const Keys& keys, const std::string& name) {
+void checkKey(const Keys& keys, const std::string& name) {
     if (hasEntries(keys)) return;
     const std::vector<std::string> known = listSchemaKeys(keys);
     if (std::find(known.begin(), known.end(), name) == known.end()) failUnknown(keys, name, known);
 }
 
-py::object get(const Keys& keys, const std::string& name) {
-    const YamlTree tree = find(keys);
+py::object getKey(const Keys& keys, const std::string& name) {
+    const YamlTree tree = findBelow(keys);
     const YamlTree* const value = tree.find(name);
     if (!value) {
-        if (hasEntries(keys)) failUnknown(keys, name, listNames(tree));
-        check(keys, name);
+        if (hasEntries(keys)) failUnknown(keys, name, listEntries(tree));
+        checkKey(keys, name);
     }
     const Keys below = keys / name;
     const bool isGroup = hasForm(below, SchemaForm::Kind::Map) || hasEntries(below);
@@ -138,18 +138,18 @@ py::object get(const Keys& keys, const std::string& name) {
     return value ? toPython(*value) : py::none();
 }
 
-void set(const Keys& keys, const std::string& name, const py::handle& value) {
-    check(keys, name);
+void setKeyBelow(const Keys& keys, const std::string& name, const py::handle& value) {
+    checkKey(keys, name);
     // Settings add no parameters, and their names have no points: what is above is set anew then.
-    const Path all = (keys / name).path;
+    const KeyPath all = (keys / name).path;
     size_t above = 0;
     while (above < all.size() && all[above].find('.') == std::string::npos &&
            !(above == 1 && all[0] == "parameters"))
         ++above;
     ModelText& model = keys.getModel();
-    if (above == all.size()) return model.set(join(all), toYaml(value, &model, join(all)));
-    const Keys base{keys.owner, Path(all.begin(), all.begin() + std::ptrdiff_t(above))};
-    const py::dict whole = toDict(find(base));
+    if (above == all.size()) return model.set(joinPath(all), toYaml(value, &model, joinPath(all)));
+    const Keys base{keys.owner, KeyPath(all.begin(), all.begin() + std::ptrdiff_t(above))};
+    const py::dict whole = toDict(findBelow(base));
     py::dict last = whole;
     for (size_t i = above; i + 1 < all.size(); ++i) {
         if (!last.contains(all[i]) || !py::isinstance<py::dict>(last[py::str(all[i])]))
@@ -157,42 +157,42 @@ void set(const Keys& keys, const std::string& name, const py::handle& value) {
         last = last[py::str(all[i])];
     }
     last[py::str(name)] = value;
-    model.set(join(base.path), toYaml(whole, &model, join(all)));
+    model.set(joinPath(base.path), toYaml(whole, &model, joinPath(all)));
 }
 
-void remove(const Keys& keys, const std::string& name) {
+void removeKey(const Keys& keys, const std::string& name) {
     ModelText& model = keys.getModel();
     YamlTree tree = readTree(model);
-    YamlTree* const parent = seek(tree, keys.path);
+    YamlTree* const parent = seekBelow(tree, keys.path);
     const auto isIt = [&](const YamlTree::Entry& entry) { return entry.key == name; };
     if (!parent || std::none_of(parent->entries.begin(), parent->entries.end(), isIt))
-        failUnknown(keys, name, parent ? listNames(*parent) : std::vector<std::string>());
+        failUnknown(keys, name, parent ? listEntries(*parent) : std::vector<std::string>());
     auto& entries = parent->entries;
     entries.erase(std::remove_if(entries.begin(), entries.end(), isIt), entries.end());
     model.text = toYaml(toPython(tree));
     model.settings.clear();
 }
 
-Keys add(const Keys& keys, const std::string& name, const py::kwargs& values) {
+Keys addKey(const Keys& keys, const std::string& name, const py::kwargs& values) {
     if (!hasEntries(keys))
-        throw py::type_error("'" + join(keys.path) + "' has keys of its own: set these");
+        throw py::type_error("'" + joinPath(keys.path) + "' has keys of its own: set these");
     const Keys added = keys / name;
-    if (find(keys).find(name))
-        throw py::key_error("'" + join(added.path) + "' is there already: set its keys");
-    for (const auto& entry : values) check(added, py::cast<std::string>(entry.first));
-    set(keys, name, values);
+    if (findBelow(keys).find(name))
+        throw py::key_error("'" + joinPath(added.path) + "' is there already: set its keys");
+    for (const auto& entry : values) checkKey(added, py::cast<std::string>(entry.first));
+    setKeyBelow(keys, name, values);
     return added;
 }
 
 std::vector<std::string> listChildren(const Keys& keys) {
-    return hasEntries(keys) ? listNames(find(keys)) : listSchemaKeys(keys);
+    return hasEntries(keys) ? listEntries(findBelow(keys)) : listSchemaKeys(keys);
 }
 
 /** Python asks objects for words of its own. **/
 py::object getAttribute(const Keys& keys, const std::string& name) {
-    if (name[0] == '_' && !find(keys).find(name))
+    if (name[0] == '_' && !findBelow(keys).find(name))
         throw py::attribute_error("no attribute '" + name + "'");
-    return get(keys, name);
+    return getKey(keys, name);
 }
 
 template <class Function>
@@ -231,32 +231,33 @@ void addKeys(py::module_& module, py::class_<ModelText>& modelClass) {
         "<simflex.Keys bodies.bob: {'mass': 2, 'inertia': [0.01, 0.01, 0.01], "
         "'place': {'position': [0, -1, 0]}}>\n")
         .def("__getattr__", &getAttribute)
-        .def("__getitem__", translateErrors(&get), py::arg("name"))
-        .def("__setattr__", &set)
+        .def("__getitem__", translateErrors(&getKey), py::arg("name"))
+        .def("__setattr__", &setKeyBelow)
         .def(
             "__setitem__",
             [](const Keys& keys, const std::string& name, const py::object& value) {
-                set(keys, name, value);
+                setKeyBelow(keys, name, value);
             },
             py::arg("name"), py::arg("value"))
-        .def("__delattr__", &remove)
-        .def("__delitem__", translateErrors(&remove), py::arg("name"))
+        .def("__delattr__", &removeKey)
+        .def("__delitem__", translateErrors(&removeKey), py::arg("name"))
         .def("__contains__",
              [](const Keys& keys, const std::string& name) {
-                 return find(keys).find(name) != nullptr;
+                 return findBelow(keys).find(name) != nullptr;
              })
-        .def("__len__", [](const Keys& keys) { return find(keys).entries.size(); })
-        .def("__iter__", [](const Keys& keys) { return py::iter(py::cast(listNames(find(keys)))); })
+        .def("__len__", [](const Keys& keys) { return findBelow(keys).entries.size(); })
+        .def("__iter__",
+             [](const Keys& keys) { return py::iter(py::cast(listEntries(findBelow(keys)))); })
         .def("__dir__",
              [](const py::object& self) { return listAttributes(self, py::cast<Keys&>(self)); })
-        .def("add", &add, py::arg("name"),
+        .def("add", &addKey, py::arg("name"),
              "A new entry of bodies, joints, loads …, with these keys. Returns it.")
         .def(
-            "to_dict", [](const Keys& keys) { return toDict(find(keys)); },
+            "to_dict", [](const Keys& keys) { return toDict(findBelow(keys)); },
             "A copy of what the file and later settings say; nothing of defaults.")
         .def("__repr__", [](const Keys& keys) {
-            return "<simflex.Keys " + join(keys.path) + ": " +
-                   std::string(py::repr(toDict(find(keys)))) + ">";
+            return "<simflex.Keys " + joinPath(keys.path) + ": " +
+                   std::string(py::repr(toDict(findBelow(keys)))) + ">";
         });
 
     modelClass
@@ -266,11 +267,11 @@ void addKeys(py::module_& module, py::class_<ModelText>& modelClass) {
              })
         .def("__setattr__",
              [](const py::object& self, const std::string& name, const py::object& value) {
-                 set({self, {}}, name, value);
+                 setKeyBelow({self, {}}, name, value);
              })
         .def("__delattr__",
              [](const py::object& self, const std::string& name) {
-                 remove({self, {}}, name);
+                 removeKey({self, {}}, name);
              })
         .def("__dir__",
              [](const py::object& self) {

@@ -171,7 +171,7 @@ py::dict getRecord(OwnSession& own) {
     });
 }
 
-py::object toPandas(OwnSession& own) {
+py::object tabulateRecord(OwnSession& own) {
     return own.look([](const Session& session) {
         const ProbeRecord& record = session.getRecord();
         py::dict columns;
@@ -221,7 +221,7 @@ py::object calcModes(OwnSession& own) {
     return makeNamespace(result);
 }
 
-py::array_t<double> toArray(const SimTK::Matrix& matrix) {
+py::array_t<double> copyMatrix(const SimTK::Matrix& matrix) {
     py::array_t<double> array({matrix.nrow(), matrix.ncol()});
     for (int i = 0; i < matrix.nrow(); ++i)
         for (int j = 0; j < matrix.ncol(); ++j) array.mutable_at(i, j) = matrix(i, j);
@@ -247,10 +247,10 @@ py::object linearize(OwnSession& own, const std::vector<std::string>& inputs,
         result[name] = names;
         result[unit] = units;
     };
-    result["A"] = toArray(linear.A);
-    result["B"] = toArray(linear.B);
-    result["C"] = toArray(linear.C);
-    result["D"] = toArray(linear.D);
+    result["A"] = copyMatrix(linear.A);
+    result["B"] = copyMatrix(linear.B);
+    result["C"] = copyMatrix(linear.C);
+    result["D"] = copyMatrix(linear.D);
     addPorts("inputs", "input_units", linear.inputs);
     addPorts("outputs", "output_units", linear.outputs);
     return makeNamespace(result);
@@ -545,14 +545,13 @@ void addSession(py::module_& module) {
             "input_names", [](OwnSession& own) { return own.look(&listInputs); },
             "Of the model's `inputs`, in their order.")
         .def_property(
-            "inputs", [](OwnSession& own) { return python::toArray(own.use(&calcInputs)); },
-            &setInputs,
+            "inputs", [](OwnSession& own) { return toArray(own.use(&calcInputs)); }, &setInputs,
             "Values of all inputs, in the order of input_names; what moves goes on with new ones.")
         .def_property_readonly(
             "output_names", [](OwnSession& own) { return own.look(&listOutputs); },
             "Columns of all probes: height, tip.x, tip.y …")
         .def_property_readonly(
-            "outputs", [](OwnSession& own) { return python::toArray(own.use(&calcOutputs)); },
+            "outputs", [](OwnSession& own) { return toArray(own.use(&calcOutputs)); },
             "Values of all probes now, in the order of output_names.")
         .def(
             "drive", &drive, py::arg("inputs"), py::arg("interval"), py::arg("linear") = false,
@@ -568,7 +567,7 @@ void addSession(py::module_& module) {
         .def_property_readonly(
             "events", [](OwnSession& own) { return own.getEvents(); },
             "What has happened in motions until now: (name, time [s]), in its order.")
-        .def("to_pandas", &toPandas,
+        .def("to_pandas", &tabulateRecord,
              "What run() has recorded, as a pandas.DataFrame: columns as tip.x, by time [s].")
         .def(
             "analyse",
