@@ -94,7 +94,7 @@ struct PagePlot {
     std::string caption;
     Json curves = Json::list();
     std::string sharedX;
-    bool isOfTime = true, isDots = false;
+    bool isOfTime = true, isDots = false, isLogarithmic = false;
 
     void add(const std::string& name, const std::vector<double>& x, const std::vector<double>& y) {
         Json curve = Json::object();
@@ -111,7 +111,10 @@ struct PagePlot {
     }
     Json describe() const {
         Json plot = Json::object();
-        plot.add("curves", curves).add("isOfTime", isOfTime).add("dots", isDots);
+        plot.add("curves", curves)
+            .add("isOfTime", isOfTime)
+            .add("dots", isDots)
+            .add("log", isLogarithmic);
         if (!sharedX.empty()) plot.add("x", sharedX);
         return plot;
     }
@@ -142,6 +145,15 @@ std::vector<PagePlot> makePlots(const Results::Analysis& analysis) {
                 for (double& value : values) value /= scale.size;
                 plot.add(columns[k].column, analysis.time, values);
             }
+            plots.push_back(std::move(plot));
+        }
+    } else if (analysis.type == "frequency_response" && !analysis.frequency.empty()) {
+        for (const ChosenResponse& response : chooseResponses(analysis, {})) {
+            PagePlot plot;
+            plot.caption = makeAxisLabel(response.name, response.unit) + " over Hz";
+            plot.isOfTime = false;
+            plot.isLogarithmic = true;
+            plot.add("", analysis.frequency[0], response.magnitude);
             plots.push_back(std::move(plot));
         }
     } else if (!analysis.speeds.empty() && !analysis.frequency.empty()) {
@@ -344,7 +356,8 @@ private:
         analyses.add(std::move(described));
         if (!figures.empty()) text += "<div class=\"plots\">\n" + figures + "</div>\n";
         if (!analysis.probes.empty()) text += "<h2>Probes</h2>\n" + writeProbeTable(analysis);
-        if (analysis.type == "eigen" && !analysis.frequency.empty()) text += writeModeTable(analysis);
+        if (analysis.type == "eigen" && !analysis.frequency.empty())
+            text += writeModeTable(analysis);
         if (!analysis.events.empty()) {
             std::string rows = writeTableRow({"event", "at [s]"}, "th");
             for (const Results::Analysis::Event& event : analysis.events)

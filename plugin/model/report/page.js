@@ -610,6 +610,8 @@ class Plot {
     const shared = plot.x ? decode(plot.x, Float64Array) : null;
     this.curves = plot.curves.map(curve => ({name: curve.name, x: curve.x ? decode(curve.x, Float64Array) : shared, y: decode(curve.y, Float32Array)}));
     this.isDots = plot.dots;
+    this.isLog = plot.log;
+    if (plot.log) this.curves = this.curves.map(c => ({name: c.name, x: c.x.map(Math.log10), y: c.y.map(Math.log10)}));
     this.legend = find(figure, "legend");
     const finite = list => list.filter(Number.isFinite);
     const all = this.curves.flatMap(c => finite(Array.from(c.y))), allX = this.curves.flatMap(c => Array.from(c.x));
@@ -629,6 +631,11 @@ class Plot {
     new ResizeObserver(() => this.prepare()).observe(this.canvas);
     this.prepare();
   }
+  ticks(low, high, most) {
+    if (this.isLog && high - low > 1.2) return Plot.ticks(low, high, Math.min(most, high - low)).filter(Number.isInteger);
+    return Plot.ticks(low, high, most);
+  }
+  write(v, digits) { return writeNumber(this.isLog ? 10 ** v : v, this.isLog ? 3 : digits); }
   static ticks(low, high, most) {
     const raw = (high - low) / most, p = 10 ** Math.floor(Math.log10(raw)), step = p * [1, 2, 2.5, 5, 10].find(k => k * p >= raw * 0.999);
     const list = [];
@@ -643,7 +650,7 @@ class Plot {
     const g = this.canvas.getContext("2d");
     g.scale(ratio, ratio);
     g.font = "11px system-ui, 'DejaVu Sans', sans-serif";
-    const yTicks = Plot.ticks(...this.y, 4), labels = yTicks.map(v => writeNumber(v, 4));
+    const yTicks = this.ticks(...this.y, 4), labels = yTicks.map(v => this.write(v, 4));
     this.left = Math.max(...labels.map(l => g.measureText(l).width), 10) + 8;
     const bottom = h - 18, X = x => this.left + (w - this.left - 8) * (x - this.x[0]) / ((this.x[1] - this.x[0]) || 1);
     const Y = y => bottom - (bottom - 6) * (y - this.y[0]) / (this.y[1] - this.y[0]);
@@ -652,7 +659,7 @@ class Plot {
     g.textAlign = "right"; g.textBaseline = "middle";
     yTicks.forEach((v, k) => { g.beginPath(); g.moveTo(this.left, Y(v)); g.lineTo(w - 8, Y(v)); g.stroke(); g.fillText(labels[k], this.left - 4, Y(v)); });
     g.textAlign = "center"; g.textBaseline = "top";
-    for (const v of Plot.ticks(...this.x, Math.max(2, w / 110))) { g.beginPath(); g.moveTo(X(v), 6); g.lineTo(X(v), bottom); g.stroke(); g.fillText(writeNumber(v, 6), clamp(X(v), this.left + 8, w - 20), bottom + 3); }
+    for (const v of this.ticks(...this.x, Math.max(2, w / 110))) { g.beginPath(); g.moveTo(X(v), 6); g.lineTo(X(v), bottom); g.stroke(); g.fillText(this.write(v, 6), clamp(X(v), this.left + 8, w - 20), bottom + 3); }
     g.save();
     g.beginPath(); g.rect(this.left, 0, w - this.left, bottom + 1); g.clip();
     this.curves.forEach((curve, k) => {

@@ -68,6 +68,22 @@ TEST_F(ReportTest, ThePageHasTheMotionTheCurvesAndTheTables) {
     EXPECT_TRUE(page == testing::readText(folder / "again.html"));
 }
 
+TEST_F(ReportTest, ResponsesOverFrequencyAreCurves) {
+    writeModel(R"(simflex: 1
+bodies:
+  mass: {mass: 2, inertia: [1, 1, 1], mobilizer: {type: slider}}
+connectors: {spring: {type: spring, between: [{on: ground, position: [-1, 0, 0]}, mass], stiffness: 200, damping: 1, free_length: 1}}
+loads: {push: {on: mass, force: [0, 0, 0]}}
+probes: {place: {position: mass, component: x}}
+analyses: {shake: {type: frequency_response, inputs: [loads.push.force.x], frequencies: {from: 0.5, to: 20, count: 20}}}
+)");
+    ASSERT_EQ(runModel(), 0) << err;
+    ASSERT_EQ(report("model.results.h5"), 0) << err;
+    const std::string page = testing::readText(folder / "model.results.html");
+    EXPECT_THAT(page, HasSubstr("<b>place [m/N] over Hz</b>"));
+    EXPECT_THAT(page, HasSubstr("\"log\": true"));
+}
+
 TEST_F(ReportTest, WhatCannotBeShownIsTold) {
     writeModel(makeBar(swing));
     ASSERT_EQ(runModel("--no-pictures --set output.states=none -o none.h5"), 0) << err;
