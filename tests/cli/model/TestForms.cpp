@@ -132,7 +132,7 @@ connectors:
   spun: {type: motor, joint: p, law: -0.1*t}
   turner: {type: motor, joint: {joint: q, coordinate: 0}, law: held + followed + shaped}
 inputs:
-  given: 0.5
+  supplied: 0.5
   steered: {start: 0.1, unit: rad}
 states:
   held: {rate: 0.5 - turned, initial: 0.1, scale: 2}
