@@ -163,6 +163,7 @@ public:
         readPointCards();
         checkRigidNodes();
         readEquationCards();
+        finishSprings();
         finishMesh();
         addInternalNodes(m_model);
         finishElementSets();
@@ -906,7 +907,6 @@ private:
             for (size_t k = 0; k < 2; ++k) places[k] = m_nodes.at(element.nodes[k]);
             const auto axes = findAxes(card, places[0]);
             m_model.springs.push_back(readSpring(card, element, places, axes ? &*axes : nullptr));
-            m_extraNodes.insert(m_extraNodes.end(), element.nodes.begin(), element.nodes.end());
         });
         visitPoints("DASHPOT", [&](const DeckCard& card, const PointElement&) {
             noteLeftOut(card.title, card, findConsequence("DAMPING"));
@@ -916,6 +916,42 @@ private:
         visitPoints("DISTRIBUTINGCOUPLING", [&](const DeckCard& card, const PointElement& element) {
             m_averagedNodes.emplace_back(card, element.nodes[0]);
         });
+    }
+
+    /** A spring to a node of nothing else, as one that a *BOUNDARY held, pulls nothing. **/
+    void finishSprings() {
+        std::vector<DeckSpring>& springs = m_model.springs;
+        if (springs.empty()) return;
+        std::set<int> held(m_extraNodes.begin(), m_extraNodes.end());
+        for (const auto& [type, solids] : m_model.solids)
+            for (const auto& solid : solids) held.insert(solid.nodes.begin(), solid.nodes.end());
+        for (const DeckRigidCard& body : m_rigidCards) {
+            held.insert({body.reference, body.rotation});
+            const auto set = m_nodeSets.find(body.nodeSet);
+            if (set != m_nodeSets.end()) held.insert(set->second.begin(), set->second.end());
+        }
+        for (size_t before = 0; before != springs.size();) {
+            before = springs.size();
+            std::map<int, int> uses;
+            for (const DeckSpring& spring : springs)
+                for (const int node : spring.nodes) ++uses[node];
+            const auto isLoose = [&](const DeckSpring& spring) {
+                for (const int node : spring.nodes)
+                    if (!held.count(node) && uses[node] == 1) {
+                        m_model.warnings.push_back(
+                            "left out the spring from node " + std::to_string(spring.nodes[0]) +
+                            " to " + std::to_string(spring.nodes[1]) + ": node " +
+                            std::to_string(node) +
+                            " belongs to nothing else; a spring to the ground belongs into the "
+                            "multibody model");
+                        return true;
+                    }
+                return false;
+            };
+            springs.erase(std::remove_if(springs.begin(), springs.end(), isLoose), springs.end());
+        }
+        for (const DeckSpring& spring : springs)
+            m_extraNodes.insert(m_extraNodes.end(), spring.nodes.begin(), spring.nodes.end());
     }
 
     /** The axes at a place of the ORIENTATION that a card names, if it does. **/

@@ -51,7 +51,7 @@ void DeckModel::write(std::ostream& out, const std::set<int>& leftOut) const {
     for (const DeckCard& card : sections) {
         DeckCard bare = card;
         if (card.keyword == "SOLIDSECTION") {
-            if (!leftOut.empty() && !written.count(card.get("ELSET"))) continue;
+            if (!written.count(card.get("ELSET"))) continue;
             bare.data.clear();
         }
         writeCard(out, bare);

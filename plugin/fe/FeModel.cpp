@@ -89,12 +89,15 @@ void checkConnected(const FeModel& model) {
     };
     std::vector<char> isLoose(used.size());
     std::transform(used.begin(), used.end(), isLoose.begin(), [](char isUsed) { return !isUsed; });
-    joinThroughK([&](int first, int second) {
-        if (isLoose[first]) used[first] = 1;
-        if (isLoose[second]) used[second] = 1;
-        return mesh.elements.empty() || second >= firstInternal || isLoose[first] ||
-               isLoose[second];
-    });
+    const bool needsK = mesh.elements.empty() || mesh.numInternalNodes > 0 ||
+                        std::find(isLoose.begin(), isLoose.end(), 1) != isLoose.end();
+    if (needsK)
+        joinThroughK([&](int first, int second) {
+            if (isLoose[first]) used[first] = 1;
+            if (isLoose[second]) used[second] = 1;
+            return mesh.elements.empty() || second >= firstInternal || isLoose[first] ||
+                   isLoose[second];
+        });
     // A coordinate connects the nodes that it moves; one of an element must be among them.
     std::vector<int> nodeOf(size_t(T.numCoordinates), -1);
     for (const bool pass : {true, false})

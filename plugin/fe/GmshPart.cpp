@@ -1,6 +1,7 @@
 #include "simflex/fe/GmshPart.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -133,7 +134,8 @@ std::string writeSizeCheck(double meshSize, const fs::path& folder) {
 
 void runGmsh(const std::string& path, const GmshOptions& options, const fs::path& folder) {
     const std::string suffix = suffixOf(path);
-    const bool isMesh = suffix == ".msh" || suffix == ".unv", isStep = suffix == ".step" || suffix == ".stp",
+    const bool isMesh = suffix == ".msh" || suffix == ".unv",
+               isStep = suffix == ".step" || suffix == ".stp",
                isIges = suffix == ".iges" || suffix == ".igs";
     // Of IGES, whatever its unit, Gmsh takes millimetres; often it holds but surfaces.
     const bool isMillimetres = isIges && options.lengthUnit == 0;
@@ -146,7 +148,7 @@ void runGmsh(const std::string& path, const GmshOptions& options, const fs::path
     ProgramRun run;
     run.program = chooseGmshProgram(options.program);
     run.arguments = {isScript ? given : "geometry" + suffix,
-                     "-3",
+                     options.thickness > 0 ? "-2" : "-3",
                      "-format",
                      "inp",
                      "-o",
@@ -219,20 +221,29 @@ std::string chooseType(const std::string& type) {
     return type;
 }
 
-/** Writes the deck: nodes, solids and node sets of Gmsh's mesh, the material, a section. **/
-void writeDeck(const std::string& path, const fs::path& mesh, const Material& material,
+/** The shell that a surface element is, null for others. **/
+const char* findShell(const std::string& type) {
+    if (type == "CPS3") return "S3";
+    if (type == "CPS4") return "S4";
+    if (type == "CPS6") return "S6";
+    return type == "CPS8" ? "S8R" : nullptr;
+}
+
+/** Writes the deck: nodes, solids (or shells) and node sets of Gmsh's mesh, the material, a
+  *section.
+ **/
+void writeDeck(const std::string& path, const fs::path& mesh, const GmshOptions& options,
                const fs::path& deck) {
+    const Material& material = options.material;
+    const bool isSheet = options.thickness > 0;
     std::ofstream out(deck);
     out.imbue(std::locale::classic());
     std::set<std::string> types;
     for (DeckCard& card : readDeckCards(mesh.string())) {
         if (card.keyword == "ELEMENT") {
-            try {
-                getSolid(card.get("TYPE"));
-            } catch (const std::out_of_range&) {
-                continue;
-            }
-            card.parameters["TYPE"] = chooseType(card.get("TYPE"));
+            const char* shell = findShell(card.get("TYPE"));
+            if (isSheet ? !shell : !findSolid(card.get("TYPE"))) continue;
+            card.parameters["TYPE"] = isSheet ? shell : chooseType(card.get("TYPE"));
             card.parameters["ELSET"] = SolidsSet;
             types.insert(card.get("TYPE"));
         } else if (card.keyword != "NODE" && card.keyword != "NSET") {
@@ -240,15 +251,21 @@ void writeDeck(const std::string& path, const fs::path& mesh, const Material& ma
         }
         writeCard(out, card);
     }
+    if (types.empty() && isSheet)
+        throw std::invalid_argument(path +
+                                    ": the mesh has no surface elements that a thickness could be "
+                                    "given; a surface must be meshed (in a script with physical "
+                                    "groups, one must be a Physical Surface)");
     if (types.empty())
         throw std::invalid_argument(
             path +
             ": the mesh has no solid elements; a volume must be meshed (in a script with "
-            "physical groups, one must be a Physical Volume)");
+            "physical groups, one must be a Physical Volume); of sheets, give the thickness");
     out << "*MATERIAL, NAME=" << material.name << "\n*ELASTIC\n"
         << number(material.E) << "," << number(material.nu) << "\n*DENSITY\n"
-        << number(material.rho) << "\n*SOLID SECTION, ELSET=" << SolidsSet
-        << ", MATERIAL=" << material.name << "\n";
+        << number(material.rho) << (isSheet ? "\n*SHELL" : "\n*SOLID")
+        << " SECTION, ELSET=" << SolidsSet << ", MATERIAL=" << material.name << "\n";
+    if (isSheet) out << number(options.thickness) << "\n";
     if (!out.flush())
         throw std::runtime_error("cannot write the deck '" + deck.string() +
                                  "'; is the disk full?");
@@ -286,12 +303,15 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
     if (options.order < 0 || options.order > 2)
         throw std::invalid_argument("elements of order " + std::to_string(options.order) +
                                     " are not known; choose 1 or 2");
+    if (!(options.thickness >= 0) || !std::isfinite(options.thickness))
+        throw std::invalid_argument("the thickness is " + writeGeneral(options.thickness, 6) +
+                                    ", must be positive");
     if (!fs::is_regular_file(path)) throw std::runtime_error("cannot read part '" + path + "'");
     TemporaryFolder folder;
     runGmsh(path, options, folder.path());
     const fs::path deck =
         options.keepDeck.empty() ? folder.path() / "part.inp" : fs::path(options.keepDeck);
-    writeDeck(path, folder.path() / MeshName, options.material, deck);
+    writeDeck(path, folder.path() / MeshName, options, deck);
 
     FeModel model;
     try {

@@ -1,8 +1,9 @@
 #pragma once
 /** @file
-A part from a mesh (.msh of Gmsh, .unv with its groups), a Gmsh script (.geo) or CAD geometry (.step, .stp, .brep, .iges,
-.igs) and a material: Gmsh meshes it, CalculiX assembles its matrices. Physical groups become node
-sets of their names. Surface and line elements are left out.
+A part from a mesh (.msh of Gmsh, .unv with its groups), a Gmsh script (.geo) or CAD geometry
+(.step, .stp, .brep, .iges, .igs) and a material: Gmsh meshes it, CalculiX assembles its matrices.
+Physical groups become node sets of their names. Surface and line elements are left out, unless
+surfaces have a thickness.
 
 A script is a program. It runs in a sandbox (base/Sandbox.h) where it reads those of
 listScriptFiles() that lie in its folder, writes in a temporary folder, starts no program and has no
@@ -27,6 +28,9 @@ struct GmshOptions {
     Material material;
     double meshSize = 0;  ///< largest element, in the geometry's unit; 0: Gmsh's own choice
     int order = 0;        ///< 1 or 2; 0: as it is for a mesh, else 2
+    /** Of sheet metal [m]: the surfaces of the geometry become shells about them, volumes are left
+    out. 0: the volumes become solids. **/
+    double thickness = 0;
     /** Scripts run without a sandbox: they can do whatever you may. Otherwise they run in it, or,
     on a system that has none, not at all (with $SIMFLEX_SANDBOX=optional they do). **/
     bool allowsScripts = false;

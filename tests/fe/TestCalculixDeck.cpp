@@ -494,6 +494,23 @@ TEST_F(CalculixDeckTest, ContactIsLeftOutWhereThatIsAskedFor) {
     EXPECT_THAT(errorOf(brick.text() + contact), HasSubstr("--without-contact"));
 }
 
+TEST_F(CalculixDeckTest, SpringsToTheGroundAndSectionsOfNoSolidsAreLeftOut) {
+    const FeModel plain = read(brick.text());
+    const FeModel model = read(brick.text() +
+                               "*NODE\n9001,0,0,-1\n9002,0,0,-2\n"
+                               "*ELEMENT,TYPE=SPRINGA,ELSET=S\n9001,1,9001\n9002,9001,9002\n"
+                               "*SPRING,ELSET=S\n\n1.e6\n*BOUNDARY\n9002,1,3\n"
+                               "*ELEMENT,TYPE=SPRING1,ELSET=T\n9003,1\n*SPRING,ELSET=T\n3\n1.e6\n"
+                               "*ELEMENT,TYPE=DCOUP3D,ELSET=D\n9004,9001\n"
+                               "*DISTRIBUTING COUPLING,ELSET=D\nRIGHT,1.\n"
+                               "*SOLID SECTION,ELSET=D,MATERIAL=METAL\n");
+    EXPECT_EQ(model.K.values, plain.K.values);
+    EXPECT_EQ(model.mesh.nodeNumbers, plain.mesh.nodeNumbers);
+    for (const char* text : {"spring from node 9001 to 9002: node 9002 belongs to nothing else",
+                             "spring from node 1 to 9001", "left out *SPRING of SPRING1"})
+        EXPECT_THAT(model.warnings, ::testing::Contains(HasSubstr(text)));
+}
+
 TEST_F(CalculixDeckTest, AnInertiaOfAPointIsThatOfMassesWhichHaveIt) {
     const std::string place = "0.3,0.01,0.02",
                       head = "*NODE\n9001," + place + "\n9002," + place + "\n",

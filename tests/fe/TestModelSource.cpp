@@ -407,6 +407,35 @@ TEST_F(ModelSource, ShellsAndMassesOfAnsysAreThoseOfNastran) {
         EXPECT_NEAR(own[i], other[i], 1e-8 * other[i]) << "mode " << i + 1;
 }
 
+TEST_F(ModelSource, SurfacesWithAThicknessAreTheShellsOfADeck) {
+    SourceOptions options;
+    options.path = write("bracket.geo",
+                         "SetFactory(\"OpenCASCADE\");\n"
+                         "Rectangle(1) = {0, 0, 0, 200, 100};\n"
+                         "Rectangle(2) = {0, 0, 0, 200, 50};\n"
+                         "Rotate {{1, 0, 0}, {0, 0, 0}, Pi/2} { Surface{2}; }\n"
+                         "BooleanFragments{ Surface{1}; Delete; }{ Surface{2}; Delete; }\n"
+                         "Physical Surface(\"SHEET\") = Surface{:};\n"
+                         "Physical Curve(\"EDGE\") = Curve In BoundingBox{-1,-1,-1,1,101,61};\n");
+    options.material = "steel";
+    options.gmsh.meshSize = 25;
+    options.gmsh.lengthUnit = 1e-3;
+    options.gmsh.thickness = 0.002;
+    options.gmsh.keepDeck = folder / "kept.inp";
+    const FeModel model = readModelSource(options);
+    EXPECT_NEAR(model.calcMass(), 0.2 * 0.15 * 0.002 * 7850, 1e-3 * 0.471);
+    EXPECT_GT(model.mesh.nodeSets.at("EDGE").size(), 5u);
+    // The part is free and bends: CalculiX has the same frequencies.
+    const auto own = testing::calcFreeFrequencies(model, 12),
+               reference = testing::calcCalculixFrequencies(folder, folder / "kept.inp", {}, 12);
+    for (size_t k = 6; k < own.size(); ++k)
+        EXPECT_NEAR(own[k], reference[k], 1e-5 * reference[k]) << k;
+    options.gmsh.thickness = 0;
+    EXPECT_THAT(errorOf(options), HasSubstr("of sheets, give the thickness"));
+    options.gmsh.thickness = -1;
+    EXPECT_THAT(errorOf(options), HasSubstr("the thickness is -1, must be positive"));
+}
+
 class RefusedAnsys : public ModelSource, public ::testing::WithParamInterface<BadAnsys> {};
 
 TEST_P(RefusedAnsys, IsNamedWithFileLineAndReason) {

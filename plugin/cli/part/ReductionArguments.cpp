@@ -78,6 +78,9 @@ void SourceArguments::addTo(CLI::App& command) {
     add(gmsh, "--order", m_options.gmsh.order,
         "1: linear elements, 2: quadratic (default; a mesh keeps its own)", "1|2")
         ->check(CLI::Range(1, 2));
+    add(gmsh, "--thickness", m_options.gmsh.thickness,
+        "thickness of sheet metal [m]: the surfaces of the geometry become shells about them", "T")
+        ->check(makePositiveCheck());
     add(gmsh, "--length-unit", m_lengthUnit,
         "unit of the geometry: m (default), cm, mm, um, in, ft; STEP files say their own", "UNIT");
     addRepeated(command, "--gmsh", m_settings,

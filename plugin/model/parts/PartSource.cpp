@@ -61,6 +61,7 @@ void readGeometry(const ModelValue& part, SourceOptions& source) {
     withPlace(part.get("material"), [&] { parseMaterial(source.material); });
     if (part.has("mesh_size")) source.gmsh.meshSize = part.get("mesh_size").getNumber();
     if (part.has("order")) source.gmsh.order = part.get("order").getInteger();
+    if (part.has("thickness")) source.gmsh.thickness = part.get("thickness").getNumber();
     if (part.has("length_unit")) source.gmsh.lengthUnit = part.get("length_unit").getNumber();
     const ModelValue settings = part.get("settings");
     for (const std::string& name : settings.getKeys())
@@ -135,6 +136,10 @@ void addToKey(const Request& request, PartKey& key) {
     for (const std::string& text :
          {source.stiffnessName, source.massName, source.material, source.units})
         key.add(text);
+    if (source.gmsh.thickness > 0) {
+        key.add(std::string("thickness"));
+        key.add(source.gmsh.thickness);
+    }
     if (source.calculix.leavesContactOut) key.add(std::string("without contact"));
     for (const double number :
          {source.gmsh.meshSize, double(source.gmsh.order), source.gmsh.lengthUnit})

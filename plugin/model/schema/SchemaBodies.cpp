@@ -102,6 +102,13 @@ SchemaForm part() {
                 .with({"geometry"})
                 .orElse("2")
                 .such("1"),
+            SchemaKey(
+                "thickness", {positive()},
+                "Thickness of sheet metal: surfaces of the geometry become shells about them.")
+                .in("m")
+                .with({"geometry"})
+                .orElseNote("its volumes become solids")
+                .such("0.002"),
             SchemaKey("length_unit", {positive()}, "Length of the geometry's unit.")
                 .in("m")
                 .with({"geometry"})
