@@ -1,7 +1,9 @@
-// Linear analyses of chains of flexible links, 54 modes each: the frequency response of the last
-// link's end to a force on it, by number of links; in brackets seconds of processor time. The last
-// line is a JSON object: seconds that 10 000 links and 100 frequencies take on all processors,
-// linearised and differentiated and all, and processor time.
+// Equilibria and linear analyses of chains of flexible links, 54 modes each, by number of links:
+// one on pins that lies level comes to hang; its 50 slowest modes there, damped; the frequency
+// response of the last link's end to a force on it; in brackets seconds of processor time. The last
+// line is a JSON object: seconds of the equilibrium of up to 1000 links (goal: 2) and its
+// iterations, seconds of the modes; seconds that 10 000 links and 100 frequencies take on all
+// processors, linearised and differentiated and all, and processor time.
 //
 //   bench_linear [LARGEST NUMBER OF LINKS]     default 10000
 
@@ -13,7 +15,9 @@
 #include <ctime>
 
 #include "simflex/part/ReducedBodyFile.h"
+#include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/FrequencyResponse.h"
+#include "simflex/solver/StaticEquilibrium.h"
 #include "support/ChainModel.h"
 
 namespace simflex {
@@ -23,7 +27,7 @@ using SimTK::State;
 using SimTK::Vector;
 using Clock = std::chrono::steady_clock;
 
-constexpr int NumFrequencies = 100;
+constexpr int NumFrequencies = 100, NumModes = 50;
 constexpr double LowestFrequency = 1, HighestFrequency = 1e4;  // [Hz]
 
 struct Seconds {
@@ -75,16 +79,54 @@ Seconds measureResponse(const std::shared_ptr<const ReducedBody>& part, int numL
     return done - start;
 }
 
+struct StaticsCost {
+    Seconds statics{0, 0}, modes{0, 0};
+    int links = 0, iterations = 0;
+};
+
+StaticsCost measureStatics(const std::shared_ptr<const ReducedBody>& part, int numLinks) {
+    examples::ChainOptions options;
+    options.numLinks = numLinks;
+    options.joints = examples::ChainOptions::Joints::Pin;
+    examples::ChainModel model(options, part);
+    const State level = model.makeInitialState();
+    StaticEquilibrium equilibrium(model.system);
+    StaticsCost cost;
+    cost.links = numLinks;
+    const Seconds start = now();
+    equilibrium.solve(level);
+    const Seconds atRest = now();
+    cost.statics = atRest - start;
+    cost.iterations = equilibrium.getNumIterations();
+    const std::vector<Eigenmode> modes =
+        calcSlowestEigenmodes(model.system, equilibrium.getState(), NumModes);
+    cost.modes = now() - atRest;
+    std::printf("%8d %10d %9.2f (%7.2f) %14.3g %9.2f (%7.2f) %12.5g\n", numLinks, cost.iterations,
+                cost.statics.wall, cost.statics.processor,
+                -model.calcTip(equilibrium.getState())[1] / model.getLength() - 1, cost.modes.wall,
+                cost.modes.processor, modes.back().frequency);
+    return cost;
+}
+
 int run(int largest) {
     const auto part = std::make_shared<const ReducedBody>(
         readReducedBody(std::string(SIMFLEX_PARTS) + "/link.h5"));
-    std::printf("%8s %8s %19s %19s %19s %19s\n", "links", "speeds", "linearise s", "output s",
+    StaticsCost statics;
+    std::printf("%8s %10s %19s %14s %19s %12s\n", "links", "iterations", "statics s",
+                "stretched by", "50 modes s", "the last Hz");
+    for (const int numLinks : {10, 100, 1000})
+        if (numLinks <= largest) statics = measureStatics(part, numLinks);
+    std::printf("\n%8s %8s %19s %19s %19s %19s\n", "links", "speeds", "linearise s", "output s",
                 "100 frequencies s", "all s");
     Seconds seconds{0, 0};
     for (const int numLinks : {10, 100, 1000, 10000})
         if (numLinks <= largest) seconds = measureResponse(part, numLinks);
-    std::printf("\n{\"frf_%d_links_100_seconds\": %.2f, \"processor_seconds\": %.2f}\n", largest,
-                seconds.wall, seconds.processor);
+    std::printf(
+        "\n{\"statics_%d_links_seconds\": %.3f, \"statics_%d_links_iterations\": %d, "
+        "\"eigen_%d_links_seconds\": %.3f, \"frf_%d_links_100_seconds\": %.2f, "
+        "\"processor_seconds\": %.2f}\n",
+        statics.links, statics.statics.wall, statics.links, statics.iterations, statics.links,
+        statics.modes.wall, largest, seconds.wall, seconds.processor);
     return 0;
 }
 

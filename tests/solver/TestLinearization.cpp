@@ -5,11 +5,14 @@
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
+#include "simflex/forces/Bushing.h"
+
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/FrequencyResponse.h"
 #include "simflex/solver/StaticEquilibrium.h"
+#include "simflex/solver/equilibrium/TangentElimination.h"
 #include "support/PointMassPart.h"
 
 namespace simflex {
@@ -60,6 +63,91 @@ struct SpringMounted {
         return integrator.getUDot();
     }
 };
+
+/** Flexible and rigid bodies with joints, a bushing between two of them and a load, displaced. **/
+struct Assembly {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    State state;
+
+    explicit Assembly(Real stiffening) {
+        Force::Gravity(forces, matter, Vec3(1, -9.81, 2));
+        test::PointMassPartOptions options;
+        options.numModes = 34;
+        options.cells = {5, 1, 1};
+        options.stiffening = stiffening;
+        const auto part = test::makePointMassPart(options).body;
+        const FlexibleBody a(flexible, part), b(flexible, part);
+        const MobilizedBody::Pin crank(matter.Ground(), Transform(),
+                                       makeTop(1, Vec3(0, 0.1, 0), 1, 2), Transform());
+        Joint::Pin(flexible, matter.Ground(), a.interface("A"));
+        Joint::Weld(flexible, a.interface("B"), b.interface("A"));
+        Joint::Pin(flexible, b.interface("B"), Attachment(crank, Vec3(0.1, 0.2, 0.3)));
+        Bushing(flexible, a.interface("A"), b.interface("B"),
+                Bushing::diagonal(Vec6(300, 200, 100, 3000, 2000, 1000)));
+        state = system.realizeTopology();
+        a.setFramePose(state, Transform(Rotation(0.4, UnitVec3(1, 2, -1)), Vec3(0.1, 0.2, 0.3)));
+        b.setFramePose(state, Transform(Rotation(-0.7, UnitVec3(3, 2, 1)), Vec3(0.5, 0.1, 0.2)));
+        crank.setOneQ(state, 0, 0.3);
+        for (const FlexibleBody& body : {a, b}) {
+            Vector xi(body.getNumModes());
+            for (int i = 0; i < xi.size(); ++i) xi[i] = 1e-3 * std::cos(1.0 + i);
+            body.setModalCoordinates(state, xi);
+        }
+    }
+};
+
+TEST(Linearization, StiffnessFoundInFramesIsThatOfDifferencesOfAllForces) {
+    for (const Real stiffening : {0.0, 1.0}) {
+        SCOPED_TRACE(stiffening);
+        Assembly model(stiffening);
+        model.system.realize(model.state, Stage::Velocity);
+        Evaluation equations(model.system, model.state);
+        const Topology& topology = equations.getTopology();
+        SolutionPoint point;
+        point.resize(topology.numQ, topology.numU, topology.numMultipliers, topology.numZ);
+        equations.getBlocks().getFromState(model.state, point.q.data(), point.u.data());
+        for (size_t k = 0; k < point.lambda.size(); ++k)
+            point.lambda[k] = 30 * std::cos(1.0 + double(k));
+        const auto evaluate = [&](const std::vector<double>& q, ::Eigen::VectorXd& r) {
+            equations.realize(0, q.data(), point.u.data());
+            equations.calcResidual(q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
+                                   r.data());
+        };
+        ::Eigen::VectorXd r(topology.numU);
+        evaluate(point.q, r);
+        const BlockMass mass(equations);
+        const CoordinateScales scales(equations.getBlocks());
+        const BlockGraph graph(equations, BlockGraph::Links::OfJoints);
+        BlockMatrix<double> K = calcStiffness(equations, scales, graph, mass, point, evaluate);
+        EXPECT_EQ(K.hasShapes(0), stiffening == 0);
+        const ::Eigen::MatrixXd expected =
+            differentiateByQ(equations, scales, 0, point.q, point.u, evaluate);
+        const Eigen::Index n = expected.rows();
+        ::Eigen::MatrixXd found(n, n);
+        for (Eigen::Index i = 0; i < n; ++i)
+            found.col(i) = K.multiply(::Eigen::VectorXd::Unit(n, i));
+        EXPECT_LT((found - expected).norm(), 1e-9 * expected.norm());
+        EXPECT_LT((K.getDiagonal() - expected.diagonal()).norm(), 1e-9 * expected.norm());
+        const ::Eigen::MatrixXd soft = expected.topLeftCorner(6, 6);
+        EXPECT_LT((found.topLeftCorner(6, 6) - soft).norm(), 1e-7 * soft.norm());
+
+        // What is eliminated: K + M with the joints.
+        K.addMass(mass, 1e5);
+        TangentElimination<double> elimination(graph, mass);
+        elimination.factor(K, ::Eigen::VectorXd::Constant(n, 1e-3),
+                           TangentElimination<double>::Symmetry::General);
+        ::Eigen::VectorXd f(n), g(topology.numMultipliers);
+        for (Eigen::Index i = 0; i < n; ++i) f[i] = std::cos(2.0 + double(i));
+        for (Eigen::Index i = 0; i < g.size(); ++i) g[i] = 1e-3 * std::sin(1.0 + double(i));
+        ::Eigen::VectorXd x = f, lambda = g;
+        elimination.solve(x, lambda);
+        EXPECT_LT((K.multiply(x) + mass.multiplyGt(lambda) - f).norm(), 1e-8 * f.norm());
+        EXPECT_LT((mass.multiplyG(x) - g).norm(), 1e-6 * g.norm());
+    }
+}
 
 TEST(Linearization, PredictsAccelerationsOfDisplacedStates) {
     const SpringMounted model;

@@ -233,6 +233,64 @@ TEST(StaticEquilibrium, ConicalPendulumTurnsSteadily) {
     EXPECT_EQ(turn.getOneU(equilibrium.getState(), 0), Omega);
 }
 
+/** Links of one part, one below the other or side by side, held at one end. **/
+template <class Hinge>
+struct Row {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    std::vector<FlexibleBody> links;
+    State state;
+
+    /** @param direction  of all links at first **/
+    Row(int count, const Rotation& direction) {
+        Force::Gravity(forces, matter, -YAxis, Gravity);
+        const auto part = test::makePointMassPart().body;
+        for (int k = 0; k < count; ++k) {
+            links.emplace_back(flexible, part);
+            const Attachment before =
+                k == 0 ? Attachment(matter.Ground()) : links[size_t(k) - 1].interface("B");
+            Hinge(flexible, before, links.back().interface("A"));
+        }
+        state = system.realizeTopology();
+        Vec3 at(0);
+        const auto &from = part->getInterface("A").position, &to = part->getInterface("B").position;
+        const Vec3 pitch(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+        for (const FlexibleBody& link : links) {
+            link.setPoseByInterface(state, "A", Transform(direction, at));
+            at += direction * pitch;
+        }
+    }
+};
+
+TEST(StaticEquilibrium, ChainStartedLevelHangsInAsManyStepsHoweverLongItIs) {
+    std::vector<int> iterations;
+    for (const int count : {4, 16, 64}) {
+        Row<Joint::Pin> chain(count, Rotation(0.02, ZAxis));
+        StaticEquilibrium equilibrium(chain.system);
+        equilibrium.solve(chain.state);
+        EXPECT_EQ(equilibrium.getNumLoadSteps(), 1);
+        EXPECT_TRUE(equilibrium.getUnstableMotions().empty()) << count;
+        for (const FlexibleBody& link : chain.links)
+            EXPECT_LT(link.getFramePose(equilibrium.getState()).p()[1], 0) << count;
+        EXPECT_LT(calcLargestAcceleration(chain.system, equilibrium.getState()), 1e-4) << count;
+        iterations.push_back(equilibrium.getNumIterations());
+    }
+    EXPECT_LE(*std::max_element(iterations.begin(), iterations.end()), 25)
+        << ::testing::PrintToString(iterations);
+}
+
+TEST(StaticEquilibrium, HundredsOfLinksThatMaySpinStayAsTheyAre) {
+    constexpr int Count = 120;
+    Row<Joint::Ball> chain(Count, Rotation(-0.5 * Pi + 0.1, ZAxis));
+    StaticEquilibrium equilibrium(chain.system);
+    equilibrium.solve(chain.state);
+    EXPECT_FALSE(equilibrium.getFreeMotions().empty());
+    EXPECT_TRUE(equilibrium.getUnstableMotions().empty());
+    EXPECT_LT(calcLargestAcceleration(chain.system, equilibrium.getState()), 1e-4);
+}
+
 TEST(StaticEquilibrium, UprightPendulumIsNamedUnstable) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);

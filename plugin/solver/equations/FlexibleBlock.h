@@ -28,6 +28,16 @@ public:
      * **/
     bool hasCurvedFrames() const { return !m_curves.empty(); }
     const FrameShapes* getShapes(int frame) const { return m_frames[size_t(frame)].shapes.get(); }
+    const FlexibleFrame& getFrame(int frame) const { return m_frames[size_t(frame)]; }
+    /** Of a frame whose shapes change with ξ, those of which getShapes() are the tangent; or null.
+     * **/
+    const FrameShapes* findCurvature(int frame) const {
+        const int curve = m_curveOf[size_t(frame)];
+        return curve < 0 ? nullptr : m_curves[size_t(curve)].shapes.get();
+    }
+    /** Of the last realize(). **/
+    const BodyFrame& getBody() const { return m_body; }
+    const FlexibleFramePose& getPose(int frame) const { return m_poses[size_t(frame)]; }
 
     /** The mode–mode diagonal of the arrow, the same for all bodies of one part and damping. **/
     void calcDiagonal(const NewtonFactors& factors, double* diagonal) const;

@@ -36,9 +36,9 @@ LoadTerms::LoadTerms(const Topology& topology, Blocks& blocks, const FunctionsOf
     m_scratch.r0.resize(mostU);
 }
 
-void LoadTerms::calcForces(int e, const TimeValues& values, Forces& forces) const {
+void LoadTerms::calcForces(int e, const TimeValues& values, const Array_<FrameMotion>& motions,
+                           Forces& forces) const {
     const Topology::Element& element = m_topology.elements[size_t(e)];
-    const Array_<FrameMotion>& motions = m_workspaces[size_t(e)].motions;
     for (SpatialVec& force : forces) force = SpatialVec(Vec3(0), Vec3(0));
     element.element->addInForces(inputsAt(values.time, size_t(e)), motions, forces);
     element.element->addInTimedForce(values.forces[size_t(element.timedForce)], motions, forces);
@@ -106,17 +106,21 @@ void LoadTerms::calcStateSlopes(Eigen::MatrixXd& F) {
 }
 
 void LoadTerms::realize() {
-    const double fraction = m_blocks.context.loadFraction;
     for (size_t e = 0; e < m_workspaces.size(); ++e) {
         const Topology::Element& element = m_topology.elements[e];
         Workspace& workspace = m_workspaces[e];
         for (size_t k = 0; k < element.frames.size(); ++k)
             workspace.motions[unsigned(k)] = m_blocks.motionOf(element.frames[k]);
-        calcForces(int(e), m_functions.get(), workspace.forces);
-        // What has a stiffness is no load.
-        if (fraction != 1 && element.isLoad())
-            for (SpatialVec& force : workspace.forces) force *= fraction;
+        calcForcesAt(int(e), workspace.motions, workspace.forces);
     }
+}
+
+void LoadTerms::calcForcesAt(int e, const Array_<FrameMotion>& motions, Forces& forces) const {
+    calcForces(e, m_functions.get(), motions, forces);
+    // What has a stiffness is no load.
+    const double fraction = m_blocks.context.loadFraction;
+    if (fraction != 1 && m_topology.elements[size_t(e)].isLoad())
+        for (SpatialVec& force : forces) force *= fraction;
 }
 
 void LoadTerms::clearStiffForces() {
@@ -141,7 +145,7 @@ void LoadTerms::subtractForcesAt(const TimeValues& values, const double* q, doub
     for (size_t e = 0; e < m_workspaces.size(); ++e) {
         const std::vector<FrameRef>& frames = m_topology.elements[e].frames;
         m_trial.resize(unsigned(frames.size()));
-        calcForces(int(e), values, m_trial);
+        calcForces(int(e), values, m_workspaces[e].motions, m_trial);
         for (size_t k = 0; k < frames.size(); ++k)
             m_blocks.subtractForce(frames[k], m_trial[unsigned(k)], r);
     }
@@ -219,7 +223,7 @@ void LoadTerms::calcResidual(const Topology::LoadedBlock& loaded, const double* 
         Workspace& element = m_workspaces[size_t(e)];
         const int frame = m_topology.elements[size_t(e)].frames[0].frame;
         element.motions[0] = block.frames[size_t(frame)];
-        calcForces(e, m_functions.get(), element.forces);
+        calcForces(e, m_functions.get(), element.motions, element.forces);
         if (m_blocks.context.loadFraction != 1) element.forces[0] *= m_blocks.context.loadFraction;
         block.subtractForce(frame, element.forces[0], r);
     }

@@ -62,6 +62,8 @@ public:
     void addInJacobians(const NewtonFactors& factors, const double* q, const double* u,
                         NewtonSystem& system);
 
+    /** Forces of an element on frames that stand elsewhere, as realize() has them. **/
+    void calcForcesAt(int element, const SimTK::Array_<FrameMotion>& motions, Forces& forces) const;
     const Forces& getForces(int element) const { return m_workspaces[size_t(element)].forces; }
 
 private:
@@ -75,7 +77,8 @@ private:
     void takeTangent();
     /** @param place  of the element, or of the equation after all elements **/
     ElementInputs inputsAt(double time, size_t place) const;
-    void calcForces(int element, const TimeValues& values, Forces& forces) const;
+    void calcForces(int element, const TimeValues& values,
+                    const SimTK::Array_<FrameMotion>& motions, Forces& forces) const;
     /** Makes l and r of every pair of one length; their product stays. **/
     static void balancePairs(const Topology::Element& element, Forces& directions);
     void addInJacobian(const Topology::LoadedBlock& loaded, const NewtonFactors& factors,

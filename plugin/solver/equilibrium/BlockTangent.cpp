@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <numeric>
 
+#include "simflex/base/ParallelFor.h"
+#include "simflex/solver/equations/FlexibleBlock.h"
+
 namespace simflex {
 
 using Eigen::MatrixXd;
@@ -56,14 +59,48 @@ BlockGraph::BlockGraph(const Evaluation& equations, Links links) {
 }
 
 template <class Scalar>
+BlockMatrix<Scalar>::BlockMatrix(const BlockGraph& blockGraph, Modes blockModes)
+    : graph(&blockGraph), modes(std::move(blockModes)) {
+    for (size_t b = 0; b < graph->sizes.size(); ++b) {
+        columns.emplace_back();
+        for (const int row : graph->neighbours[b])
+            columns.back().push_back(
+                Matrix::Zero(countCoordinates(size_t(row)), countCoordinates(b)));
+    }
+}
+
+template <class Scalar>
+auto BlockMatrix<Scalar>::at(int row, int column) -> Matrix& {
+    const std::vector<int>& list = graph->neighbours[size_t(column)];
+    return columns[size_t(column)]
+                  [size_t(std::lower_bound(list.begin(), list.end(), row) - list.begin())];
+}
+
+template <class Scalar>
 auto BlockMatrix<Scalar>::multiply(const Vector& x) const -> Vector {
     Vector y = Vector::Zero(x.size());
+    std::vector<Vector> products;
     for (size_t b = 0; b < columns.size(); ++b)
-        for (size_t k = 0; k < columns[b].size(); ++k) {
-            const size_t row = size_t(graph->neighbours[b][k]);
-            y.segment(graph->firstU[row], graph->sizes[row]).noalias() +=
-                columns[b][k] * x.segment(graph->firstU[b], graph->sizes[b]);
-        }
+        products.push_back(Vector::Zero(countCoordinates(b)));
+    Vector own;
+    for (size_t b = 0; b < columns.size(); ++b) {
+        const Eigen::Index first = countFirst(b), rest = graph->sizes[b] - first;
+        own.resize(products[b].size());
+        own.head(first) = x.segment(graph->firstU[b], first);
+        if (rest > 0)
+            own.tail(own.size() - first).noalias() =
+                modes[b].shapes.transpose() * x.segment(graph->firstU[b] + first, rest);
+        for (size_t k = 0; k < columns[b].size(); ++k)
+            products[size_t(graph->neighbours[b][k])].noalias() += columns[b][k] * own;
+    }
+    for (size_t b = 0; b < columns.size(); ++b) {
+        const Eigen::Index first = countFirst(b), rest = graph->sizes[b] - first;
+        y.segment(graph->firstU[b], first) = products[b].head(first);
+        if (rest > 0)
+            y.segment(graph->firstU[b] + first, rest) =
+                modes[b].diagonal.cwiseProduct(x.segment(graph->firstU[b] + first, rest)) +
+                modes[b].shapes * products[b].tail(products[b].size() - first);
+    }
     return y;
 }
 
@@ -71,23 +108,28 @@ template <class Scalar>
 auto BlockMatrix<Scalar>::getDiagonal() const -> Vector {
     Vector diagonal(graph->firstU.empty() ? 0 : graph->firstU.back() + graph->sizes.back());
     for (size_t b = 0; b < columns.size(); ++b)
-        for (size_t k = 0; k < columns[b].size(); ++k)
-            if (graph->neighbours[b][k] == int(b))
-                diagonal.segment(graph->firstU[b], graph->sizes[b]) = columns[b][k].diagonal();
+        for (size_t k = 0; k < columns[b].size(); ++k) {
+            if (graph->neighbours[b][k] != int(b)) continue;
+            const Matrix& own = columns[b][k];
+            const Eigen::Index first = countFirst(b), rest = graph->sizes[b] - first,
+                               count = own.cols() - first;
+            diagonal.segment(graph->firstU[b], first) = own.diagonal().head(first);
+            if (rest > 0)
+                diagonal.segment(graph->firstU[b] + first, rest) =
+                    modes[b].diagonal + (modes[b].shapes * own.bottomRightCorner(count, count))
+                                            .cwiseProduct(modes[b].shapes)
+                                            .rowwise()
+                                            .sum();
+        }
     return diagonal;
 }
 
 template <class Scalar>
 BlockMatrix<Scalar> BlockMatrix<Scalar>::transpose() const {
-    BlockMatrix result(*graph);
+    BlockMatrix result(*graph, modes);
     for (size_t b = 0; b < columns.size(); ++b)
-        for (size_t k = 0; k < columns[b].size(); ++k) {
-            const size_t row = size_t(graph->neighbours[b][k]);
-            const std::vector<int>& list = graph->neighbours[row];
-            const size_t own =
-                size_t(std::lower_bound(list.begin(), list.end(), int(b)) - list.begin());
-            result.columns[row][own] = columns[b][k].transpose();
-        }
+        for (size_t k = 0; k < columns[b].size(); ++k)
+            result.at(int(b), graph->neighbours[b][k]) = columns[b][k].transpose();
     return result;
 }
 
@@ -107,8 +149,370 @@ double BlockMatrix<Scalar>::findSkew(const VectorXd& scale) const {
     return skew;
 }
 
+template <class Scalar>
+void BlockMatrix<Scalar>::addMass(const BlockMass& mass, Scalar factor) {
+    for (size_t b = 0; b < columns.size(); ++b) {
+        Matrix& own = at(int(b), int(b));
+        if (!hasShapes(b)) {
+            own += factor * mass.M[b];
+            continue;
+        }
+        const Eigen::Index first = countFirst(b), last = own.cols() - 3;
+        own.topLeftCorner(first, first) += factor * mass.M[b].topLeftCorner(first, first);
+        for (Eigen::Index a = 0; a < 3; ++a) {
+            own(last + a, a) += factor;
+            own(a, last + a) += factor;
+        }
+        modes[b].diagonal.array() += factor;
+    }
+}
+
 template struct BlockMatrix<double>;
 template struct BlockMatrix<std::complex<double>>;
+
+namespace {
+
+/** Of a block's modes: so few shapes are worth coordinates of their own. **/
+constexpr double ShareOfShapes = 0.7;
+
+/** Of all frames of a block, each once. **/
+std::vector<const FrameShapes*> listShapes(const FlexibleBlock& block) {
+    std::vector<const FrameShapes*> shapes;
+    for (int frame = 0; frame < int(block.frames.size()); ++frame)
+        if (std::find(shapes.begin(), shapes.end(), block.getShapes(frame)) == shapes.end())
+            shapes.push_back(block.getShapes(frame));
+    return shapes;
+}
+
+/** Of blocks whose modes are many more than the shapes that they act through. **/
+BlockMatrix<double>::Modes listModes(Evaluation& equations, const BlockMass& mass) {
+    const Topology& topology = equations.getTopology();
+    BlockMatrix<double>::Modes all(size_t(topology.numBlocks()));
+    for (int b = 0; b < topology.numFlexible; ++b) {
+        const FlexibleBlock& block = *equations.getBlocks().flexible[size_t(b)];
+        const auto firstHeld = topology.isPrescribed.begin() + block.firstU + 6;
+        const int n = block.numU - 6;
+        if (block.hasCurvedFrames() || block.hasLoads() ||
+            std::count(firstHeld, firstHeld + n, char(0)) < n)
+            continue;
+        const std::vector<const FrameShapes*> shapes = listShapes(block);
+        const Eigen::Index count = Eigen::Index(6 * shapes.size());
+        if (count + 3 > ShareOfShapes * n) continue;
+        BlockModes<double>& modes = all[size_t(b)];
+        modes.diagonal = block.getModel().omegaSquared;
+        modes.shapes.resize(n, count + 3);
+        for (size_t k = 0; k < shapes.size(); ++k)
+            modes.shapes.middleCols(Eigen::Index(6 * k), 6) =
+                Eigen::Map<const MatrixXd>(shapes[k]->columns.data(), n, 6);
+        modes.shapes.rightCols(3) = mass.M[size_t(b)].block(6, 0, n, 3);
+    }
+    return all;
+}
+
+/** What holds or pushes some frames: their forces, for displacements of the flexible bodies that
+they are on. A frame on one of these moves by its turning, its place and the two sums of its shapes,
+twelve coordinates y; its part of r is Yᵀρ, and y = Yδ. A frame on a rigid body turns and moves in
+Ground, and ρ is the force there. **/
+class FrameTangent {
+public:
+    using Forces = SimTK::Array_<SimTK::SpatialVec>;
+    /** Writes what stands in r for each frame: Gᵀλ, or the opposite of what pushes it. **/
+    using Law = std::function<void(const SimTK::Array_<FrameMotion>& motions, Forces& forces)>;
+
+    FrameTangent(const Evaluation& equations, const std::vector<FrameRef>& frames, Law law)
+        : m_law(std::move(law)) {
+        for (const FrameRef& frame : frames) {
+            Side side;
+            side.block = frame.block;
+            side.frame = frame.frame;
+            side.firstRow = m_numRows;
+            if (frame.block >= 0 && frame.block < equations.getTopology().numFlexible) {
+                side.flexible = equations.getBlocks().flexible[size_t(frame.block)];
+                side.firstColumn = m_numColumns;
+                m_numColumns += 12;
+                m_numRows += 12;
+            } else {
+                side.firstColumn = m_numColumns;
+                if (frame.block >= 0) m_numColumns += 6;
+                m_numRows += 6;
+            }
+            m_sides.push_back(side);
+            m_motions.push_back(equations.getBlocks().motionOf(frame));
+        }
+        m_rest = m_motions;
+        m_forces.resize(unsigned(m_sides.size()));
+    }
+
+    /** @param lengths  of blocks **/
+    void differentiate(const std::vector<double>& lengths, bool canHaveKinks) {
+        std::vector<double> steps(size_t(m_numColumns), CoordinateScales::StepFraction);
+        VectorXd weights = VectorXd::Ones(m_numRows);
+        for (const Side& side : m_sides) {
+            if (side.block < 0) continue;
+            const double length = lengths[size_t(side.block)];
+            for (int i = 0; i < (side.flexible ? 6 : 3); ++i) {
+                steps[size_t(side.firstColumn + 3 + i)] *= length;
+                weights[side.firstRow + (i < 3 ? i : 6 + i)] = 1 / length;
+            }
+        }
+        std::vector<double> y(steps.size(), 0);
+        m_middle.resize(m_numRows);
+        evaluate(y, m_middle);
+        m_derivative = MatrixXd::Zero(m_numRows, m_numColumns);
+        if (canHaveKinks) {
+            std::vector<std::vector<DifferenceColumn>> groups;
+            for (int j = 0; j < m_numColumns; ++j)
+                groups.push_back({{j, {{0, m_numRows}}, [this, j](const VectorXd& slope) {
+                                       m_derivative.col(j) = slope;
+                                   }}});
+            simflex::differentiate(
+                [this](const std::vector<double>& of, VectorXd& rho) { evaluate(of, rho); }, steps,
+                m_middle, weights, groups);
+            return;
+        }
+        VectorXd rho(m_numRows);
+        for (int j = 0; j < m_numColumns; ++j) {
+            const double h = steps[size_t(j)];
+            for (int k = 0; k < 4; ++k) {
+                y[size_t(j)] = DifferencePlaces[k] * h;
+                evaluate(y, rho);
+                m_derivative.col(j) += DifferenceWeights[k] / h * rho;
+            }
+            y[size_t(j)] = 0;
+        }
+    }
+
+    /** Adds the columns of one side's block, but for what rigid trees have among themselves. **/
+    void addInColumns(const Evaluation& equations, int column, BlockMatrix<double>& K) const {
+        const Side& from = m_sides[size_t(column)];
+        const MatrixXd right = calcCoordinates(equations, from, K);
+        for (const Side& side : m_sides) {
+            if (side.block < 0 || !(side.flexible || from.flexible)) continue;
+            K.at(side.block, from.block).noalias() +=
+                calcCoordinates(equations, side, K) *
+                m_derivative.block(side.firstRow, from.firstColumn, side.flexible ? 12 : 6,
+                                   right.cols()) *
+                right.transpose();
+        }
+        const FrameShapes* curved =
+            from.flexible ? from.flexible->findCurvature(from.frame) : nullptr;
+        if (!curved) return;
+        MatrixXd& own = K.at(from.block, from.block);
+        const Eigen::Index n = curved->numModes();
+        for (int a = 0; a < 6; ++a)
+            own.bottomRightCorner(n, n) += m_middle[from.firstRow + 6 + a] *
+                                           Shapes(curved->curvature.data() + a * n * n, n, n);
+    }
+
+    int getNumSides() const { return int(m_sides.size()); }
+    /** −1: Ground. **/
+    int getBlock(int side) const { return m_sides[size_t(side)].block; }
+
+private:
+    using Shapes = Eigen::Map<const MatrixXd>;  ///< n_f×6
+    struct Side {
+        const FlexibleBlock* flexible = nullptr;
+        int block = -1, frame = -1, firstRow = 0, firstColumn = 0;
+    };
+    struct Moved {
+        FlexibleFramePose pose;
+        SimTK::Rotation R_GB;
+    };
+
+    /** Yᵀ in the coordinates that the block has in K. **/
+    static MatrixXd calcCoordinates(const Evaluation& equations, const Side& side,
+                                    const BlockMatrix<double>& K) {
+        const size_t b = size_t(side.block);
+        const int count = K.countCoordinates(b);
+        if (!side.flexible) {
+            MatrixXd A = MatrixXd::Zero(count, 6);
+            for (int i = 0; i < 6; ++i) {
+                SimTK::SpatialVec unit(SimTK::Vec3(0), SimTK::Vec3(0));
+                unit[i / 3][i % 3] = 1;
+                equations.getBlock(side.block).addInRow(side.frame, unit, A.col(i).data());
+            }
+            return A;
+        }
+        MatrixXd Y = MatrixXd::Zero(count, 12);
+        Y.topLeftCorner(6, 6).setIdentity();
+        const FrameShapes* shapes = side.flexible->getShapes(side.frame);
+        if (K.hasShapes(b)) {
+            const std::vector<const FrameShapes*> list = listShapes(*side.flexible);
+            const auto place = std::find(list.begin(), list.end(), shapes) - list.begin();
+            Y.block(6 + 6 * place, 6, 6, 6).setIdentity();
+        } else {
+            Y.bottomRightCorner(count - 6, 6) = Shapes(shapes->columns.data(), count - 6, 6);
+        }
+        return Y;
+    }
+
+    void evaluate(const std::vector<double>& y, VectorXd& rho) {
+        using SimTK::Vec3;
+        m_moved.resize(m_sides.size());
+        for (size_t k = 0; k < m_sides.size(); ++k) {
+            const Side& side = m_sides[k];
+            const double* own = y.data() + side.firstColumn;
+            if (!side.flexible) {
+                if (side.block < 0) continue;
+                const SimTK::Transform& X = m_rest[unsigned(k)].X;
+                m_motions[unsigned(k)].X =
+                    SimTK::Transform(SimTK::Rotation(calcExponential(Vec3::getAs(own)) * X.R()),
+                                     X.p() + Vec3::getAs(own + 3));
+                continue;
+            }
+            const FlexibleFrame& frame = side.flexible->getFrame(side.frame);
+            const FlexibleFramePose& pose = side.flexible->getPose(side.frame);
+            const BodyFrame& body = side.flexible->getBody();
+            Moved& moved = m_moved[k];
+            moved.pose = calcFramePose(
+                frame, FrameSums{pose.r - pose.rho - frame.shapes->s + Vec3::getAs(own + 6),
+                                 pose.theta + Vec3::getAs(own + 9)});
+            moved.R_GB = SimTK::Rotation(body.R_GB * calcExponential(Vec3::getAs(own)));
+            FrameMotion& motion = m_motions[unsigned(k)];
+            motion.X =
+                SimTK::Transform(moved.R_GB * moved.pose.R_BA,
+                                 body.p_GB + Vec3::getAs(own + 3) + moved.R_GB * moved.pose.r);
+        }
+        for (SimTK::SpatialVec& force : m_forces) force = SimTK::SpatialVec(Vec3(0), Vec3(0));
+        m_law(m_motions, m_forces);
+        for (size_t k = 0; k < m_sides.size(); ++k) {
+            const SimTK::SpatialVec& force = m_forces[unsigned(k)];
+            double* own = rho.data() + m_sides[k].firstRow;
+            if (m_sides[k].flexible) {
+                calcFrameForce(m_moved[k].pose, m_moved[k].R_GB, force, Vec3::updAs(own),
+                               Vec3::updAs(own + 3), Vec3::updAs(own + 6), Vec3::updAs(own + 9));
+            } else {
+                Vec3::updAs(own) = force[0];
+                Vec3::updAs(own + 3) = force[1];
+            }
+        }
+    }
+
+    Law m_law;
+    std::vector<Side> m_sides;
+    int m_numRows = 0, m_numColumns = 0;
+    SimTK::Array_<FrameMotion> m_rest, m_motions;
+    Forces m_forces;
+    std::vector<Moved> m_moved;
+    VectorXd m_middle;
+    MatrixXd m_derivative;
+};
+
+/** Those of joints and force elements where the equations were realized last. **/
+std::vector<FrameTangent> listFrameTangents(Evaluation& equations,
+                                            const std::vector<double>& lambda) {
+    const Topology& topology = equations.getTopology();
+    std::vector<FrameTangent> tangents;
+    for (size_t k = 0; k < topology.joints.size(); ++k) {
+        const Topology::Joint& joint = topology.joints[k];
+        const int numRows = joint.numRows(), count = int(joint.sides.size());
+        std::vector<SimTK::SpatialVec> D(size_t(numRows * count));
+        tangents.emplace_back(
+            equations, joint.sides,
+            [&joint, &drive = equations.getJoints().getDrive(int(k)), numRows, D,
+             frames = std::vector<const FrameMotion*>(), forces = &lambda[size_t(joint.firstRow)]](
+                const SimTK::Array_<FrameMotion>& motions, FrameTangent::Forces& F) mutable {
+                frames.clear();
+                for (const FrameMotion& motion : motions) frames.push_back(&motion);
+                joint.record->equations->calcJacobian(drive, frames.data(), D.data());
+                for (size_t s = 0; s < frames.size(); ++s)
+                    for (int row = 0; row < numRows; ++row)
+                        F[unsigned(s)] += forces[row] * D[s * size_t(numRows) + size_t(row)];
+            });
+    }
+    for (size_t e = 0; e < topology.elements.size(); ++e)
+        tangents.emplace_back(
+            equations, topology.elements[e].frames,
+            [&loads = equations.getLoads(), e](const SimTK::Array_<FrameMotion>& motions,
+                                               FrameTangent::Forces& F) {
+                loads.calcForcesAt(int(e), motions, F);
+                for (SimTK::SpatialVec& force : F) force *= -1;
+            });
+    return tangents;
+}
+
+/** Adds what a block's own loads change as it moves; it is left elsewhere. **/
+void differentiateLoads(Evaluation& equations, const CoordinateScales& scales, FlexibleBlock& block,
+                        const SolutionPoint& point, MatrixXd& K) {
+    std::vector<double> delta(size_t(block.numU), 0), moved;
+    const double *q = point.q.data() + block.firstQ, *u = point.u.data() + block.firstU;
+    const EvaluationContext& context = equations.getBlocks().context;
+    VectorXd r(block.numU);
+    for (int j = 0; j < block.numU; ++j) {
+        const double h = scales.step[size_t(block.firstU + j)];
+        for (int k = 0; k < 4; ++k) {
+            delta[size_t(j)] = DifferencePlaces[k] * h;
+            moved.assign(q, q + block.numQ);
+            block.moveQ(context, delta.data(), moved.data());
+            block.realize(context, moved.data(), u);
+            r.setZero();
+            block.subtractLoads(context, moved.data(), r.data());
+            K.col(j) += DifferenceWeights[k] / h * r;
+        }
+        delta[size_t(j)] = 0;
+    }
+}
+
+}  // namespace
+
+BlockMatrix<double> calcStiffness(
+    Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph,
+    const BlockMass& mass, const SolutionPoint& point,
+    const std::function<void(const std::vector<double>& q, VectorXd& r)>& evaluate) {
+    const Topology& topology = equations.getTopology();
+    const auto isZero = [](double value) { return value == 0; };
+    if (topology.hasForeignForces || !topology.simbodyRows.empty() || !topology.frictions.empty() ||
+        !std::all_of(point.u.begin(), point.u.end(), isZero) ||
+        !std::all_of(point.uDot.begin(), point.uDot.end(), isZero))
+        return differentiateByQ(equations, scales, graph, point.t, point.q, point.u, evaluate);
+
+    const int numFlexible = topology.numFlexible;
+    BlockMatrix<double> K(graph, listModes(equations, mass));
+    if (topology.numBlocks() > numFlexible) {
+        const BlockMatrix<double> ofTrees = differentiateByQ(
+            equations, scales, graph, point.t, point.q, point.u, evaluate, numFlexible);
+        for (size_t b = size_t(numFlexible); b < K.columns.size(); ++b)
+            for (size_t k = 0; k < K.columns[b].size(); ++k)
+                if (graph.neighbours[b][k] >= numFlexible) K.columns[b][k] = ofTrees.columns[b][k];
+    }
+    equations.realize(point.t, point.q.data(), point.u.data());
+    const int threads = equations.getBlocks().numThreads;
+    std::vector<FrameTangent> tangents = listFrameTangents(equations, point.lambda);
+    parallelFor(int(tangents.size()), threads, [&](int k) {
+        tangents[size_t(k)].differentiate(scales.lengths, k >= int(topology.joints.size()));
+    });
+    std::vector<std::vector<std::pair<int, int>>> sidesOf(size_t(topology.numBlocks()));
+    for (int k = 0; k < int(tangents.size()); ++k)
+        for (int side = 0; side < tangents[size_t(k)].getNumSides(); ++side) {
+            const int b = tangents[size_t(k)].getBlock(side);
+            if (b >= 0) sidesOf[size_t(b)].emplace_back(k, side);
+        }
+    parallelFor(topology.numBlocks(), threads, [&](int b) {
+        for (const auto& [k, side] : sidesOf[size_t(b)])
+            tangents[size_t(k)].addInColumns(equations, side, K);
+    });
+    for (int b = 0; b < numFlexible; ++b) {
+        if (K.hasShapes(size_t(b))) continue;
+        FlexibleBlock& block = *equations.getBlocks().flexible[size_t(b)];
+        MatrixXd& own = K.at(b, b);
+        own.diagonal().tail(block.numU - 6) += block.getModel().omegaSquared;
+        if (block.hasLoads()) differentiateLoads(equations, scales, block, point, own);
+    }
+    // Nothing of what is held; modes that are have no shapes.
+    for (int b = 0; b < topology.numBlocks(); ++b)
+        for (size_t k = 0; k < K.columns[size_t(b)].size(); ++k) {
+            MatrixXd& part = K.columns[size_t(b)][k];
+            const int row = graph.neighbours[size_t(b)][k];
+            for (Eigen::Index i = 0; i < K.countFirst(size_t(row)); ++i)
+                if (topology.isPrescribed[size_t(graph.firstU[size_t(row)] + i)])
+                    part.row(i).setZero();
+            for (Eigen::Index j = 0; j < K.countFirst(size_t(b)); ++j)
+                if (topology.isPrescribed[size_t(graph.firstU[size_t(b)] + j)])
+                    part.col(j).setZero();
+        }
+    equations.realize(point.t, point.q.data(), point.u.data());
+    return K;
+}
 
 BlockMass::BlockMass(Evaluation& equations)
     : numMultipliers(equations.getTopology().numMultipliers) {

@@ -22,33 +22,66 @@ struct BlockGraph {
     std::vector<std::vector<int>> groups;      ///< of blocks without a common neighbour
 };
 
+struct BlockMass;
+
+/** Modes of a block, its last coordinates, that act on each other and on the rest through few
+shapes W, but for a diagonal: the block has coordinates (its first ones, Wᵀξ) instead. **/
+template <class Scalar>
+struct BlockModes {
+    Eigen::Matrix<Scalar, Eigen::Dynamic, 1> diagonal;  ///< of all modes; empty: as they are
+    /** W, modes×shapes; the last three columns are those of the mass matrix. **/
+    Eigen::MatrixXd shapes;
+};
+
 /** A square matrix with a block for each pair of neighbours. **/
 template <class Scalar>
 struct BlockMatrix {
     using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
     using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+    using Modes = std::vector<BlockModes<Scalar>>;  ///< by block; none at all: as they are
 
-    explicit BlockMatrix(const BlockGraph& blockGraph) : graph(&blockGraph) {
-        for (size_t b = 0; b < graph->sizes.size(); ++b) {
-            columns.emplace_back();
-            for (const int row : graph->neighbours[b])
-                columns.back().push_back(Matrix::Zero(graph->sizes[size_t(row)], graph->sizes[b]));
-        }
-    }
+    /** Zero. **/
+    explicit BlockMatrix(const BlockGraph& graph, Modes modes = {});
+
     Vector multiply(const Vector& x) const;
     Vector getDiagonal() const;
     BlockMatrix transpose() const;
     /** The largest entry of scale·(A − Aᵀ)·scale. **/
     double findSkew(const Eigen::VectorXd& scale) const;
+    void addMass(const BlockMass& mass, Scalar factor);
+
+    bool hasShapes(size_t block) const {
+        return block < modes.size() && modes[block].diagonal.size() > 0;
+    }
+    /** Coordinates of a block in `columns`, and how many of them are its first ones. **/
+    int countCoordinates(size_t block) const {
+        return countFirst(block) + (hasShapes(block) ? int(modes[block].shapes.cols()) : 0);
+    }
+    int countFirst(size_t block) const {
+        return graph->sizes[block] - (hasShapes(block) ? int(modes[block].diagonal.size()) : 0);
+    }
+    Matrix& at(int row, int column);
 
     const BlockGraph* graph;
+    Modes modes;
     std::vector<std::vector<Matrix>> columns;  ///< of a block, for each of its neighbours
 };
 
-/** ∂r/∂δ of the free speeds as differentiateByQ() has it. **/
+/** ∂r/∂δ of the free speeds as differentiateByQ() has it.
+@param firstBlock  columns of the blocks before are left zero **/
 BlockMatrix<double> differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph, double t,
     const std::vector<double>& q, const std::vector<double>& u,
+    const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate,
+    int firstBlock = 0);
+
+/** The same at rest, u = u̇ = 0: what flexible bodies' coordinates change is found where they act,
+in the frames of joints and force elements, whatever the number of modes, and in loads of their own.
+Rigid trees, and all where Simbody has a say, by differences of r.
+@param mass  at the point **/
+BlockMatrix<double> calcStiffness(
+    Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph,
+    const BlockMass& mass, const SolutionPoint& point,
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate);
 
 /** ∂r/∂u at a point at rest, zero in columns of prescribed speeds.

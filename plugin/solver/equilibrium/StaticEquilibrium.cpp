@@ -1,5 +1,7 @@
 #include "simflex/solver/StaticEquilibrium.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -34,8 +36,13 @@ constexpr double SlowestOfRate = 1e-3, SameMotion = 1e-4;
 constexpr double LeastStiffness = 1e-10;
 /** Part of the work of a correction that the shift does where something may be free. **/
 constexpr double FreeShare = 1e-3;
-constexpr Eigen::Index MostSoftMotions = 96;
-constexpr int NumSubspacePasses = 6, MaxGmresSteps = 30;
+/** Of more soft motions than the most, a few are looked for. **/
+constexpr int MostSoftMotions = 96, FewSoftMotions = 6, MoreDirections = 4;
+constexpr int NumSubspacePasses = 6, NumFreePasses = 3, MaxGmresSteps = 30;
+/** A step of which less is allowed is taken with more inertia, at least so many times as much; the
+next one begins with less. **/
+constexpr double LeastPart = 0.3, LeastStiffening = 4, ShiftDecay = 10;
+constexpr int MostTrials = 8;
 
 /** @throws std::runtime_error naming a constraint that moves apart. **/
 void refuseUnsteady(const Evaluation& equations, const std::vector<double>& u,
@@ -132,10 +139,11 @@ private:
     struct Tangent {
         VectorXd s;
         BlockMatrix<double> K;
-        BlockMass mass;
+        const BlockMass& mass;
         double softest;  ///< a mode's ω²
         VectorXd r, g;
         StateTangent states;
+        VectorXd turning;  ///< of turning bodies: what forces make of a radian, at most
     };
     /** A motion y, scaled, that little resists: yᵀKy = κ·softest·yᵀMy. **/
     struct SoftMotion {
@@ -146,25 +154,46 @@ private:
     bool converge(double fraction);
     Tangent calcTangent();
     void evaluate(const std::vector<double>& q, VectorXd& r);
-    /** Of K + σ·softest·M with the least σ that makes it positive along the joints. **/
-    double factor(const Tangent& tangent, TangentElimination<double>& elimination) const;
-    void factor(const Tangent& tangent, double sigma,
-                TangentElimination<double>& elimination) const;
-    /** x, Δλ, Δz; downhill where the stiffness is not positive. @returns false if states are not
-    determined. **/
-    bool solve(const Tangent& tangent, VectorXd& x, VectorXd& deltaLambda, VectorXd& dz) const;
+    /** What is added to K where it is not positive, or would lead too far. **/
+    enum class Brake {
+        Inertia,  ///< σ·softest·M
+        /** What resists the turning of bodies as much as forces on them can help it along: a chain
+        goes to where it hangs in as many steps as a link, while inertia would let it fall. **/
+        Turning
+    };
+    /** With the least σ, from this one on, that makes it positive along the joints. **/
+    double factorPositive(const Tangent& tangent, double sigma, Brake brake);
+    void factor(const Tangent& tangent, double sigma, Brake brake = Brake::Inertia);
+    /** x, Δλ, Δz of what is factored; not refined where a step is too long anyway. @returns false
+    if states are not determined. **/
+    bool solve(const Tangent& tangent, double sigma, VectorXd& x, VectorXd& deltaLambda,
+               VectorXd& dz);
+    /** Without what moves freely, `count` motions, but for loads along it: these lead far. **/
+    VectorXd solveBesideFree(const Tangent& tangent, int count, VectorXd b,
+                             const std::function<VectorXd(const VectorXd& b)>& solveStiff);
+    VectorXd multiplyMass(const Tangent& tangent, const VectorXd& y) const {
+        return tangent.softest *
+               tangent.s.cwiseProduct(tangent.mass.multiply(tangent.s.cwiseProduct(y)));
+    }
+    /** How many motions nothing restores, or less than nothing. **/
+    int countSoftMotions(const Tangent& tangent);
     VectorXd multiplyScaled(const Tangent& tangent, const VectorXd& rowScale,
                             const VectorXd& y) const;
-    std::vector<SoftMotion> findSoftMotions(const Tangent& tangent,
-                                            TangentElimination<double>& elimination) const;
+    /** Of those, a few if there are many. @pre factor() with LeastShift, or where it is positive
+     * **/
+    std::vector<SoftMotion> findSoftMotions(const Tangent& tangent, int count);
     /** Stiffness that is as good as none: of what is much slower than a steady motion, too. **/
     double calcZero(const Tangent& tangent) const {
         return std::max(ZeroStiffness,
                         square(SlowestOfRate * m_motion.getRate()) / tangent.softest);
     }
     /** Multipliers that leave the least accelerations of a residual. **/
-    VectorXd balance(const Tangent& tangent, const VectorXd& r) const;
-    double limitStep(VectorXd delta) const;
+    VectorXd balance(const Tangent& tangent, const VectorXd& r);
+    /** Whether what leads too far may be led elsewhere: a steady motion's speeds are those of
+    places near its own. **/
+    bool canBrake() const { return m_goesDownhill && m_motion.isAtRest(); }
+    /** The part of δ that may be gone; m_change is how far all of it leads. **/
+    double limitStep(VectorXd delta);
     /** "'rod'" of the body that moves most in a motion δ. **/
     std::string nameMostMoved(const VectorXd& delta) const;
     [[noreturn]] void fail(double fraction);
@@ -177,6 +206,8 @@ private:
     std::vector<int> m_places;  ///< first speed of a body's place, where bodies are free in Ground
     SolutionPoint m_point;
     SteadyMotion m_motion;
+    std::optional<BlockMass> m_mass;
+    std::optional<TangentElimination<double>> m_elimination;
     bool m_goesDownhill = true;
     double m_fraction = 1;    ///< of the loads
     double m_forceScale = 0;  ///< largest part of any force so far, scaled as r
@@ -230,16 +261,22 @@ void StaticEquilibrium::Search::evaluate(const std::vector<double>& q, VectorXd&
 
 StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     const int m = m_equations.getTopology().numMultipliers;
+    VectorXd r, withoutJoints, withoutLoads;
+    evaluate(m_point.q, r);
+    m_mass = BlockMass(m_equations);
+    if (!m_elimination) {
+        m_elimination.emplace(m_graph, *m_mass);
+        m_elimination->setNumThreads(m_equations.getBlocks().numThreads);
+    }
     BlockMatrix<double> K(m_graph);
     StateTangent states;
     {
-        m_equations.realize(m_point.t, m_point.q.data(), m_point.u.data());
         const LoadTerms::Tangent ofLaws(m_equations.updLoads());
         states = calcStateTangent(m_equations, m_scales, m_point);
-        K = differentiateByQ(m_equations, m_scales, m_graph, m_point.t, m_point.q, m_point.u,
-                             [&](const std::vector<double>& q, VectorXd& r) { evaluate(q, r); });
+        K = calcStiffness(
+            m_equations, m_scales, m_graph, *m_mass, m_point,
+            [&](const std::vector<double>& q, VectorXd& moved) { evaluate(q, moved); });
     }
-    VectorXd r, withoutJoints, withoutLoads;
     std::vector<double> lambda(size_t(m), 0);
     std::swap(lambda, m_point.lambda);
     evaluate(m_point.q, withoutJoints);
@@ -248,8 +285,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     m_equations.updSimbody().setLoadFraction(m_fraction);
     std::swap(lambda, m_point.lambda);
     evaluate(m_point.q, r);
-    Tangent tangent{{},           std::move(K), BlockMass(m_equations), 0,
-                    std::move(r), VectorXd(m),  std::move(states)};
+    Tangent tangent{{}, std::move(K), *m_mass, 0, std::move(r), VectorXd(m), std::move(states), {}};
     m_equations.calcPositionErrors(tangent.g.data());
     const VectorXd stiffness = tangent.K.getDiagonal(), inertia = tangent.mass.getDiagonal();
     // Rigid coordinates, which little may hold, are measured by what the softest mode resists.
@@ -270,6 +306,13 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
             reactions.segment(m_graph.firstU[b], m_graph.sizes[b]) +=
                 std::abs(m_point.lambda[size_t(tangent.mass.rows[b][k])]) *
                 tangent.mass.Gt[b].col(Eigen::Index(k)).cwiseAbs();
+    tangent.turning = VectorXd::Zero(stiffness.size());
+    for (const int place : m_places) {
+        const auto loads = (withoutJoints - withoutLoads).segment<3>(place);
+        tangent.turning.segment<3>(place - 3).setConstant(
+            std::max(reactions.segment<3>(place - 3).maxCoeff(),
+                     m_scales.metres[size_t(place - 3)] * loads.norm()));
+    }
     tangent.s = VectorXd::Zero(stiffness.size());
     for (Eigen::Index i = 0; i < stiffness.size(); ++i) {
         if (m_isHeld[size_t(i)]) continue;
@@ -283,28 +326,40 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     return tangent;
 }
 
-void StaticEquilibrium::Search::factor(const Tangent& tangent, double sigma,
-                                       TangentElimination<double>& elimination) const {
+void StaticEquilibrium::Search::factor(const Tangent& tangent, double sigma, Brake brake) {
+    double inertia = sigma, turning = 0;
+    if (brake == Brake::Turning && sigma > LeastShift && !m_places.empty()) {
+        turning = sigma / (LeastShift * ShiftGrowth);
+        inertia = LeastShift * std::max(1.0, turning);
+    }
     BlockMatrix<double> A = tangent.K;
-    for (size_t b = 0; b < A.columns.size(); ++b)
-        for (size_t k = 0; k < A.columns[b].size(); ++k)
-            if (m_graph.neighbours[b][k] == int(b))
-                A.columns[b][k] += sigma * tangent.softest * tangent.mass.M[b];
+    A.addMass(tangent.mass, inertia * tangent.softest);
+    for (const int place : m_places) {
+        if (turning == 0) break;
+        const auto next = std::upper_bound(m_graph.firstU.begin(), m_graph.firstU.end(), place - 3);
+        const int b = int(next - m_graph.firstU.begin()) - 1;
+        A.at(b, b).diagonal().segment<3>(place - 3 - m_graph.firstU[size_t(b)]) +=
+            turning * tangent.turning.segment<3>(place - 3);
+    }
     // A controller's stiffness is not symmetric, and what its states make of it is to be exact.
     using Symmetry = TangentElimination<double>::Symmetry;
     const bool isControlled = !m_goesDownhill && tangent.states.F.rows() > 0;
-    elimination.factor(A, tangent.s, isControlled ? Symmetry::General : Symmetry::Symmetric);
+    m_elimination->factor(A, tangent.s, isControlled ? Symmetry::General : Symmetry::Symmetric);
 }
 
-double StaticEquilibrium::Search::factor(const Tangent& tangent,
-                                         TangentElimination<double>& elimination) const {
-    double sigma = LeastShift;
-    factor(tangent, sigma, elimination);
-    while (m_goesDownhill && elimination.countNegative() > 0 && sigma < LargestShift) {
+double StaticEquilibrium::Search::factorPositive(const Tangent& tangent, double sigma,
+                                                 Brake brake) {
+    factor(tangent, sigma, brake);
+    while (m_goesDownhill && m_elimination->countNegative() > 0 && sigma < LargestShift) {
         sigma *= ShiftGrowth;
-        factor(tangent, sigma, elimination);
+        factor(tangent, sigma, brake);
     }
     return sigma;
+}
+
+int StaticEquilibrium::Search::countSoftMotions(const Tangent& tangent) {
+    factor(tangent, -calcZero(tangent));
+    return std::max(0, m_elimination->countNegative());
 }
 
 VectorXd StaticEquilibrium::Search::multiplyScaled(const Tangent& tangent, const VectorXd& rowScale,
@@ -319,66 +374,96 @@ VectorXd StaticEquilibrium::Search::multiplyScaled(const Tangent& tangent, const
 }
 
 std::vector<StaticEquilibrium::Search::SoftMotion> StaticEquilibrium::Search::findSoftMotions(
-    const Tangent& tangent, TangentElimination<double>& elimination) const {
-    const Eigen::Index n = tangent.s.size(), m = tangent.g.size(),
-                       numFree = Eigen::Index(std::count(m_isHeld.begin(), m_isHeld.end(), 0));
-    const auto multiplyMass = [&](const VectorXd& y) -> VectorXd {
-        return tangent.softest *
-               tangent.s.cwiseProduct(tangent.mass.multiply(tangent.s.cwiseProduct(y)));
+    const Tangent& tangent, int count) {
+    const Eigen::Index n = tangent.s.size(), m = tangent.g.size();
+    if (count == 0) return {};
+    if (count > MostSoftMotions) count = FewSoftMotions;
+    // Subspace iteration: what nothing holds stands out by orders of magnitude.
+    MatrixXd V(n, count + MoreDirections);
+    for (Eigen::Index j = 0; j < V.cols(); ++j)
+        for (Eigen::Index i = 0; i < n; ++i)
+            V(i, j) = tangent.s[i] > 0 ? std::cos(1.3 * double((i + 1) * (j + 1)) + double(j)) : 0;
+    const auto invert = [&](const VectorXd& of) {
+        VectorXd y = VectorXd::Zero(n + m);
+        y.head(n) = multiplyMass(tangent, of);
+        m_elimination->solveScaled(y);
+        return VectorXd(y.head(n).normalized());
     };
-    const double zero = calcZero(tangent);
-    std::vector<SoftMotion> soft;
-    for (Eigen::Index count = std::min<Eigen::Index>(6, numFree); count > 0;
-         count = std::min({2 * count, numFree, MostSoftMotions})) {
-        // Subspace iteration: what nothing holds stands out by orders of magnitude.
-        MatrixXd V(n, count);
-        for (Eigen::Index j = 0; j < count; ++j)
-            for (Eigen::Index i = 0; i < n; ++i)
-                V(i, j) =
-                    tangent.s[i] > 0 ? std::cos(1.3 * double((i + 1) * (j + 1)) + double(j)) : 0;
-        SymmetricEigen eigen;
-        for (int pass = 0; pass < NumSubspacePasses; ++pass) {
-            for (Eigen::Index j = 0; j < V.cols(); ++j) {
-                VectorXd y = VectorXd::Zero(n + m);
-                y.head(n) = multiplyMass(V.col(j));
-                elimination.solveScaled(y);
-                V.col(j) = y.head(n).normalized();
-            }
-            orthonormalize(V);
-            if (V.cols() == 0) return {};
-            MatrixXd KV(n, V.cols()), MV(n, V.cols());
-            for (Eigen::Index j = 0; j < V.cols(); ++j) {
-                KV.col(j) =
-                    tangent.s.cwiseProduct(tangent.K.multiply(tangent.s.cwiseProduct(V.col(j))));
-                MV.col(j) = multiplyMass(V.col(j));
-            }
-            MatrixXd stiffness = V.transpose() * KV, inertia = V.transpose() * MV;
-            stiffness = (0.5 * (stiffness + stiffness.transpose())).eval();
-            inertia = (0.5 * (inertia + inertia.transpose())).eval();
-            eigen = calcSymmetricEigen(stiffness, inertia);
-            V = (V * eigen.vectors).eval();
+    SymmetricEigen eigen;
+    for (int pass = 0; pass < NumSubspacePasses; ++pass) {
+        for (Eigen::Index j = 0; j < V.cols(); ++j) V.col(j) = invert(V.col(j));
+        orthonormalize(V);
+        if (V.cols() == 0) return {};
+        MatrixXd KV(n, V.cols()), MV(n, V.cols());
+        for (Eigen::Index j = 0; j < V.cols(); ++j) {
+            KV.col(j) =
+                tangent.s.cwiseProduct(tangent.K.multiply(tangent.s.cwiseProduct(V.col(j))));
+            MV.col(j) = multiplyMass(tangent, V.col(j));
         }
-        soft.clear();
-        for (Eigen::Index k = 0; k < V.cols() && eigen.values[k] < zero; ++k) {
-            // Where K is indefinite, what has not converged may have any quotient.
-            VectorXd y = VectorXd::Zero(n + m);
-            y.head(n) = multiplyMass(V.col(k));
-            elimination.solveScaled(y);
-            const VectorXd again = y.head(n).normalized(), own = V.col(k).normalized();
-            if (1 - std::abs(again.dot(own)) < SameMotion)
-                soft.push_back({eigen.values[k], V.col(k)});
-        }
-        if (Eigen::Index(soft.size()) < count || count >= std::min(numFree, MostSoftMotions)) break;
+        MatrixXd stiffness = V.transpose() * KV, inertia = V.transpose() * MV;
+        stiffness = (0.5 * (stiffness + stiffness.transpose())).eval();
+        inertia = (0.5 * (inertia + inertia.transpose())).eval();
+        eigen = calcSymmetricEigen(stiffness, inertia);
+        V = (V * eigen.vectors).eval();
     }
+    std::vector<SoftMotion> soft;
+    const double zero = calcZero(tangent);
+    for (Eigen::Index k = 0; k < V.cols() && eigen.values[k] < zero; ++k)
+        // Where K is indefinite, what has not converged may have any quotient.
+        if (1 - std::abs(invert(V.col(k)).dot(V.col(k).normalized())) < SameMotion)
+            soft.push_back({eigen.values[k], V.col(k)});
     return soft;
 }
 
-bool StaticEquilibrium::Search::solve(const Tangent& tangent, VectorXd& x, VectorXd& deltaLambda,
-                                      VectorXd& dz) const {
+VectorXd StaticEquilibrium::Search::solveBesideFree(
+    const Tangent& tangent, int count, VectorXd b,
+    const std::function<VectorXd(const VectorXd& b)>& solveStiff) {
+    const Eigen::Index n = tangent.s.size();
+    if (count <= MostSoftMotions) {
+        std::vector<VectorXd> free, inert;
+        for (const SoftMotion& motion : findSoftMotions(tangent, count)) {
+            if (!(std::abs(motion.stiffness) < calcZero(tangent))) continue;
+            free.push_back(motion.y);
+            inert.push_back(multiplyMass(tangent, motion.y));
+        }
+        std::vector<double> forces;
+        for (size_t k = 0; k < free.size(); ++k) {
+            forces.push_back(free[k].dot(b.head(n)));
+            b.head(n) -= forces.back() / inert[k].dot(free[k]) * inert[k];
+        }
+        VectorXd y = solveStiff(b);
+        for (size_t k = 0; k < free.size(); ++k) {
+            double moved = -inert[k].dot(y.head(n));
+            if (std::abs(forces[k]) > ZeroForce * m_forceScale * free[k].norm())
+                moved += forces[k] / LeastShift;
+            y.head(n) += moved / inert[k].dot(free[k]) * free[k];
+        }
+        return y;
+    }
+    // σ(K + σM)⁻¹M leaves what nothing restores as it is, and makes the rest small.
+    const auto keepFree = [&](VectorXd y) {
+        for (int pass = 0; pass < NumFreePasses; ++pass) {
+            VectorXd next = VectorXd::Zero(y.size());
+            next.head(n) = LeastShift * multiplyMass(tangent, y.head(n));
+            m_elimination->solveScaled(next);
+            y.head(n) = next.head(n);
+        }
+        return VectorXd(y.head(n));
+    };
+    VectorXd moved = b;
+    m_elimination->solveScaled(moved);
+    const VectorXd free = keepFree(moved), forces = LeastShift * multiplyMass(tangent, free);
+    b.head(n) -= forces;
+    VectorXd y = solveStiff(b);
+    y.head(n) -= keepFree(y);
+    if (forces.norm() > ZeroForce * m_forceScale * std::sqrt(double(n))) y.head(n) += free;
+    return y;
+}
+
+bool StaticEquilibrium::Search::solve(const Tangent& tangent, double sigma, VectorXd& x,
+                                      VectorXd& deltaLambda, VectorXd& dz) {
     const Eigen::Index n = tangent.s.size(), m = tangent.g.size(), s = tangent.states.F.rows();
-    TangentElimination<double> elimination(m_graph, tangent.mass);
-    const double sigma = factor(tangent, elimination);
-    const VectorXd& rowScale = elimination.getRowScale();
+    const VectorXd& rowScale = m_elimination->getRowScale();
     VectorXd b(n + m + s);
     b << -tangent.s.cwiseProduct(tangent.r), -rowScale.cwiseProduct(tangent.g), VectorXd::Zero(s);
     // States that do not change, in units of their equations.
@@ -398,7 +483,7 @@ bool StaticEquilibrium::Search::solve(const Tangent& tangent, VectorXd& x, Vecto
     MatrixXd solvedB = B;
     for (Eigen::Index j = 0; j < s; ++j) {
         VectorXd column = B.col(j);
-        elimination.solveScaled(column);
+        m_elimination->solveScaled(column);
         solvedB.col(j) = column;
     }
     const MatrixXd schur = F - C * solvedB.topRows(n);
@@ -412,7 +497,7 @@ bool StaticEquilibrium::Search::solve(const Tangent& tangent, VectorXd& x, Vecto
     if (states && !(states->getSmallestPivot() > ZeroStiffness)) return false;
     const auto precondition = [&](const VectorXd& right) {
         VectorXd y = right.head(n + m);
-        elimination.solveScaled(y);
+        m_elimination->solveScaled(y);
         if (!states) return y;
         const VectorXd z = units.cwiseProduct(states->solve(right.tail(s) - C * y.head(n)));
         VectorXd result(n + m + s);
@@ -425,30 +510,20 @@ bool StaticEquilibrium::Search::solve(const Tangent& tangent, VectorXd& x, Vecto
             C * y.head(n) + F * y.tail(s);
         return result;
     };
-    VectorXd y = precondition(b);
-    const auto multiplyMass = [&](const VectorXd& of) -> VectorXd {
-        return tangent.softest *
-               tangent.s.cwiseProduct(tangent.mass.multiply(tangent.s.cwiseProduct(of)));
+    const auto solveStiff = [&](const VectorXd& right) {
+        return solveByGmres(multiply, precondition, right, MaxGmresSteps);
     };
-    std::vector<SoftMotion> free;
-    std::vector<double> forces;
-    const double inertia = sigma * y.head(n).dot(multiplyMass(y.head(n)));
-    if (sigma == LeastShift && s == 0 && inertia > FreeShare * std::abs(y.dot(b)))
-        for (const SoftMotion& motion : findSoftMotions(tangent, elimination))
-            if (std::abs(motion.stiffness) < calcZero(tangent)) free.push_back(motion);
-    for (const SoftMotion& motion : free) {
-        const VectorXd inert = multiplyMass(motion.y);
-        forces.push_back(motion.y.dot(b.head(n)));
-        b.head(n) -= forces.back() / inert.dot(motion.y) * inert;
-    }
-    if (sigma == LeastShift) y = solveByGmres(multiply, precondition, b, MaxGmresSteps);
-    // Motions that nothing holds and no load drives are left alone.
-    for (size_t k = 0; k < free.size(); ++k) {
-        const VectorXd inert = multiplyMass(free[k].y);
-        double moved = -inert.dot(y.head(n));
-        if (std::abs(forces[k]) > ZeroForce * m_forceScale * free[k].y.norm())
-            moved += forces[k] / LeastShift;
-        y.head(n) += moved / inert.dot(free[k].y) * free[k].y;
+    VectorXd y = precondition(b);
+    const double inertia = sigma * y.head(n).dot(multiplyMass(tangent, y.head(n)));
+    x = tangent.s.cwiseProduct(y.head(n));
+    const double part = limitStep(x);
+    const bool isTooLong = canBrake() && part < LeastPart;
+    if (sigma == LeastShift && !isTooLong) {
+        const bool mayBeFree =
+            s == 0 && (part == 1 || !canBrake()) && inertia > FreeShare * std::abs(y.dot(b));
+        const int count = mayBeFree ? countSoftMotions(tangent) : 0;
+        if (count > 0) factor(tangent, sigma);
+        y = count > 0 ? solveBesideFree(tangent, count, b, solveStiff) : solveStiff(b);
     }
     x = tangent.s.cwiseProduct(y.head(n));
     deltaLambda = rowScale.cwiseProduct(y.segment(n, m));
@@ -456,22 +531,22 @@ bool StaticEquilibrium::Search::solve(const Tangent& tangent, VectorXd& x, Vecto
     return true;
 }
 
-VectorXd StaticEquilibrium::Search::balance(const Tangent& tangent, const VectorXd& r) const {
-    BlockMatrix<double> M(m_graph);
-    for (size_t b = 0; b < M.columns.size(); ++b)
-        for (size_t k = 0; k < M.columns[b].size(); ++k)
-            if (m_graph.neighbours[b][k] == int(b)) M.columns[b][k] = tangent.mass.M[b];
+VectorXd StaticEquilibrium::Search::balance(const Tangent& tangent, const VectorXd& r) {
+    BlockMatrix<double>::Modes modes = tangent.K.modes;
+    for (BlockModes<double>& own : modes) own.diagonal.setZero();
+    BlockMatrix<double> M(m_graph, std::move(modes));
+    M.addMass(tangent.mass, 1);
     VectorXd scale = tangent.mass.getDiagonal().cwiseSqrt().cwiseInverse();
     for (Eigen::Index i = 0; i < scale.size(); ++i)
         if (m_isHeld[size_t(i)]) scale[i] = 0;
-    TangentElimination<double> elimination(m_graph, tangent.mass);
-    elimination.factor(M, scale, TangentElimination<double>::Symmetry::Symmetric);
+    m_elimination->factor(M, scale, TangentElimination<double>::Symmetry::Symmetric);
     VectorXd f = -r, g = VectorXd::Zero(tangent.g.size());
-    elimination.solve(f, g);
+    m_elimination->solve(f, g);
     return g;
 }
 
-double StaticEquilibrium::Search::limitStep(VectorXd delta) const {
+double StaticEquilibrium::Search::limitStep(VectorXd delta) {
+    m_change = m_equations.getBlocks().calcDisplacement(delta.data(), &m_worstBlock);
     double factor = 1;
     const auto limit = [&](double part) {
         for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
@@ -493,6 +568,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
     m_equations.updSimbody().setLoadFraction(fraction);
     m_motion.setFactor(std::sqrt(fraction));
     if (!m_point.z.empty()) m_equations.setZ(m_point.z.data());
+    double firstShift = LeastShift;
     for (int iteration = 0; iteration < m_settings.m_maximumIterations; ++iteration) {
         const Tangent tangent = calcTangent();
         ++numIterations;
@@ -508,14 +584,24 @@ bool StaticEquilibrium::Search::converge(double fraction) {
             return false;
         }
         VectorXd delta, deltaLambda, dz;
-        if (!solve(tangent, delta, deltaLambda, dz)) {
-            m_reason = "no values of the states keep them from changing";
-            return false;
+        const Brake brake = canBrake() ? Brake::Turning : Brake::Inertia;
+        double sigma = factorPositive(tangent, firstShift, brake), part = 1;
+        for (int trial = 0;; ++trial) {
+            if (!solve(tangent, sigma, delta, deltaLambda, dz)) {
+                m_reason = "no values of the states keep them from changing";
+                return false;
+            }
+            part = limitStep(delta);
+            // What is too long is shortened where least resists it, by more inertia.
+            if (part >= LeastPart || !canBrake() || trial == MostTrials) break;
+            sigma *= std::max(LeastStiffening, LeastPart / part);
+            factor(tangent, sigma, brake);
         }
-        m_change = m_equations.getBlocks().calcDisplacement(delta.data(), &m_worstBlock);
-        const double factor = limitStep(delta);
-        delta *= factor;
-        if (factor < 1) deltaLambda = balance(tangent, tangent.r + tangent.K.multiply(delta));
+        firstShift = canBrake() && part < 1 && sigma > ShiftGrowth * LeastShift ? sigma / ShiftDecay
+                                                                                : LeastShift;
+        delta *= part;
+        if (part < (canBrake() ? LeastPart : 1))
+            deltaLambda = balance(tangent, tangent.r + tangent.K.multiply(delta));
 
         m_equations.realize(m_point.t, m_point.q.data(), m_point.u.data());
         m_equations.getBlocks().moveQ(delta.data(), m_point.q.data());
@@ -525,13 +611,13 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         double largestState = 0;
         for (Eigen::Index i = 0; i < dz.size(); ++i) {
             const int state = tangent.states.states[size_t(i)];
-            m_point.z[size_t(state)] += factor * dz[i];
+            m_point.z[size_t(state)] += part * dz[i];
             const Topology& topology = m_equations.getTopology();
             const auto& equation = *topology.states[size_t(state - topology.firstZ)].equation;
             largestState = std::max(largestState, std::abs(dz[i]) / equation.getScale());
         }
         if (dz.size() > 0) m_equations.setZ(m_point.z.data());
-        if (factor == 1 && largestState <= m_settings.m_tolerance &&
+        if (part == 1 && largestState <= m_settings.m_tolerance &&
             m_change <= m_settings.m_tolerance && m_error <= m_settings.m_constraintTolerance) {
             ++numLoadSteps;
             VectorXd r;
@@ -553,18 +639,20 @@ std::string StaticEquilibrium::Search::nameMostMoved(const VectorXd& delta) cons
 void StaticEquilibrium::Search::describeMotions(std::vector<std::string>& free,
                                                 std::vector<std::string>& unstable) {
     const Tangent tangent = calcTangent();
-    TangentElimination<double> elimination(m_graph, tangent.mass);
     const auto name = [&](const SoftMotion& motion) {
         return nameMostMoved(tangent.s.cwiseProduct(motion.y));
     };
-    factor(tangent, LeastShift, elimination);
-    for (const SoftMotion& motion : findSoftMotions(tangent, elimination))
+    const int count = countSoftMotions(tangent);
+    if (count == 0) return;
+    factor(tangent, LeastShift);
+    const bool isUnstable = m_motion.isAtRest() && m_elimination->countNegative() > 0;
+    for (const SoftMotion& motion : findSoftMotions(tangent, count))
         if (motion.stiffness > -calcZero(tangent))
             free.push_back(name(motion) + " is free to move");
     // A steady motion may be stable all the same.
-    if (!m_motion.isAtRest() || elimination.countNegative() <= 0) return;
-    factor(tangent, elimination);
-    for (const SoftMotion& motion : findSoftMotions(tangent, elimination))
+    if (!isUnstable) return;
+    factorPositive(tangent, LeastShift, Brake::Inertia);
+    for (const SoftMotion& motion : findSoftMotions(tangent, count))
         if (motion.stiffness < -calcZero(tangent))
             unstable.push_back(name(motion) + " falls away from it");
 }
@@ -577,9 +665,9 @@ void StaticEquilibrium::Search::fail(double fraction) {
     text << "no static equilibrium: ";
     const Tangent tangent = calcTangent();
     if (tangent.K.getDiagonal().allFinite() && tangent.r.allFinite()) {
-        TangentElimination<double> elimination(m_graph, tangent.mass);
-        factor(tangent, LeastShift, elimination);
-        for (const SoftMotion& motion : findSoftMotions(tangent, elimination)) {
+        const int count = countSoftMotions(tangent);
+        factor(tangent, LeastShift);
+        for (const SoftMotion& motion : findSoftMotions(tangent, count)) {
             const double force = motion.y.dot(tangent.s.cwiseProduct(tangent.r));
             if (std::abs(motion.stiffness) > calcZero(tangent) ||
                 std::abs(force) <= 1e-6 * m_forceScale * motion.y.norm())
@@ -656,6 +744,7 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     }
     equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
 
+    equations.updBlocks().chooseNumThreads(omp_get_max_threads());
     Search search(*this, equations, point, motion);
     search.run();
     m_numIterations = search.numIterations;

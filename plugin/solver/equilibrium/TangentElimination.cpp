@@ -5,6 +5,7 @@
 #include <map>
 
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/base/ParallelFor.h"
 
 namespace simflex {
 
@@ -17,23 +18,41 @@ namespace {
 constexpr double Compliance = 1e-10;
 constexpr double GmresTolerance = 1e-11;
 
+/** How many negative eigenvalues Λ has on what U does not see.
+@param inverse  Λ⁻¹
+@param compliance  UᵀΛ⁻¹U **/
+int countNegativeParts(const VectorXd& inverse, const MatrixXd& compliance) {
+    const auto isNegative = [](double value) { return value < 0; };
+    const int count = int(std::count_if(inverse.begin(), inverse.end(), isNegative));
+    if (count == 0) return 0;
+    const SymmetricEigen eigen =
+        calcSymmetricEigen(compliance, MatrixXd::Identity(compliance.rows(), compliance.rows()));
+    return count - int(std::count_if(eigen.values.begin(), eigen.values.end(), isNegative));
+}
+int countNegativeParts(const Eigen::VectorXcd&, const Eigen::MatrixXcd&) {
+    return 0;
+}
+
 }  // namespace
 
 template <class Scalar>
 TangentElimination<Scalar>::TangentElimination(const BlockGraph& graph, const BlockMass& mass)
     : m_graph(graph),
       m_mass(mass),
-      m_numSpeeds(graph.sizes.empty() ? 0 : graph.firstU.back() + graph.sizes.back()),
-      m_fronts(makePattern()) {}
+      m_numSpeeds(graph.sizes.empty() ? 0 : graph.firstU.back() + graph.sizes.back()) {}
 
 template <class Scalar>
 CliquePattern TangentElimination<Scalar>::makePattern() {
+    m_pairs.clear();
+    m_sides.clear();
+    m_firstKept.assign(1, 0);
+    for (const int count : m_kept) m_firstKept.push_back(m_firstKept.back() + count);
     CliquePattern pattern;
-    pattern.numUnknowns = m_numSpeeds + m_mass.numMultipliers;
-    pattern.firstMultiplier = m_numSpeeds;
+    const int numKept = m_firstKept.back();
+    pattern.numUnknowns = numKept + m_mass.numMultipliers;
+    pattern.firstMultiplier = numKept;
     const auto appendSpeeds = [&](std::vector<int>& clique, int b) {
-        for (int i = 0; i < m_graph.sizes[size_t(b)]; ++i)
-            clique.push_back(m_graph.firstU[size_t(b)] + i);
+        for (int i = 0; i < m_kept[size_t(b)]; ++i) clique.push_back(m_firstKept[size_t(b)] + i);
     };
     for (int b = 0; b < int(m_graph.sizes.size()); ++b)
         for (int k = 0; k < int(m_graph.neighbours[size_t(b)].size()); ++k) {
@@ -56,12 +75,12 @@ CliquePattern TangentElimination<Scalar>::makePattern() {
             pattern.cliques.emplace_back();
             appendSpeeds(pattern.cliques.back(), int(b));
             for (const int k : entry.second)
-                pattern.cliques.back().push_back(m_numSpeeds + m_mass.rows[b][size_t(k)]);
+                pattern.cliques.back().push_back(numKept + m_mass.rows[b][size_t(k)]);
         }
     }
     std::map<std::vector<int>, std::vector<int>> together;
     for (int row = 0; row < m_mass.numMultipliers; ++row)
-        together[blocksOfRow[size_t(row)]].push_back(m_numSpeeds + row);
+        together[blocksOfRow[size_t(row)]].push_back(numKept + row);
     for (const auto& entry : together) pattern.cliques.push_back(entry.second);
     m_values.resize(pattern.cliques.size());
     for (size_t k = m_pairs.size() + m_sides.size(); k < m_values.size(); ++k) {
@@ -72,9 +91,50 @@ CliquePattern TangentElimination<Scalar>::makePattern() {
 }
 
 template <class Scalar>
+void TangentElimination<Scalar>::condense(const BlockMatrix<Scalar>& A, size_t b) {
+    Condensed& condensed = m_condensed[b];
+    const int numFirst = A.countFirst(b);
+    const VectorXd scale = m_scale.segment(m_graph.firstU[b], m_graph.sizes[b]);
+    condensed.scale = scale.head(numFirst);
+    if (!A.hasShapes(b)) return;
+    const BlockModes<Scalar>& modes = A.modes[b];
+    const Eigen::Index n = modes.diagonal.size(), count = modes.shapes.cols();
+    const auto ofModes = scale.tail(n);
+    const Eigen::HouseholderQR<MatrixXd> qr(ofModes.asDiagonal() * modes.shapes);
+    condensed.U = qr.householderQ() * MatrixXd::Identity(n, count);
+    condensed.R = qr.matrixQR().topRows(count).template triangularView<Eigen::Upper>();
+    condensed.inverse = (ofModes.cwiseAbs2().cwiseProduct(modes.diagonal)).cwiseInverse();
+    condensed.inverseU = condensed.inverse.asDiagonal() * condensed.U;
+    const Matrix compliance = condensed.U.transpose() * condensed.inverseU;
+    condensed.weights = compliance.inverse();
+    condensed.numNegative = countNegativeParts(condensed.inverse, compliance);
+}
+
+template <class Scalar>
+auto TangentElimination<Scalar>::keep(const Matrix& values, size_t row, size_t column) const
+    -> Matrix {
+    const Condensed &left = m_condensed[row], &right = m_condensed[column];
+    const Eigen::Index above = left.scale.size(), before = right.scale.size();
+    Matrix kept = values;
+    kept.leftCols(before) *= right.scale.asDiagonal();
+    if (right.R.size() > 0) kept.rightCols(values.cols() - before) *= right.R.transpose();
+    kept.topRows(above).applyOnTheLeft(left.scale.asDiagonal());
+    if (left.R.size() > 0)
+        kept.bottomRows(values.rows() - above) = left.R * kept.bottomRows(values.rows() - above);
+    return kept;
+}
+
+template <class Scalar>
 void TangentElimination<Scalar>::factor(const BlockMatrix<Scalar>& A, const VectorXd& scale,
                                         Symmetry symmetry) {
     m_scale = scale;
+    std::vector<int> kept;
+    for (size_t b = 0; b < m_graph.sizes.size(); ++b) kept.push_back(A.countCoordinates(b));
+    if (!m_fronts || kept != m_kept) {
+        m_kept = kept;
+        m_fronts.emplace(makePattern());
+        m_condensed.assign(kept.size(), {});
+    }
     VectorXd norms = VectorXd::Zero(m_mass.numMultipliers);
     for (size_t b = 0; b < m_mass.rows.size(); ++b) {
         const auto own = scale.segment(m_graph.firstU[b], m_graph.sizes[b]);
@@ -83,55 +143,94 @@ void TangentElimination<Scalar>::factor(const BlockMatrix<Scalar>& A, const Vect
                 own.cwiseProduct(m_mass.Gt[b].col(Eigen::Index(k))).squaredNorm();
     }
     m_rowScale = norms.unaryExpr([](double norm) { return norm > 0 ? 1 / std::sqrt(norm) : 0.0; });
+    parallelFor(int(kept.size()), m_numThreads, [&](int b) { condense(A, size_t(b)); });
 
-    std::vector<const Scalar*> pointers;
-    size_t clique = 0;
-    for (const auto& [b, k, row] : m_pairs) {
-        const auto own = scale.segment(m_graph.firstU[size_t(b)], m_graph.sizes[size_t(b)]);
-        const auto other = scale.segment(m_graph.firstU[size_t(row)], m_graph.sizes[size_t(row)]);
-        const Matrix above =
-            other.asDiagonal() * A.columns[size_t(b)][size_t(k)] * own.asDiagonal();
-        Matrix& values = m_values[clique++];
-        const Eigen::Index n = own.size();
+    const auto formPair = [&](int pair) {
+        const auto& [b, k, row] = m_pairs[size_t(pair)];
+        Matrix above = keep(A.columns[size_t(b)][size_t(k)], size_t(row), size_t(b));
+        Matrix& values = m_values[size_t(pair)];
         if (row == b) {
-            values =
-                symmetry == Symmetry::General ? above : Matrix(0.5 * (above + above.transpose()));
-            for (Eigen::Index i = 0; i < n; ++i)
-                if (own[i] == 0) values(i, i) = 1;
-            continue;
+            values = symmetry == Symmetry::Symmetric ? Matrix(0.5 * (above + above.transpose()))
+                                                     : std::move(above);
+            const Condensed& condensed = m_condensed[size_t(b)];
+            for (Eigen::Index i = 0; i < condensed.scale.size(); ++i)
+                if (condensed.scale[i] == 0) values(i, i) = 1;
+            if (condensed.U.size() > 0)
+                values.bottomRightCorner(condensed.U.cols(), condensed.U.cols()) +=
+                    condensed.weights;
+            return;
         }
         const std::vector<int>& list = m_graph.neighbours[size_t(row)];
         const size_t mirrored =
             size_t(std::lower_bound(list.begin(), list.end(), b) - list.begin());
-        Matrix below = own.asDiagonal() * A.columns[size_t(row)][mirrored] * other.asDiagonal();
-        if (symmetry == Symmetry::Symmetric) below = (0.5 * (below + above.transpose())).eval();
-        values.setZero(n + other.size(), n + other.size());
-        values.topRightCorner(n, other.size()) = below;
-        values.bottomLeftCorner(other.size(), n) =
-            symmetry == Symmetry::Symmetric ? Matrix(below.transpose()) : above;
-    }
+        Matrix below = keep(A.columns[size_t(row)][mirrored], size_t(b), size_t(row));
+        if (symmetry == Symmetry::Symmetric) {
+            below = (0.5 * (below + above.transpose())).eval();
+            above = below.transpose();
+        }
+        const Eigen::Index n = m_kept[size_t(b)], m = m_kept[size_t(row)];
+        values.setZero(n + m, n + m);
+        values.topRightCorner(n, m) = below;
+        values.bottomLeftCorner(m, n) = above;
+    };
+    parallelFor(int(m_pairs.size()), m_numThreads, formPair);
+    size_t clique = m_pairs.size();
     for (const Side& side : m_sides) {
         const size_t b = size_t(side.block);
-        const Eigen::Index n = m_graph.sizes[b], count = Eigen::Index(side.columns.size());
+        const Eigen::Index n = m_kept[b], count = Eigen::Index(side.columns.size()),
+                           numModes = m_condensed[b].U.rows(), rest = m_graph.sizes[b] - numModes;
         Matrix& values = m_values[clique++];
         values.setZero(n + count, n + count);
         for (Eigen::Index k = 0; k < count; ++k) {
             const int column = side.columns[size_t(k)];
-            values.col(n + k).head(n) =
-                (m_rowScale[m_mass.rows[b][size_t(column)]] *
-                 scale.segment(m_graph.firstU[b], n).cwiseProduct(m_mass.Gt[b].col(column)))
-                    .template cast<Scalar>();
+            const VectorXd full = m_rowScale[m_mass.rows[b][size_t(column)]] *
+                                  scale.segment(m_graph.firstU[b], m_graph.sizes[b])
+                                      .cwiseProduct(m_mass.Gt[b].col(column));
+            VectorXd own(n);
+            own << full.head(rest), m_condensed[b].U.transpose() * full.tail(numModes);
+            values.col(n + k).head(n) = own.template cast<Scalar>();
         }
         values.bottomLeftCorner(count, n) = values.topRightCorner(n, count).transpose();
     }
+    std::vector<const Scalar*> pointers;
     for (const Matrix& values : m_values) pointers.push_back(values.data());
-    m_fronts.setSymmetric(symmetry == Symmetry::Symmetric);
-    if (m_numSpeeds > 0) m_fronts.factor(pointers, 1);
+    m_fronts->setSymmetric(symmetry == Symmetry::Symmetric);
+    if (m_numSpeeds > 0) m_fronts->factor(pointers, m_numThreads);
 }
 
 template <class Scalar>
 void TangentElimination<Scalar>::solveScaled(Vector& y) {
-    if (m_numSpeeds > 0) m_fronts.solve(y.data(), 1);
+    if (m_numSpeeds == 0) return;
+    const Eigen::Index numKept = m_firstKept.back();
+    Vector kept(numKept + m_mass.numMultipliers);
+    kept.tail(m_mass.numMultipliers) = y.tail(m_mass.numMultipliers);
+    const int numBlocks = int(m_kept.size());
+    parallelFor(numBlocks, m_numThreads, [&](int i) {
+        const size_t b = size_t(i);
+        const Condensed& condensed = m_condensed[b];
+        const Eigen::Index numModes = condensed.U.rows(), rest = m_graph.sizes[b] - numModes,
+                           first = m_graph.firstU[b];
+        kept.segment(m_firstKept[b], rest) = y.segment(first, rest);
+        if (numModes == 0) return;
+        kept.segment(m_firstKept[b] + rest, condensed.U.cols()).noalias() =
+            condensed.weights *
+            (condensed.inverseU.transpose() * y.segment(first + rest, numModes));
+    });
+    m_fronts->solve(kept.data(), m_numThreads);
+    y.tail(m_mass.numMultipliers) = kept.tail(m_mass.numMultipliers);
+    parallelFor(numBlocks, m_numThreads, [&](int i) {
+        const size_t b = size_t(i);
+        const Condensed& condensed = m_condensed[b];
+        const Eigen::Index numModes = condensed.U.rows(), rest = m_graph.sizes[b] - numModes,
+                           first = m_graph.firstU[b];
+        y.segment(first, rest) = kept.segment(m_firstKept[b], rest);
+        if (numModes == 0) return;
+        auto xi = y.segment(first + rest, numModes);
+        const Vector more = kept.segment(m_firstKept[b] + rest, condensed.U.cols()) -
+                            condensed.inverseU.transpose() * xi;
+        xi = condensed.inverse.cwiseProduct(xi);
+        xi.noalias() += condensed.inverseU * (condensed.weights * more);
+    });
 }
 
 template <class Scalar>
@@ -145,7 +244,10 @@ void TangentElimination<Scalar>::solve(Vector& f, Vector& g) {
 
 template <>
 int TangentElimination<double>::countNegative() const {
-    return m_fronts.countNegativePivots() - m_mass.numMultipliers;
+    int count = m_fronts ? m_fronts->countNegativePivots() - m_mass.numMultipliers : 0;
+    for (const Condensed& condensed : m_condensed)
+        if (condensed.U.size() > 0) count += condensed.numNegative;
+    return count;
 }
 
 template class TangentElimination<double>;

@@ -6,12 +6,21 @@ Solves tangent equations by blocks (private header),
     [ G   0  ] [λ] = [g]
 
 multifrontally: the speeds of a block, then the multipliers of its joints as soon as the blocks on
-both sides are gone. Rows of G get a compliance of 1e-10, in scaled equations, so that redundant
+both sides are gone. Of modes that act through few shapes (BlockModes), all that these do
+not see go before, at the cost of a diagonal: with Λ their diagonal, U an orthonormal basis of the
+shapes and y = Uᵀξ,
+
+    Uᵀ(A − Λ)U + T,    T = (UᵀΛ⁻¹U)⁻¹,    right-hand side T UᵀΛ⁻¹f,
+    ξ = Λ⁻¹f + Λ⁻¹U T (y − UᵀΛ⁻¹f)
+
+Rows of G get a compliance of 1e-10, in scaled equations, so that redundant
 ones do no harm.
 
     TangentElimination<double> elimination(graph, mass);
     elimination.factor(A, scale);
     elimination.solve(f, g);             // in place: x and λ  **/
+
+#include <optional>
 
 #include "simflex/solver/elimination/FrontSolver.h"
 #include "simflex/solver/equilibrium/BlockTangent.h"
@@ -23,8 +32,10 @@ class TangentElimination {
 public:
     using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
-    /** @param mass  its G; both must stay. **/
+    /** @param mass  its G; both must stay where they are, and its rows what they are; other values
+    count from the next factor() on. **/
     TangentElimination(const BlockGraph& graph, const BlockMass& mass);
+    void setNumThreads(int threads) { m_numThreads = threads; }
 
     enum class Symmetry { Symmetric, General };
     /** @param A  symmetric: only its symmetric part counts
@@ -49,15 +60,28 @@ private:
         int block;
         std::vector<int> columns;  ///< of the block's Gᵀ
     };
+    /** A block's modes at the last factor(), in scaled unknowns. **/
+    struct Condensed {
+        Eigen::VectorXd scale;     ///< of the first coordinates
+        Eigen::MatrixXd U, R;      ///< of all shapes, scaled; nothing if modes are as they are
+        Vector inverse;            ///< Λ⁻¹
+        Matrix inverseU, weights;  ///< Λ⁻¹U, T
+        int numNegative = 0;       ///< of what went before
+    };
     CliquePattern makePattern();
+    void condense(const BlockMatrix<Scalar>& A, size_t block);
+    /** A block of A, scaled. **/
+    Matrix keep(const Matrix& values, size_t row, size_t column) const;
 
     const BlockGraph& m_graph;
     const BlockMass& m_mass;
-    int m_numSpeeds;
+    int m_numSpeeds, m_numThreads = 1;
     std::vector<std::array<int, 3>> m_pairs;  ///< block column, place among its neighbours, row
     std::vector<Side> m_sides;
+    std::vector<int> m_kept, m_firstKept;  ///< by block, and all at last
+    std::vector<Condensed> m_condensed;
     std::vector<Matrix> m_values;  ///< of cliques: pairs, sides, multipliers
-    FrontSolver<Scalar> m_fronts;
+    std::optional<FrontSolver<Scalar>> m_fronts;
     Eigen::VectorXd m_scale, m_rowScale;
 };
 

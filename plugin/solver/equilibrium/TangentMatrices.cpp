@@ -16,10 +16,6 @@ namespace {
 
 constexpr double RankTolerance = 1e-10;
 
-/** DifferenceWeights of f(−2h), f(−h), f(h), f(2h) in h·f′. **/
-constexpr int Places[] = {-2, -1, 1, 2};
-constexpr double DifferenceWeights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
-
 /** A force that bends by more than this part of its change, or of this part of the largest change,
 may have a kink: a stop that closes. **/
 constexpr double KinkBend = 0.1, SmallForceChange = 1e-3;
@@ -81,23 +77,11 @@ void calcMassAndJacobian(Evaluation& equations, MatrixXd& M, MatrixXd& G) {
     }
 }
 
-namespace {
-
-/** A column, the rows of f that it may change, and where its slope goes. **/
-struct DifferenceColumn {
-    int speed;
-    std::vector<std::pair<int, int>> rows;  ///< first and number
-    std::function<void(const VectorXd& slope)> take;
-};
-
-/** Differences along columns, those of a group together: no row belongs to two of them.
-@param weights  that make rows comparable **/
-void differentiate(Evaluation& equations, const CoordinateScales& scales, double t,
-                   const std::vector<double>& q, const std::vector<double>& u,
-                   const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate,
-                   const VectorXd& middle, const VectorXd& weights,
-                   const std::vector<std::vector<DifferenceColumn>>& groups) {
-    std::vector<double> delta(size_t(equations.getTopology().numU), 0), moved;
+void differentiate(
+    const std::function<void(const std::vector<double>& delta, VectorXd& f)>& evaluate,
+    const std::vector<double>& steps, const VectorXd& middle, const VectorXd& weights,
+    const std::vector<std::vector<DifferenceColumn>>& groups) {
+    std::vector<double> delta(steps.size(), 0);
     const auto gather = [](const DifferenceColumn& column, const VectorXd& f) {
         Eigen::Index size = 0;
         for (const auto& range : column.rows) size += range.second;
@@ -128,20 +112,17 @@ void differentiate(Evaluation& equations, const CoordinateScales& scales, double
             one.least = one.most = one.middle;
         }
         for (int k = 0; k < 4; ++k) {
-            if (equations.getTopology().needsSimbody)
-                equations.realize(t, q.data(), u.data());  // for its N(q)
-            for (const Active& one : active) delta[size_t(one.column->speed)] = Places[k] * one.h;
-            moved = q;
-            equations.getBlocks().moveQ(delta.data(), moved.data());
-            evaluate(moved, f);
+            for (const Active& one : active)
+                delta[size_t(one.column->speed)] = DifferencePlaces[k] * one.h;
+            evaluate(delta, f);
             for (Active& one : active) {
                 const VectorXd own = gather(*one.column, f);
                 one.slope += DifferenceWeights[k] / one.h * own;
                 one.least = one.least.cwiseMin(own);
                 one.most = one.most.cwiseMax(own);
                 delta[size_t(one.column->speed)] = 0;
-                if (std::abs(Places[k]) < 2) continue;  // the outer ones see most
-                one.rise += Places[k] / 2 * own;
+                if (std::abs(DifferencePlaces[k]) < 2) continue;  // the outer ones see most
+                one.rise += DifferencePlaces[k] / 2 * own;
                 one.bend += own;
             }
         }
@@ -153,7 +134,7 @@ void differentiate(Evaluation& equations, const CoordinateScales& scales, double
         active.clear();
         for (const DifferenceColumn& column : group)
             active.push_back({&column,
-                              scales.step[size_t(column.speed)],
+                              steps[size_t(column.speed)],
                               gather(column, middle),
                               gather(column, weights),
                               {},
@@ -192,6 +173,22 @@ void differentiate(Evaluation& equations, const CoordinateScales& scales, double
     }
 }
 
+namespace {
+
+/** Of a displaced q. **/
+std::function<void(const std::vector<double>& delta, VectorXd& f)> displaceEach(
+    Evaluation& equations, double t, const std::vector<double>& q, const std::vector<double>& u,
+    const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate) {
+    return [&equations, t, &q, &u, &evaluate, moved = q](const std::vector<double>& delta,
+                                                         VectorXd& f) mutable {
+        if (equations.getTopology().needsSimbody)
+            equations.realize(t, q.data(), u.data());  // for its N(q)
+        moved = q;
+        equations.getBlocks().moveQ(delta.data(), moved.data());
+        evaluate(moved, f);
+    };
+}
+
 /** Of residuals. **/
 VectorXd weighRows(const CoordinateScales& scales, Eigen::Index count) {
     VectorXd weights = VectorXd::Ones(count);
@@ -217,8 +214,8 @@ MatrixXd differentiateByQ(
             {{column, {{0, int(middle.size())}}, [&derivative, column](const VectorXd& slope) {
                   derivative.col(column) = slope;
               }}});
-    differentiate(equations, scales, t, q, u, evaluate, middle, weighRows(scales, middle.size()),
-                  groups);
+    differentiate(displaceEach(equations, t, q, u, evaluate), scales.step, middle,
+                  weighRows(scales, middle.size()), groups);
     equations.realize(t, q.data(), u.data());
     return derivative;
 }
@@ -226,19 +223,21 @@ MatrixXd differentiateByQ(
 BlockMatrix<double> differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph, double t,
     const std::vector<double>& q, const std::vector<double>& u,
-    const std::function<void(const std::vector<double>& q, VectorXd& r)>& evaluate) {
+    const std::function<void(const std::vector<double>& q, VectorXd& r)>& evaluate,
+    int firstBlock) {
     VectorXd middle(equations.getTopology().numU);
     evaluate(q, middle);
     BlockMatrix<double> derivative(graph);
     std::vector<std::vector<DifferenceColumn>> groups;
     for (const std::vector<int>& blocks : graph.groups) {
         int largest = 0;
-        for (const int b : blocks) largest = std::max(largest, graph.sizes[size_t(b)]);
+        for (const int b : blocks)
+            if (b >= firstBlock) largest = std::max(largest, graph.sizes[size_t(b)]);
         for (int i = 0; i < largest; ++i) {
             std::vector<DifferenceColumn> group;
             for (const int b : blocks) {
                 const int speed = graph.firstU[size_t(b)] + i;
-                if (i >= graph.sizes[size_t(b)] ||
+                if (b < firstBlock || i >= graph.sizes[size_t(b)] ||
                     equations.getTopology().isPrescribed[size_t(speed)])
                     continue;
                 DifferenceColumn column{speed, {}, [&derivative, b, i](const VectorXd& slope) {
@@ -255,8 +254,8 @@ BlockMatrix<double> differentiateByQ(
             groups.push_back(std::move(group));
         }
     }
-    differentiate(equations, scales, t, q, u, evaluate, middle, weighRows(scales, middle.size()),
-                  groups);
+    differentiate(displaceEach(equations, t, q, u, evaluate), scales.step, middle,
+                  weighRows(scales, middle.size()), groups);
     equations.realize(t, q.data(), u.data());
     return derivative;
 }
@@ -278,7 +277,7 @@ MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales
         const size_t i = size_t(column);
         const double h = scales.step[i] * std::max(scales.rate[i], fastest);
         for (int k = 0; k < 4; ++k) {
-            u[i] = point.u[i] + Places[k] * h;
+            u[i] = point.u[i] + DifferencePlaces[k] * h;
             equations.realize(point.t, point.q.data(), u.data());
             equations.calcResidual(point.q.data(), u.data(), point.uDot.data(), point.lambda.data(),
                                    r.data());
@@ -312,7 +311,7 @@ BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateSca
                     return scales.step[speed] * scales.rate[speed];
                 };
                 for (const int b : moved)
-                    u[size_t(graph.firstU[size_t(b)] + i)] += Places[k] * calcStep(b);
+                    u[size_t(graph.firstU[size_t(b)] + i)] += DifferencePlaces[k] * calcStep(b);
                 equations.realize(point.t, point.q.data(), u.data());
                 equations.calcResidual(point.q.data(), u.data(), point.uDot.data(),
                                        point.lambda.data(), r.data());
@@ -361,7 +360,7 @@ StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& sca
         const double h = scales.step[i] * scales.rate[i];
         Slope slope(s);
         for (int k = 0; k < 4; ++k) {
-            u[i] = point.u[i] + Places[k] * h;
+            u[i] = point.u[i] + DifferencePlaces[k] * h;
             slope.add(k, calcRates(point.q, u));
         }
         tangent.E.col(column) = slope.get(h);
@@ -374,7 +373,7 @@ StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& sca
         const double h = 1e-4 * std::max(scale, std::abs(z[i]));
         Slope rates(s), forces(n);
         for (int k = 0; k < 4; ++k) {
-            z[i] = point.z[i] + Places[k] * h;
+            z[i] = point.z[i] + DifferencePlaces[k] * h;
             equations.setZ(z.data());
             rates.add(k, calcRates(point.q, point.u));
             equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(),
@@ -407,7 +406,7 @@ MatrixXd calcRateMatrix(Evaluation& equations, const CoordinateScales& scales,
         VectorXd derivative = VectorXd::Zero(numQ);
         for (int k = 0; k < 4; ++k) {
             std::vector<double> q = point.q;
-            for (int i = 0; i < numQ; ++i) q[size_t(i)] += Places[k] * h * along[i];
+            for (int i = 0; i < numQ; ++i) q[size_t(i)] += DifferencePlaces[k] * h * along[i];
             derivative += DifferenceWeights[k] / h * calcQDot(q, u);
         }
         return derivative;

@@ -23,6 +23,10 @@ namespace simflex {
 // meant.
 namespace Eigen = ::Eigen;
 
+/** DifferenceWeights of f(−2h), f(−h), f(h), f(2h) in h·f′. **/
+constexpr int DifferencePlaces[] = {-2, -1, 1, 2};
+constexpr double DifferenceWeights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
+
 /** Mass matrix and constraint Jacobian at the last realize(). **/
 void calcMassAndJacobian(Evaluation& equations, Eigen::MatrixXd& M, Eigen::MatrixXd& G);
 
@@ -34,6 +38,22 @@ Eigen::MatrixXd differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, double t, const std::vector<double>& q,
     const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& f)>& evaluate);
+
+/** A column, the rows of f that it may change, and where its slope goes. **/
+struct DifferenceColumn {
+    int speed;
+    std::vector<std::pair<int, int>> rows;  ///< first and number
+    std::function<void(const Eigen::VectorXd& slope)> take;
+};
+
+/** Fourth-order differences along columns, those of a group together: no row belongs to two of
+them.
+@param evaluate  writes f for displacements δ
+@param weights  that make rows comparable **/
+void differentiate(
+    const std::function<void(const std::vector<double>& delta, Eigen::VectorXd& f)>& evaluate,
+    const std::vector<double>& steps, const Eigen::VectorXd& middle, const Eigen::VectorXd& weights,
+    const std::vector<std::vector<DifferenceColumn>>& groups);
 
 /** ∂r/∂u at a point, zero in columns of prescribed speeds. **/
 Eigen::MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales,
