@@ -149,6 +149,90 @@ TEST(Linearization, StiffnessFoundInFramesIsThatOfDifferencesOfAllForces) {
     }
 }
 
+/** Links that hang one below the other, at rest; the last may be held by a damped bushing. **/
+struct Hanging {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    State state;
+
+    Hanging(int count, Real damping, Real ofBushing) {
+        Force::Gravity(forces, matter, -YAxis, Gravity);
+        test::PointMassPartOptions options;
+        options.numModes = 34;
+        options.cells = {5, 1, 1};
+        const auto part = test::makePointMassPart(options).body;
+        std::vector<FlexibleBody> links;
+        for (int k = 0; k < count; ++k) {
+            links.emplace_back(flexible, part);
+            if (k == 0)
+                Joint::Ball(flexible, matter.Ground(), links[0].interface("A"));
+            else
+                Joint::Pin(flexible, links[size_t(k) - 1].interface("B"),
+                           links.back().interface("A"));
+            if (damping > 0) ModalDamping(flexible, links.back(), damping);
+        }
+        if (ofBushing > 0) {
+            Mat66 stiffness(0);
+            stiffness.updSubMat<3, 3>(3, 3) = Mat33(5);
+            Bushing(flexible, links[0].interface("B"), links.back().interface("B"), stiffness,
+                    ofBushing * stiffness);
+        }
+        state = system.realizeTopology();
+        const auto &from = part->getInterface("A").position, &to = part->getInterface("B").position;
+        const Rotation down(-0.5 * Pi + 0.1, ZAxis);
+        Vec3 at(0);
+        for (const FlexibleBody& link : links) {
+            link.setPoseByInterface(state, "A", Transform(down, at));
+            at += down * Vec3(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+        }
+        StaticEquilibrium equilibrium(system);
+        equilibrium.solve(state);
+        state = equilibrium.getState();
+    }
+};
+
+TEST(SlowestEigenmodes, FoundByBlockEliminationAreThoseOfDenseMatrices) {
+    constexpr int Count = 25;
+    for (const auto& [damping, ofBushing] :
+         {std::pair(0.0, 0.0), std::pair(0.02, 0.0), std::pair(0.3, 0.05)}) {
+        SCOPED_TRACE(damping);
+        const Hanging model(6, damping, ofBushing);
+        const std::vector<Eigenmode> found = calcSlowestEigenmodes(model.system, model.state, Count,
+                                                                   EigenMethod::Blocks),
+                                     expected = calcSlowestEigenmodes(model.system, model.state,
+                                                                      Count, EigenMethod::Dense);
+        ASSERT_EQ(found.size(), expected.size());
+        for (size_t k = 0; k < found.size(); ++k) {
+            SCOPED_TRACE(k);
+            const Real size = std::abs(expected[k].eigenvalue);
+            EXPECT_EQ(found[k].isRigidMotion(), expected[k].isRigidMotion());
+            EXPECT_LT(std::abs(found[k].eigenvalue - expected[k].eigenvalue), 1e-7 * size + 1e-9);
+            EXPECT_NEAR(found[k].dampingRatio, expected[k].dampingRatio, 1e-7);
+            if (expected[k].isRigidMotion()) continue;
+            Real difference = 0, norm = 0;
+            for (int i = 0; i < found[k].shape.size(); ++i) {
+                difference += std::norm(found[k].shape[i] - expected[k].shape[i]);
+                norm += std::norm(expected[k].shape[i]);
+            }
+            EXPECT_LT(std::sqrt(difference), 1e-5 * std::sqrt(norm));
+        }
+    }
+}
+
+TEST(SlowestEigenmodes, BlockEliminationIsRefusedWhereSomethingMoves) {
+    Hanging model(2, 0, 0);
+    model.state.updU()[0] = 1;
+    try {
+        calcSlowestEigenmodes(model.system, model.state, 3, EigenMethod::Blocks);
+        FAIL() << "no exception";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("is not at rest"), std::string::npos)
+            << error.what();
+    }
+}
+
 TEST(Linearization, PredictsAccelerationsOfDisplacedStates) {
     const SpringMounted model;
     const Linearization linear = calcLinearization(model.system, model.state);

@@ -196,9 +196,13 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const ModelValue wanted = analysis.get("count");
     const int count = wanted.isGiven() ? wanted.getInteger() : UsualModes;
     const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name));
-    const Linearization linear =
-        calcLinearization(m_model->getSystem(), about, [this] { stopIfAsked(); });
-    std::vector<Eigenmode> modes = calcEigenmodes(linear);
+    const auto observer = [this] { stopIfAsked(); };
+    std::optional<Linearization> linear;  // where outputs ask for its accelerations
+    if (analysis.has("outputs")) linear = calcLinearization(m_model->getSystem(), about, observer);
+    std::vector<Eigenmode> modes = linear
+                                       ? calcEigenmodes(*linear)
+                                       : calcSlowestEigenmodes(m_model->getSystem(), about, count,
+                                                               EigenMethod::Automatic, observer);
     stopIfAsked();
     const auto firstElastic = std::find_if(
         modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
@@ -221,14 +225,13 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         results.dampingRatio[0].push_back(mode.dampingRatio);
     }
     results.statistics = {{"rigid_motions", double(numRigid)}, {"resolution", resolution}};
-    if (analysis.get("participation").getBool())
-        addParticipation(*m_model, linear.state, modes, results);
-    if (analysis.has("outputs"))
-        addShapes(m_model, m_probes, analysis.get("outputs").getTexts(), linear, modes, results,
-                  [this] { stopIfAsked(); });
+    if (analysis.get("participation").getBool()) addParticipation(*m_model, about, modes, results);
+    if (linear)
+        addShapes(m_model, m_probes, analysis.get("outputs").getTexts(), *linear, modes, results,
+                  observer);
     if (isDrawn)
-        m_remarks[name].push_back(
-            drawModes(*m_model, linear, modes, name, getUsualFolder(), m_options.listener));
+        m_remarks[name].push_back(drawModes(*m_model, {about, Vector(), Vector()}, modes, name,
+                                            getUsualFolder(), m_options.listener));
     m_writer->add(results);
     const std::string rubbing = nameRubbingJoints(*m_model);
     if (!rubbing.empty()) m_remarks[name].push_back("what rubs sticks and is held: " + rubbing);

@@ -558,14 +558,14 @@ std::string drawPeriods(const Model& model, const State& about, const std::vecto
 
 }  // namespace
 
-std::string drawModes(const Model& model, const Linearization& linear,
+std::string drawModes(const Model& model, const OperatingPoint& about,
                       const std::vector<Eigenmode>& modes, const std::string& analysis,
                       const std::string& usualFolder, const Listener& listener) {
     std::vector<std::string> titles;
     for (size_t k = 0; k < modes.size(); ++k)
         titles.push_back("mode " + std::to_string(k + 1) + ": " +
                          writeGeneral(double(modes[k].frequency), 5) + " Hz");
-    return drawPeriods(model, linear.state, modes, titles, "mode", analysis, usualFolder, listener);
+    return drawPeriods(model, about.state, modes, titles, "mode", analysis, usualFolder, listener);
 }
 
 std::string drawShapes(const Model& model, const State& state, const std::vector<Eigenmode>& shapes,

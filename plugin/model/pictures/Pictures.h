@@ -83,7 +83,7 @@ bool drawMotion(const Model& model, const MotionRecorder& motion, const Results:
 /** A film of each mode: FOLDER/ANALYSIS_mode_1.gif …; or of each shape that a harmonic motion has,
 with its title: FOLDER/ANALYSIS_shape_1.gif …
 @return where they are, for people @throws Cancelled, std::runtime_error. **/
-std::string drawModes(const Model& model, const Linearization& linear,
+std::string drawModes(const Model& model, const OperatingPoint& about,
                       const std::vector<Eigenmode>& modes, const std::string& analysis,
                       const std::string& usualFolder, const Listener& listener);
 std::string drawShapes(const Model& model, const SimTK::State& state,

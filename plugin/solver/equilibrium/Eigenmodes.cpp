@@ -1,11 +1,19 @@
 #include "simflex/solver/Eigenmodes.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/body/Assembly.h"
+#include "simflex/solver/equations/FlexibleBlock.h"
+#include "simflex/solver/equations/StateImage.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
+#include "simflex/solver/equilibrium/TangentElimination.h"
+#include "simflex/solver/integration/ImplicitStep.h"
 
 namespace simflex {
 
@@ -362,10 +370,455 @@ std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
     return modes;
 }
 
-std::vector<State> calcModeStates(const MultibodySystem& system, const Linearization& linearization,
+namespace {
+
+/** Of ω²: what is as good as free, and the least shift that stands out from round-off. **/
+constexpr double ZeroOfSoftest = 1e-12, LeastModeShift = 1e-9;
+constexpr int MostRigidMotions = 6;
+constexpr int LeastSpeeds = 300, LeastSpeedsOfMode = 6;
+constexpr int KrylovBlock = 4, NumDecades = 12, MostKrylovRounds = 12, MostDampedRounds = 12;
+/** Of displacements, in the norm of K + σM. **/
+constexpr double ModeAccuracy = 1e-8, DampedAccuracy = 1e-7;
+/** Accelerations of what is at rest, for its size [1/s²]. **/
+constexpr double SlowestChange = 1e-6;
+
+/** The undamped modes of slowest |ω² + σ|, σ small, and what damping makes of them. **/
+class SlowModes {
+public:
+    SlowModes(const MultibodySystem& system, const State& state,
+              const std::function<void()>& observer);
+
+    /** Why it does not do; empty if it does. **/
+    const std::string& getObstacle() const { return m_obstacle; }
+    std::vector<Eigenmode> calc(int count);
+
+private:
+    void linearize();
+    void factor(double shift);
+    /** Eigenvalues ω² below this one. **/
+    int count(double omegaSquared);
+    /** (K + σM)⁻¹ f along the joints. **/
+    VectorXd solve(VectorXd f) {
+        VectorXd g = VectorXd::Zero(m_mass->numMultipliers);
+        m_elimination->solve(f, g);
+        return f;
+    }
+    /** Adds what is new in X, orthonormal in M. **/
+    void extend(const MatrixXd& X);
+    /** Ritz pairs in the space. **/
+    void project();
+    /** Of a residual, relative to the mode. **/
+    double calcError(const VectorXd& x, const VectorXd& correction) const {
+        const auto norm = [&](const VectorXd& y) {
+            return std::sqrt(std::abs(y.dot(m_K->multiply(y))) +
+                             m_shift * y.dot(m_mass->multiply(y)));
+        };
+        return norm(correction) / norm(x);
+    }
+    /** Roots of round-off: of what is free there are two. **/
+    bool isAboutZero(Complex lambda) const { return std::norm(lambda) <= 1e-2 * m_shift; }
+    void findUndamped(int wanted);
+    void findDamped(int wanted, std::vector<PencilMode>& modes, MatrixXd& basis);
+    Eigenmode makeMode(Complex lambda, const VectorXcd& x) const;
+
+    const MultibodySystem& m_system;
+    State m_state;
+    std::function<void()> m_observer;
+    Evaluation m_equations;
+    CoordinateScales m_scales;
+    BlockGraph m_graph;
+    SolutionPoint m_point;
+    std::string m_obstacle;
+    std::optional<BlockMass> m_mass;
+    std::optional<BlockMatrix<double>> m_K, m_D;
+    std::optional<TangentElimination<double>> m_elimination;
+    bool m_isSymmetric = true;
+    double m_softest = 0, m_stiffest = 0, m_shift = 0;  ///< ω²
+    VectorXd m_s;
+    Vector m_metres;     ///< of Simbody's speeds
+    MatrixXd m_V, m_KV;  ///< the space
+    VectorXd m_values;   ///< ω² of Ritz pairs, ascending
+    MatrixXd m_vectors;  ///< in the space
+};
+
+SlowModes::SlowModes(const MultibodySystem& system, const State& state,
+                     const std::function<void()>& observer)
+    : m_system(system),
+      m_state(state),
+      m_observer(observer),
+      m_equations((system.realize(m_state, Stage::Velocity), system), m_state,
+                  Topology::Setting::Linearize),
+      m_scales(m_equations.getBlocks()),
+      m_graph(m_equations, BlockGraph::Links::OfJoints) {
+    const Topology& topology = m_equations.getTopology();
+    if (topology.hasForeignForces || !topology.simbodyRows.empty())
+        m_obstacle = "the system has forces or constraints of Simbody's";
+    else if (!topology.frictions.empty())
+        m_obstacle = "joints have friction";
+    else if (!topology.states.empty())
+        m_obstacle = "the system has states of its own";
+    if (!m_obstacle.empty()) return;
+    m_point.resize(topology.numQ, topology.numU, topology.numMultipliers, topology.numZ);
+    m_point.t = m_state.getTime();
+    m_equations.getBlocks().getFromState(m_state, m_point.q.data(), m_point.u.data());
+    m_equations.prescribe(m_point.t, 0, nullptr, m_point.q.data(), m_point.u.data());
+    IntegratorStatistics statistics;
+    ImplicitStep step(m_equations, statistics);
+    step.calcAccelerations(m_point.t, m_point.q, m_point.u, m_point.uDot, m_point.lambda);
+    for (int b = 0; b < topology.numBlocks(); ++b) {
+        const Block& block = m_equations.getBlock(b);
+        for (int i = block.firstU; i < block.firstU + block.numU; ++i)
+            if (m_point.u[size_t(i)] != 0 ||
+                std::abs(m_point.uDot[size_t(i)]) * m_scales.metres[size_t(i)] >
+                    SlowestChange * m_scales.lengths[size_t(b)])
+                m_obstacle = "'" + block.name + "' is not at rest";
+    }
+    std::fill(m_point.uDot.begin(), m_point.uDot.end(), 0.0);
+}
+
+void SlowModes::linearize() {
+    const Topology& topology = m_equations.getTopology();
+    m_equations.updBlocks().chooseNumThreads(omp_get_max_threads());
+    const auto evaluate = [&](const std::vector<double>& q, VectorXd& r) {
+        if (m_observer) m_observer();
+        m_equations.realize(m_point.t, q.data(), m_point.u.data());
+        r.resize(topology.numU);
+        m_equations.calcResidual(q.data(), m_point.u.data(), m_point.uDot.data(),
+                                 m_point.lambda.data(), r.data());
+    };
+    VectorXd r;
+    evaluate(m_point.q, r);
+    m_mass.emplace(m_equations);
+    const LoadTerms::Tangent ofLaws(m_equations.updLoads());
+    m_K.emplace(calcStiffness(m_equations, m_scales, m_graph, *m_mass, m_point, evaluate));
+    bool isDamped = !topology.elements.empty();
+    for (const FlexibleBlock* block : m_equations.getBlocks().flexible)
+        isDamped = isDamped || !block->getDamping().isZero();
+    if (isDamped)
+        m_D.emplace(calcDampingBlocks(m_equations, m_scales, m_graph, m_point, m_observer));
+
+    // Turning has other axes with Simbody, but the same radius about all of them.
+    m_metres.resize(topology.numU);
+    m_metres = 0;
+    std::vector<char> turns(size_t(topology.numU), 0);
+    for (int b = 0; b < topology.numFlexible; ++b)
+        std::fill_n(turns.begin() + m_equations.getBlock(b).firstU, 3, char(1));
+    for (int axis = 0; axis < 3; ++axis) {
+        std::vector<double> own = m_scales.metres;
+        for (int b = 0; b < topology.numFlexible; ++b)
+            for (int i = 0; i < 3; ++i)
+                if (i != axis) own[size_t(m_equations.getBlock(b).firstU + i)] = 0;
+        if (axis > 0)  // what does not turn has been seen
+            for (int i = 0; i < topology.numU; ++i)
+                if (!turns[size_t(i)]) own[size_t(i)] = 0;
+        const Vector part = m_equations.getBlocks().calcSimbodyUDot(m_point.q.data(), own.data());
+        for (int i = 0; i < part.size(); ++i) m_metres[i] = std::hypot(m_metres[i], part[i]);
+    }
+    const VectorXd stiffness = m_K->getDiagonal(), inertia = m_mass->getDiagonal();
+    for (int b = 0; b < topology.numFlexible; ++b) {
+        const Block& block = m_equations.getBlock(b);
+        for (int i = block.firstU + 6; i < block.firstU + block.numU; ++i)
+            if (stiffness[i] > 0 && (m_softest == 0 || stiffness[i] < m_softest))
+                m_softest = stiffness[i];
+    }
+    for (Eigen::Index i = 0; i < stiffness.size(); ++i)
+        if (!topology.isPrescribed[size_t(i)])
+            m_stiffest = std::max(m_stiffest, std::abs(stiffness[i]) / inertia[i]);
+    if (m_softest == 0) m_softest = m_stiffest > 0 ? m_stiffest : 1;
+    m_s = VectorXd::Zero(stiffness.size());
+    for (Eigen::Index i = 0; i < stiffness.size(); ++i)
+        if (!topology.isPrescribed[size_t(i)])
+            m_s[i] = 1 / std::sqrt(std::abs(stiffness[i]) + m_softest * inertia[i]);
+    m_elimination.emplace(m_graph, *m_mass);
+    m_elimination->setNumThreads(m_equations.getBlocks().numThreads);
+}
+
+void SlowModes::factor(double shift) {
+    if (m_observer) m_observer();
+    BlockMatrix<double> A = *m_K;
+    A.addMass(*m_mass, shift);
+    m_elimination->factor(A, m_s, TangentElimination<double>::Symmetry::Symmetric);
+}
+
+int SlowModes::count(double omegaSquared) {
+    factor(-omegaSquared);
+    return m_elimination->countNegative();
+}
+
+void SlowModes::extend(const MatrixXd& X) {
+    constexpr double Dependent = 1e-6;
+    Eigen::Index count = m_V.cols();
+    m_V.conservativeResize(m_s.size(), count + X.cols());
+    m_KV.conservativeResize(m_s.size(), count + X.cols());
+    for (Eigen::Index j = 0; j < X.cols(); ++j) {
+        VectorXd x = X.col(j);
+        const auto clear = [&] {
+            const VectorXd parts = m_V.leftCols(count).transpose() * m_mass->multiply(x);
+            x -= m_V.leftCols(count) * parts;
+        };
+        const auto calcNorm = [&] { return std::sqrt(x.dot(m_mass->multiply(x))); };
+        const double before = calcNorm();
+        clear();
+        const double size = calcNorm();
+        if (!(size > Dependent * before)) continue;
+        x /= size;
+        // What the rows' compliance leaves open, and is no longer small, would cost no energy.
+        VectorXd more = VectorXd::Zero(x.size()), gap = -m_mass->multiplyG(x);
+        m_elimination->solve(more, gap);
+        x += more;
+        clear();
+        const double rest = calcNorm();
+        if (!(rest > 0.5)) continue;
+        m_V.col(count) = x / rest;
+        m_KV.col(count) = m_K->multiply(x / rest);
+        ++count;
+    }
+    m_V.conservativeResize(m_s.size(), count);
+    m_KV.conservativeResize(m_s.size(), count);
+}
+
+void SlowModes::project() {
+    const MatrixXd K = m_V.transpose() * m_KV;
+    const SymmetricEigen eigen = calcSymmetricEigen(0.5 * (K + K.transpose()));
+    m_values = eigen.values;
+    m_vectors = eigen.vectors;
+}
+
+void SlowModes::findUndamped(int wanted) {
+    const Eigen::Index n = m_s.size();
+    // A shift by about the slowest: so much smaller than it that it stands out, so much larger than
+    // round-off that what is free does not drown it.
+    const int numFree = count(ZeroOfSoftest * m_softest);
+    int low = -NumDecades, high = NumDecades;
+    while (high - low > 1) {
+        const int middle = (low + high) / 2;
+        (count(std::pow(10.0, middle) * m_softest) > numFree ? high : low) = middle;
+    }
+    m_shift = std::max(std::pow(10.0, low), LeastModeShift) * m_softest;
+    factor(m_shift);
+    // What differences leave of a free motion may count as a vibration.
+    const Eigen::Index most = numFree + wanted + MostRigidMotions;
+    m_V.resize(n, 0);
+    m_KV.resize(n, 0);
+    MatrixXd X(n, KrylovBlock);
+    for (Eigen::Index j = 0; j < X.cols(); ++j)
+        for (Eigen::Index i = 0; i < n; ++i)
+            X(i, j) = m_s[i] * std::cos(1.3 * double((i + 1) * (j + 1)) + double(j));
+    Eigen::Index target = most + most / 2 + 2 * KrylovBlock;
+    for (int round = 0; round < MostKrylovRounds; ++round) {
+        while (m_V.cols() < target) {
+            if (m_observer) m_observer();
+            for (Eigen::Index j = 0; j < X.cols(); ++j)
+                X.col(j) = solve(m_mass->multiply(X.col(j)));
+            const Eigen::Index before = m_V.cols();
+            extend(X);
+            X = m_V.rightCols(m_V.cols() - before);
+            if (X.cols() == 0) break;  // all there are
+        }
+        project();
+        const Eigen::Index found = std::min(most, m_values.size());
+        double error = 0;
+        for (Eigen::Index k = 0; k < found && X.cols() > 0; ++k) {
+            const VectorXd x = m_V * m_vectors.col(k);
+            const VectorXd r = m_KV * m_vectors.col(k) - m_values[k] * m_mass->multiply(x);
+            error = std::max(error, calcError(x, solve(r)));
+            if (error > ModeAccuracy) break;
+        }
+        if (error <= ModeAccuracy) {
+            if (found == 0) return;
+            const double last = m_values[found - 1];
+            const double beyond = last + 1e-6 * std::abs(last) + ZeroOfSoftest * m_softest;
+            const int expected = count(beyond);
+            factor(m_shift);
+            if (expected <= std::count_if(m_values.begin(), m_values.end(),
+                                          [&](double value) { return value < beyond; }))
+                return;
+            // As many coincide as blocks are wide: a fresh one sees more.
+            X.resize(n, KrylovBlock);
+            for (Eigen::Index j = 0; j < X.cols(); ++j)
+                for (Eigen::Index i = 0; i < n; ++i)
+                    X(i, j) =
+                        m_s[i] * std::cos((0.7 + round) * double((i + 2) * (j + 1)) + double(j));
+        }
+        target += target / 3 + KrylovBlock;
+    }
+    throw std::runtime_error("calcSlowestEigenmodes(): " + std::to_string(wanted) +
+                             " modes do not converge in " + std::to_string(m_V.cols()) +
+                             " directions");
+}
+
+void SlowModes::findDamped(int wanted, std::vector<PencilMode>& modes, MatrixXd& basis) {
+    // As many undamped ones more as bring most of what is lacking.
+    const Eigen::Index kept = std::min(m_V.cols(), Eigen::Index(wanted + wanted / 2 + 8));
+    MatrixXd V = m_V * m_vectors.leftCols(kept);
+    m_V = V;
+    m_KV = m_KV * m_vectors.leftCols(kept);
+    const double rate = std::sqrt(std::max(m_shift, ZeroOfSoftest * m_softest));
+    for (int round = 0; round < MostDampedRounds; ++round) {
+        const Eigen::Index p = m_V.cols();
+        MatrixXd DV(m_V.rows(), p);
+        for (Eigen::Index j = 0; j < p; ++j) DV.col(j) = m_D->multiply(m_V.col(j));
+        const MatrixXd K = m_V.transpose() * m_KV, D = m_V.transpose() * DV;
+        // (λ − s)⁻¹: the slowest are the largest.
+        ReducedPencil pencil;
+        pencil.rate = rate;
+        pencil.M = MatrixXd::Identity(p, p) * square(rate);
+        pencil.D = rate * D;
+        pencil.K = K;
+        const InvertedPencil inverted = invertSecondOrder(pencil);
+        const Eigen::EigenSolver<MatrixXd> solver(inverted.matrix);
+        modes.clear();
+        for (Eigen::Index k = 0; k < 2 * p; ++k) {
+            const Complex mu = solver.eigenvalues()[k];
+            if (std::abs(mu) < 1e-14) continue;
+            const Complex nu = 1.0 + 1.0 / mu;
+            if (nu.imag() < 0) continue;
+            modes.push_back(
+                {rate * nu, solver.eigenvectors().col(k).segment(inverted.shapeRow, p)});
+        }
+        std::stable_sort(modes.begin(), modes.end(), [](const PencilMode& a, const PencilMode& b) {
+            return std::abs(a.nu) < std::abs(b.nu);
+        });
+        if (int(modes.size()) > wanted) modes.resize(size_t(wanted));
+        double worst = 0;
+        std::vector<VectorXd> lacking;
+        for (const PencilMode& mode : modes) {
+            if (isAboutZero(mode.nu)) continue;
+            const VectorXd re = mode.y.real(), im = mode.y.imag();
+            const Complex l = mode.nu, ll = l * l;
+            const VectorXd x[2] = {m_V * re, m_V * im}, Dx[2] = {DV * re, DV * im},
+                           Kx[2] = {m_KV * re, m_KV * im},
+                           Mx[2] = {m_mass->multiply(x[0]), m_mass->multiply(x[1])};
+            const VectorXd r[2] = {
+                ll.real() * Mx[0] - ll.imag() * Mx[1] + l.real() * Dx[0] - l.imag() * Dx[1] + Kx[0],
+                ll.real() * Mx[1] + ll.imag() * Mx[0] + l.real() * Dx[1] + l.imag() * Dx[0] +
+                    Kx[1]};
+            const double size = std::hypot(x[0].norm(), x[1].norm());
+            for (const int part : {0, 1}) {
+                const VectorXd correction = solve(r[part]);
+                const double error = calcError(x[x[0].norm() > x[1].norm() ? 0 : 1], correction);
+                worst = std::max(worst, error);
+                if (error > DampedAccuracy && size > 0) lacking.push_back(correction);
+            }
+        }
+        if (worst <= DampedAccuracy) break;
+        const Eigen::Index before = m_V.cols();
+        for (const VectorXd& x : lacking) extend(x);
+        if (m_V.cols() == before) break;
+    }
+    basis = m_V.leftCols(modes.empty() ? 0 : modes[0].y.size());
+}
+
+Eigenmode SlowModes::makeMode(Complex lambda, const VectorXcd& x) const {
+    Eigenmode mode;
+    mode.eigenvalue = lambda;
+    const double size = std::abs(lambda);
+    mode.frequency = size / (2 * Pi);
+    mode.dampingRatio = size > 0 ? 0 - lambda.real() / size : 0;  // not −0
+    if (lambda.imag() == 0 && size > 0) mode.dampingRatio = lambda.real() < 0 ? 1 : -1;
+    const VectorXd re = x.real(), im = x.imag();
+    const double modalMass = re.dot(m_mass->multiply(re)) + im.dot(m_mass->multiply(im));
+    const Vector ofRe = m_equations.getBlocks().calcSimbodyUDot(m_point.q.data(), re.data()),
+                 ofIm = m_equations.getBlocks().calcSimbodyUDot(m_point.q.data(), im.data());
+    double largest = 0;
+    Complex phase = 1;
+    for (int i = 0; i < ofRe.size(); ++i) {
+        const Complex part(ofRe[i], ofIm[i]);
+        const double displacement = std::abs(part) * m_metres[i];
+        if (displacement <= 1.0001 * largest) continue;
+        largest = displacement;
+        phase = std::conj(part) / std::abs(part);
+    }
+    phase /= modalMass > 0 ? std::sqrt(modalMass) : 1.0;
+    mode.shape.resize(ofRe.size());
+    for (int i = 0; i < ofRe.size(); ++i) mode.shape[i] = phase * Complex(ofRe[i], ofIm[i]);
+    return mode;
+}
+
+std::vector<Eigenmode> SlowModes::calc(int wanted) {
+    linearize();
+    findUndamped(wanted);
+    // Nothing but round-off restores it.
+    const VectorXd diagonal = m_K->getDiagonal().cwiseAbs();
+    const auto isFree = [&](Eigen::Index k) {
+        const VectorXd x = m_V * m_vectors.col(k);
+        return std::abs(m_values[k]) <=
+               ZeroOfSoftest * m_softest + RoundOffOfSum * x.cwiseAbs2().dot(diagonal);
+    };
+    std::vector<char> areFree;
+    int numFree = 0, numUnstable = 0;
+    for (Eigen::Index k = 0; k < m_values.size(); ++k) {
+        areFree.push_back(isFree(k));
+        numFree += areFree.back();
+        numUnstable += areFree.back() == 0 && m_values[k] < 0;
+    }
+    std::vector<Eigenmode> modes;
+    const Eigen::Index found =
+        std::min(m_values.size(), Eigen::Index(wanted + numFree + numUnstable));
+    for (Eigen::Index k = 0; k < found; ++k) {
+        if (m_D && !areFree[size_t(k)]) continue;
+        const VectorXcd x = (m_V * m_vectors.col(k)).cast<Complex>();
+        const double size = std::sqrt(std::abs(m_values[k]));
+        if (areFree[size_t(k)])
+            modes.push_back(makeMode(0, x));
+        else if (m_values[k] > 0)
+            modes.push_back(makeMode(Complex(0, size), x));
+        else
+            for (const double sign : {-1.0, 1.0}) modes.push_back(makeMode(sign * size, x));
+    }
+    if (m_D) {
+        std::vector<PencilMode> damped;
+        MatrixXd basis;
+        findDamped(wanted + 2 * numFree, damped, basis);
+        // What is free has two eigenvalues about zero; it stands among the modes already.
+        int skipped = 0;
+        for (const PencilMode& mode : damped) {
+            if (skipped < 2 * numFree && isAboutZero(mode.nu)) {
+                ++skipped;
+                continue;
+            }
+            modes.push_back(makeMode(mode.nu, basis * mode.y));
+        }
+    }
+    std::stable_sort(modes.begin(), modes.end(), [](const Eigenmode& a, const Eigenmode& b) {
+        return a.frequency < b.frequency;
+    });
+    if (int(modes.size()) > numFree + wanted) modes.resize(size_t(numFree + wanted));
+    for (Eigenmode& mode : modes)
+        mode.resolution = LeastFrequency * std::sqrt(m_stiffest) / (2 * Pi);
+    return modes;
+}
+
+}  // namespace
+
+std::vector<Eigenmode> calcSlowestEigenmodes(const MultibodySystem& system, const State& state,
+                                             int count, EigenMethod method,
+                                             const std::function<void()>& observer) {
+    const StandardArithmetic standard;
+    requireTopology(system, state, "calcSlowestEigenmodes()");
+    if (count < 1)
+        throw std::invalid_argument("calcSlowestEigenmodes(): at least 1 mode, not " +
+                                    std::to_string(count));
+    const int n = state.getNU();
+    if (method == EigenMethod::Blocks ||
+        (method == EigenMethod::Automatic && n >= LeastSpeeds && n / LeastSpeedsOfMode >= count)) {
+        SlowModes modes(system, state, observer);
+        if (modes.getObstacle().empty()) return modes.calc(count);
+        if (method == EigenMethod::Blocks)
+            throw std::invalid_argument("calcSlowestEigenmodes(): not by block elimination: " +
+                                        modes.getObstacle());
+    }
+    std::vector<Eigenmode> modes = calcEigenmodes(calcLinearization(system, state, observer));
+    const auto firstElastic = std::find_if(
+        modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
+    if (modes.end() - firstElastic > count) modes.erase(firstElastic + count, modes.end());
+    return modes;
+}
+
+std::vector<State> calcModeStates(const MultibodySystem& system, const OperatingPoint& about,
                                   const Eigenmode& mode, Real amplitude, int numFrames) {
     const StandardArithmetic standard;
-    const Evaluation equations(system, linearization.state, Topology::Setting::Linearize);
+    const Evaluation equations(system, about.state, Topology::Setting::Linearize);
     const int n = equations.getTopology().numU;
     if (mode.shape.size() != n)
         throw std::invalid_argument("calcModeStates(): the mode has " +
@@ -376,15 +829,15 @@ std::vector<State> calcModeStates(const MultibodySystem& system, const Lineariza
                                     " m and number of frames " + std::to_string(numFrames) +
                                     " must be positive");
     std::vector<double> q(size_t(equations.getTopology().numQ)), u(size_t(n), 0), moved;
-    equations.getBlocks().getFromState(linearization.state, q.data(), u.data());
-    const MatrixXd T = calcSimbodyNumbering(equations, q.data());
+    equations.getBlocks().getFromState(about.state, q.data(), u.data());
+    State moving = about.state;
     std::vector<VectorXd> displacements;
     double largest = 0;
     for (int frame = 0; frame < numFrames; ++frame) {
         const Complex turn = std::polar(1.0, 2 * Pi * frame / numFrames);
-        VectorXd delta(n);
+        Vector delta(n);
         for (int i = 0; i < n; ++i) delta[i] = std::real(mode.shape[i] * turn);
-        displacements.push_back(T.transpose() * delta);
+        displacements.push_back(takeFromSimbody(equations, moving, delta));
         largest =
             std::max(largest, equations.getBlocks().calcDisplacement(displacements.back().data()));
     }
@@ -393,7 +846,7 @@ std::vector<State> calcModeStates(const MultibodySystem& system, const Lineariza
         if (largest > 0) delta *= amplitude / largest;
         moved = q;
         equations.getBlocks().moveQ(delta.data(), moved.data());
-        State state = linearization.state;
+        State state = about.state;
         equations.getBlocks().putIntoState(state.getTime(), moved.data(), u.data(), state);
         system.realize(state, Stage::Velocity);
         states.push_back(state);

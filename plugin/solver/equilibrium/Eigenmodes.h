@@ -13,7 +13,8 @@ forces the problem is symmetric and λ = ±iω; else λ is complex.
     for (const State& now : calcModeStates(system, linear, modes[2], 0.01, 24)) frames.report(now);
 
 Tests hold undamped frequencies to 1e-9 of themselves, complex ones to 1e-8; very slow complex ones
-beside very stiff parts are less sharp. Dense: O(n³) for n speeds. **/
+beside very stiff parts are less sharp. Dense: O(n³) for n speeds. The slowest modes of many bodies
+at rest are found by block elimination, in time proportional to n. **/
 
 #include <vector>
 
@@ -46,13 +47,32 @@ has two eigenvalues and two modes.
     (Linearization::unsteady). **/
 std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization);
 
+enum class EigenMethod {
+    Automatic,  ///< block elimination where it is possible and quicker
+    Dense,      ///< all modes, of which the slowest are given
+    /** K + σM is eliminated body by body and spans a Krylov space, of as many slowest modes as a
+    count of K's eigenvalues (Sylvester's law of inertia) finds. Damping is projected onto these,
+    and onto what their residuals lack, until they fulfil the damped equations. **/
+    Blocks
+};
+
+/** All rigid motions and the `count` slowest modes besides, as calcEigenmodes() has them.
+@param observer  as in calcLinearization()
+@throws std::invalid_argument as calcLinearization() and calcEigenmodes(); with EigenMethod::Blocks
+    also where something moves, accelerates or rubs, has states of its own, or has forces or
+    constraints of Simbody's. **/
+std::vector<Eigenmode> calcSlowestEigenmodes(const SimTK::MultibodySystem& system,
+                                             const SimTK::State& state, int count,
+                                             EigenMethod method = EigenMethod::Automatic,
+                                             const std::function<void()>& observer = {});
+
 /** One period of a mode in `numFrames` States, at equal intervals from its largest displacement on:
 the operating point moved by Re(x e^{2πik/numFrames}), damping left out. Joints are met to first
 order in the amplitude.
 @param amplitude  largest displacement of any body in the first frame or later [m]
 @throws std::invalid_argument if the amplitude is not positive or the mode is another system's. **/
 std::vector<SimTK::State> calcModeStates(const SimTK::MultibodySystem& system,
-                                         const Linearization& linearization, const Eigenmode& mode,
+                                         const OperatingPoint& about, const Eigenmode& mode,
                                          SimTK::Real amplitude, int numFrames);
 
 }  // namespace simflex

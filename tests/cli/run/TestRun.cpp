@@ -305,6 +305,44 @@ TEST_F(RunTest, ARotorOfPiecesWhirlsAsInClosedForm) {
     expectRotor(read("modes").frequency.at(0), 300);
 }
 
+TEST_F(RunTest, ARotorThatAMotionDrivesTurnsAtItsSpeedInACampbellDiagram) {
+    std::string model = makeRotor(
+        "  over_speed: {type: campbell, parameter: speed, speeds: [0, 100, 300], count: 6}\n"
+        "  modes: {type: eigen, about: start, count: 6}\n");
+    const size_t initial = model.find("initial:\n"), analyses = model.find("analyses:\n");
+    model.replace(initial, analyses - initial,
+                  "initial: {start: steady}\n"
+                  "motions: {drive: {joint: bearing, position: speed*t}}\n");
+    writeModel(model);
+    ASSERT_EQ(runModel(), 0) << err;
+    // What turns at a given rate turns with the hub: 0.01 + 0.04 kg m^2 on 50 N m.
+    const auto expectDriven = [](std::vector<double> found, double speed) {
+        std::vector<double> expected = calcRotorFrequencies(speed);
+        *std::min_element(expected.begin(), expected.end(), [](double a, double b) {
+            const double alone = std::sqrt(50 / 0.01) / (2 * kPi);
+            return std::abs(a - alone) < std::abs(b - alone);
+        }) = std::sqrt(50 / 0.05) / (2 * kPi);
+        std::sort(expected.begin(), expected.end());
+        std::sort(found.begin(), found.end());
+        ASSERT_EQ(found.size(), expected.size());
+        for (size_t k = 0; k < expected.size(); ++k)
+            EXPECT_NEAR(found[k], expected[k], 1e-7 * expected[k]) << k << " at " << speed;
+    };
+    const Results::Analysis diagram = read("over_speed");
+    for (size_t k = 0; k < diagram.speeds.size(); ++k)
+        expectDriven(diagram.frequency.at(k), diagram.speeds[k]);
+    expectDriven(read("modes").frequency.at(0), 300);
+}
+
+TEST_F(RunTest, AnUnstableEquilibriumIsWarnedOf) {
+    writeModel(makePendulum("pi", "analyses: {rest: {type: static}}\n"));
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(err, HasSubstr("simflex: warning: rest: the equilibrium is unstable: 'rod' falls "
+                               "away from it at the least push; begin elsewhere"));
+    ASSERT_EQ(runModel("--set parameters.angle=3"), 0) << err;
+    EXPECT_THAT(err, Not(HasSubstr("unstable")));
+}
+
 TEST_F(RunTest, ASpeedWithoutSteadyMotionIsRefusedWithTheReason) {
     writeModel(makeRotor(
         "  over_speed: {type: campbell, parameter: speed, speeds: [0, 300], count: 6}\n"));
