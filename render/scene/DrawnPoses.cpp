@@ -258,9 +258,21 @@ private:
         }
     }
 
+    Vec3 getPlace(const ClosedJoint& closed) const {
+        return getMobod(closed.M).getBodyTransform(*m_drawn.given) * closed.X_BM.p();
+    }
+
     // Those of bodies that joints hold, down to Ground, but for prescribed ones.
     void findSpeeds() {
         const State& state = *m_drawn.given;
+        // Turning a body costs as much as moving the whole assembly about: a chain whose links are
+        // drawn longer gets longer, instead of folding itself up.
+        Vec3 middle(0);
+        double reach = m_scale;
+        for (const ClosedJoint& closed : m_joints)
+            middle += getPlace(closed) / double(m_joints.size());
+        for (const ClosedJoint& closed : m_joints)
+            reach = std::max(reach, double((getPlace(closed) - middle).norm()));
         m_column.assign(std::size_t(state.getNU()), -1);
         std::vector<double> weights;
         for (const ClosedJoint& closed : m_joints)
@@ -275,8 +287,7 @@ private:
                         m_speeds.push_back(int(body->getFirstUIndex(state)) + k);
                         const SpatialVec H = body->getHCol(state, SimTK::MobilizerUIndex(k));
                         m_turns.push_back(H[0].norm());
-                        weights.push_back(H[1].normSqr() +
-                                          0.25 * m_scale * m_scale * H[0].normSqr());
+                        weights.push_back(H[1].normSqr() + 0.25 * reach * reach * H[0].normSqr());
                     }
                 }
         m_weights = Eigen::Map<const Eigen::VectorXd>(weights.data(), Eigen::Index(weights.size()));

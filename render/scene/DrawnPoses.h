@@ -8,11 +8,12 @@ Levenberg–Marquardt steps from where the bodies are,
 
     Δu = −(JᵀJ + μW)⁻¹ Jᵀ (e − e₀),
 
-J of rigid motions alone, W the squares of the displacements that speeds mean on the bodies. What
-is not held by joints moves as little as it can. A loop that cannot close is left open in the sense
-of least squares: rather in the directions of axes than in gaps, rather elsewhere than at joints
-with Ground. What comes out is a function of the State alone, as smooth from picture to picture as
-the motion.
+J of rigid motions alone, W the squares of the displacements that speeds mean, of turns at half the
+assembly's radius: what is not held by joints moves as little as it can, and a chain whose links are
+drawn longer gets longer instead of folding itself up. A loop that cannot close is left open in the
+sense of least squares: rather in the directions of axes than in gaps, rather elsewhere than at
+joints with Ground. What comes out is a function of the State alone, as smooth from picture to
+picture as the motion.
 
 Driven joints keep their drives; couplers, joints that are disabled and those that have come apart
 are left out. **/

@@ -220,6 +220,62 @@ TEST(DrawnPoses, WhatCannotCloseIsSharedOutAndNamed) {
     EXPECT_EQ(viz.getLargestGap().second, 0);
 }
 
+/** Twenty links in a row, each longer by a part in 10⁴. **/
+TEST(DrawnPoses, AChainOfStretchedLinksGetsLongerAndDoesNotFold) {
+    constexpr int numLinks = 20;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const auto part = makePart(3);
+    std::vector<FlexibleBody> links;
+    for (int i = 0; i < numLinks; ++i)
+        links.emplace_back(flexible, part, "link " + std::to_string(i));
+    for (int i = 0; i < numLinks; ++i)
+        Joint::Ball(flexible, i == 0 ? Attachment(matter.Ground()) : links[i - 1].interface("B"),
+                    links[i].interface("A"));
+    State state = system.realizeTopology();
+    // ξ that moves B away from A along the chord, and nothing else.
+    const int n = links[0].getNumModes();
+    const auto calcChord = [&](const Vector& xi) {
+        Vec3 ends[2];
+        for (const int end : {0, 1}) {
+            const FlexibleFrame& seat = links[0].interface(end == 0 ? "A" : "B").getFlexibleFrame();
+            ends[end] = seat.shapes->s + multiplyShapes(*seat.shapes, &xi[0]).translation;
+        }
+        return Vec3(ends[1] - ends[0]);
+    };
+    const Vec3 chord = calcChord(Vector(n, 0.0));
+    Matrix stretch(3, n);
+    for (int i = 0; i < n; ++i) {
+        Vector one(n, 0.0);
+        one[i] = 1;
+        const Vec3 change = calcChord(one) - chord;
+        for (int k = 0; k < 3; ++k) stretch(k, i) = change[k];
+    }
+    Vector wanted(3), xi(n);
+    for (int k = 0; k < 3; ++k) wanted[k] = 1e-4 * chord[k];
+    FactorQTZ(stretch).solve(wanted, xi);
+    for (int i = 0; i < numLinks; ++i) {
+        links[i].setModalCoordinates(state, xi);
+        const Vec3 a = calcChord(xi) * i;
+        const FrameSums atA =
+            multiplyShapes(*links[i].interface("A").getFlexibleFrame().shapes, &xi[0]);
+        links[i].setFramePose(
+            state, Transform(Rotation(), a - links[i].interface("A").getFlexibleFrame().shapes->s -
+                                             atA.translation));
+    }
+    system.realize(state, Stage::Velocity);
+    DrawnPoses drawn;
+    drawn.update(system, state, 1000);
+    EXPECT_LT(drawn.getLargestGap().distance, 1e-6);
+    for (const FlexibleBody& link : links) {
+        const Rotation turned = link.getFramePose(drawn.getState()).R();
+        EXPECT_LT(turned.convertRotationToAngleAxis()[0], 0.02) << link.getName();
+    }
+    const double length = drawn.calcPose(links.back().interface("B")).p().norm();
+    EXPECT_NEAR(length, 1.1 * numLinks * chord.norm(), 0.005 * numLinks * chord.norm());
+}
+
 TEST(DrawnPoses, JointsThatHaveComeApartAreLeftApart) {
     TwoArms arms;
     State state = arms.place();
