@@ -35,6 +35,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addPlotCommand(app);
     addCompareCommand(app);
     addSweepCommand(app);
+    addFmuCommand(app);
     return runCommandLine(app, argc, argv);
 }
 

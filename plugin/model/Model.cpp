@@ -1,5 +1,6 @@
 #include "simflex/model/Model.h"
 
+#include "simflex/model/builders/Controllers.h"
 #include "simflex/model/builders/ModelBuilder.h"
 #include "simflex/model/builders/ModelTrigger.h"
 #include "simflex/model/file/NearestName.h"
@@ -8,6 +9,8 @@ namespace simflex {
 
 using namespace SimTK;
 using namespace model;
+
+ModelSystem::~ModelSystem() = default;
 
 ModelSystem::ModelSystem() : matter(system), forces(system), flexible(system, matter) {
     matter.setShowDefaultGeometry(false);
@@ -177,6 +180,20 @@ void Model::startStates(State& state) const {
     for (size_t i = 0; i < values.size(); ++i)
         getFlexibleBodies().setStateValue(state, m_contents->system->followers[i].first, values[i]);
     getSystem().realize(state, Stage::Velocity);
+    if (m_contents->system->controllers.empty()) return;
+    for (const ControllerSampling& sampling : m_contents->system->controllers) {
+        std::vector<double> inputs;
+        for (const Signal& input : sampling.inputs)
+            inputs.push_back(input.calcValue(getFlexibleBodies(), state));
+        sampling.show(sampling.controller->start(state.getTime(), inputs), getFlexibleBodies(),
+                      state);
+        getSystem().realize(state, Stage::Velocity);
+    }
+}
+
+void Model::copyMemories(const State& from, State& to) const {
+    for (const ControllerSampling& sampling : m_contents->system->controllers)
+        sampling.memory->set(to, sampling.memory->get(from));
 }
 
 }  // namespace simflex

@@ -24,8 +24,9 @@ that the file gives them.
 
 namespace simflex {
 namespace model {
+struct ControllerSampling;
 class ModelTrigger;
-}
+}  // namespace model
 
 struct ModelSystem;
 
@@ -124,6 +125,8 @@ public:
     /** Filters begin at what they filter: to be called on a State that a motion begins with and
     that was not made by makeInitialState(). Realized to Stage::Velocity. **/
     void startStates(SimTK::State& state) const;
+    /** What controllers remember. **/
+    void copyMemories(const SimTK::State& from, SimTK::State& to) const;
 
 private:
     class Builder;
@@ -134,6 +137,7 @@ private:
 /** The Simbody system that a model becomes, with the names of its file. **/
 struct ModelSystem {
     ModelSystem();
+    ~ModelSystem();
 
     SimTK::MultibodySystem system;
     SimTK::SimbodyMatterSubsystem matter;
@@ -165,6 +169,7 @@ struct ModelSystem {
     std::vector<const model::ModelTrigger*> triggers;
     /** Why a law had no value when it was asked last. **/
     std::shared_ptr<std::string> lawFailure = std::make_shared<std::string>();
+    std::vector<model::ControllerSampling> controllers;
     /** States that begin at the value of a signal, by number. **/
     std::vector<std::pair<int, Signal>> followers;
 };

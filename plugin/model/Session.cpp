@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "simflex/base/Archive.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/model/analyses/Beginning.h"
@@ -109,6 +110,7 @@ State Session::makeFresh(const State& state) const {
     fresh.updQ() = state.getQ();
     fresh.updU() = state.getU();
     fresh.updZ() = state.getZ();
+    m_model->copyMemories(state, fresh);
     m_model->getSystem().realize(fresh, Stage::Velocity);
     return fresh;
 }
@@ -146,7 +148,7 @@ void Session::setState(const State& state) {
 }
 
 std::string Session::describeWhatMoves() const {
-    std::string description = m_text.path + '\n' + m_text.text;
+    std::string description = m_text.text;
     for (const std::string& setting : m_text.settings)
         if (!isBesideMotion(setting.substr(0, setting.find('=')))) description += '\n' + setting;
     return description;
@@ -175,6 +177,22 @@ void Session::restore(const SavedState& saved) {
     m_energyBefore = saved.energyBefore;
     forgetFrom(getTime());
     recordRow();
+}
+
+std::string Session::pack(SavedState saved) const {
+    Archive archive;
+    visitSaved(archive, *m_model, saved);
+    return archive.getBytes();
+}
+
+SavedState Session::unpack(const std::string& bytes) const {
+    Archive archive(bytes);
+    SavedState saved;
+    saved.model = describeWhatMoves();
+    saved.begun = m_model->makeInitialState();
+    visitSaved(archive, *m_model, saved);
+    archive.requireEnd();
+    return saved;
 }
 
 void Session::keepState(const std::string& path) const {

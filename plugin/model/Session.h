@@ -175,6 +175,10 @@ public:
     setState() takes its State over. **/
     SavedState save() const;
     void restore(const SavedState& saved);
+    /** What save() gave as bytes, and back: for another Session of the same model, in another
+    process, too. @throws std::runtime_error if they are damaged or of another model. **/
+    std::string pack(SavedState saved) const;
+    SavedState unpack(const std::string& bytes) const;
     /** Writes time, coordinates, speeds and turns of angles to a file, which restoreState() brings
     back as they were: it goes on from there with small steps, as after setState(), and forgets
     what was recorded later.

@@ -28,8 +28,10 @@ HOUSE = {
     "forces": ["body"],
     "render": ["body"],
     "solver": ["body"],
-    "model": ["reduction", "render", "solver", "forces"],
-    "cli": ["model"],
+    "fmi": ["base"],
+    "model": ["reduction", "render", "solver", "forces", "fmi"],
+    "fmu": ["model"],
+    "cli": ["fmu"],
     "python": ["model"],
 }
 SOLVER = {"elimination": [], "equations": ["elimination"], "integration": ["equations"], "equilibrium": ["integration"]}

@@ -20,7 +20,9 @@ public:
     Real getNextEventTime(const State& state, bool) const override {
         Real next = Infinity;
         for (const Sampling& sampling : m_samplings)
-            next = std::min(next, calcNextTime(state, sampling));
+            next = std::min(next, calcNextTime(state, sampling.number, sampling.period));
+        for (const ControllerSampling& sampling : m_system.controllers)
+            next = std::min(next, calcNextTime(state, sampling.number, sampling.period));
         return next;
     }
 
@@ -33,22 +35,39 @@ private:
         std::vector<const Sampling*> due;
         std::vector<Real> values;
         for (const Sampling& sampling : m_samplings) {
-            const Real last = m_system.flexible.getStateValue(state, sampling.number);
-            if (countSamples(state.getTime(), sampling.period) <= std::round(last)) continue;
+            if (!isDue(state, sampling.number, sampling.period)) continue;
             due.push_back(&sampling);
             values.push_back(sampling.input.calcValue(m_system.flexible, state));
+        }
+        std::vector<std::pair<const ControllerSampling*, Controller::Moment>> told;
+        for (const ControllerSampling& sampling : m_system.controllers) {
+            if (!isDue(state, sampling.number, sampling.period)) continue;
+            std::vector<Real> inputs;
+            for (const Signal& input : sampling.inputs)
+                inputs.push_back(input.calcValue(m_system.flexible, state));
+            told.emplace_back(&sampling, sampling.controller->goOn(sampling.memory->get(state),
+                                                                   state.getTime(), inputs));
         }
         for (size_t i = 0; i < due.size(); ++i) {
             m_system.flexible.setStateValue(state, due[i]->value, values[i]);
             m_system.flexible.setStateValue(state, due[i]->number,
                                             countSamples(state.getTime(), due[i]->period));
         }
+        for (const auto& [sampling, moment] : told) {
+            sampling->show(moment, m_system.flexible, state);
+            m_system.flexible.setStateValue(state, sampling->number,
+                                            countSamples(state.getTime(), sampling->period));
+        }
     }
 
-    Real calcNextTime(const State& state, const Sampling& sampling) const {
-        const Real last = std::round(m_system.flexible.getStateValue(state, sampling.number));
-        return (std::min(last, countSamples(state.getTime(), sampling.period)) + 1) *
-               sampling.period;
+    bool isDue(const State& state, int number, Real period) const {
+        const Real last = m_system.flexible.getStateValue(state, number);
+        return countSamples(state.getTime(), period) > std::round(last);
+    }
+
+    Real calcNextTime(const State& state, int number, Real period) const {
+        const Real last = std::round(m_system.flexible.getStateValue(state, number));
+        return (std::min(last, countSamples(state.getTime(), period)) + 1) * period;
     }
 
     const ModelSystem& m_system;
@@ -90,7 +109,8 @@ double countSamples(double time, double period) {
 }
 
 void addSamplings(const std::vector<Sampling>& samplings, ModelSystem& system) {
-    if (!samplings.empty()) system.system.addEventHandler(new SamplingHandler(system, samplings));
+    if (!samplings.empty() || !system.controllers.empty())
+        system.system.addEventHandler(new SamplingHandler(system, samplings));
 }
 
 void addRelay(const Relay& relay, ModelSystem& system) {

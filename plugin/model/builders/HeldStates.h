@@ -7,6 +7,7 @@ they had not stopped. **/
 #include <string>
 #include <vector>
 
+#include "simflex/model/builders/Controllers.h"
 #include "simflex/model/builders/ModelSystem.h"
 
 namespace simflex {
@@ -35,7 +36,7 @@ struct Sampling {
 /** Number of the last sample at `time` or before. **/
 double countSamples(double time, double period);
 
-/** All samples of one time are of what was before it. **/
+/** All samples of one time are of what was before it, those of system.controllers among them. **/
 void addSamplings(const std::vector<Sampling>& samplings, ModelSystem& system);
 
 /** value = 1 from where the input exceeds `upper` until it falls below `lower`, else 0. **/

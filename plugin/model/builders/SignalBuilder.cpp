@@ -63,8 +63,9 @@ class SignalBuilder::StateEntry {
 public:
     StateEntry(ModelSystem& system, const ModelValue& value)
         : m_system(system), m_value(value), m_block(value) {
-        for (const char* kind : {"rate", "pid", "low_pass", "lead_lag", "transfer_function",
-                                 "rate_limit", "state_space", "sample_and_hold", "hysteresis"})
+        for (const char* kind :
+             {"rate", "pid", "low_pass", "lead_lag", "transfer_function", "rate_limit",
+              "state_space", "sample_and_hold", "hysteresis", "fmu"})
             if (value.has(kind)) m_kind = kind;
         if (m_kind.empty()) {  // an event's
             add("", 0);
@@ -83,6 +84,8 @@ public:
             readTransferFunction();
         } else if (m_kind == "state_space") {
             readStateSpace();
+        } else if (m_kind == "fmu") {
+            readController();
         } else if (m_kind == "sample_and_hold") {
             addHeld("");
             addHeld(".sample");
@@ -110,8 +113,9 @@ public:
     const Signal& getOutput(const std::string& name, SignalBuilder& signals) {
         const auto known = m_made.find(name);
         if (known != m_made.end()) return known->second;
-        const Signal output =
-            m_kind == "state_space" ? makeSpaceOutput(name, signals) : makeOutput(signals);
+        const Signal output = m_kind == "state_space" ? makeSpaceOutput(name, signals)
+                              : m_kind == "fmu"       ? m_values[findOutput(name)]
+                                                      : makeOutput(signals);
         return m_made.emplace(name, output).first->second;
     }
 
@@ -124,6 +128,10 @@ public:
         }
         if (m_kind == "state_space") {
             setRatesOfStateSpace(signals);
+            return;
+        }
+        if (m_kind == "fmu") {
+            addController(signals);
             return;
         }
         const Signal input = makeInput(signals);
@@ -301,15 +309,38 @@ private:
         }
         return makeSum(terms, factors);
     }
-    Signal makeSpaceOutput(const std::string& name, SignalBuilder& signals) {
+    size_t findOutput(const std::string& name) const {
         const std::string own = name.substr(std::min(name.size(), getName().size() + 1));
-        const size_t i =
-            size_t(std::find(m_outputs.begin(), m_outputs.end(), own) - m_outputs.begin());
+        return size_t(std::find(m_outputs.begin(), m_outputs.end(), own) - m_outputs.begin());
+    }
+    Signal makeSpaceOutput(const std::string& name, SignalBuilder& signals) {
+        const size_t i = findOutput(name);
         return makeCombination(m_C[i], m_D[i], signals);
     }
     void setRatesOfStateSpace(SignalBuilder& signals) {
         for (size_t i = 0; i < m_A.size(); ++i)
             m_states[i]->setRate(makeCombination(m_A[i], m_B[i], signals));
+    }
+
+    void readController() {
+        m_controller = std::make_shared<Controller>(m_value);
+        m_outputs = m_controller->getOutputs();
+        for (const std::string& output : m_outputs) addHeld('.' + output);
+        addHeld(".sample");
+    }
+    void addController(SignalBuilder& signals) {
+        const double period = m_value.get("period").getNumber();
+        ControllerSampling sampling{
+            m_controller, period, m_indices.back(),
+            m_indices,    {},     std::make_shared<const StateText>(m_system.system)};
+        sampling.outputs.pop_back();
+        for (const std::string& input : m_controller->getInputs())
+            sampling.inputs.push_back(signals.make(m_value.get("inputs").get(input)));
+        m_system.controllers.push_back(sampling);
+        m_system.followers.push_back(
+            {sampling.number, Signal::function({}, [period](Real time, const Real*, Real*) {
+                 return countSamples(time, period);
+             })});
     }
 
     void readThresholds() {
@@ -336,6 +367,7 @@ private:
     bool m_hasIntegral = false, m_hasDerivative = false;
     std::vector<double> m_numerator, m_denominator;  ///< as many of both
     std::vector<std::vector<double>> m_A, m_B, m_C, m_D;
+    std::shared_ptr<Controller> m_controller;
     std::vector<std::string> m_outputs;  ///< names; empty: one that has the entry's name
     double m_lower = 0, m_upper = 0;
     std::map<std::string, Signal> m_made;
@@ -400,6 +432,8 @@ void SignalBuilder::addInputs() {
 void SignalBuilder::addStates() {
     const ModelValue states = m_file.get("states");
     for (const std::string& name : states.getKeys()) addEntry(states.get(name));
+    const ModelValue controllers = m_file.get("controllers");
+    for (const std::string& name : controllers.getKeys()) addEntry(controllers.get(name));
     for (const auto& state : m_states) {
         state->setRates(*this);
         for (const std::string& output : state->listOutputs())

@@ -81,7 +81,7 @@ KnownTimes::KnownTimes(const ModelValue& file) : m_stretch(std::make_shared<Stre
         else if (!value.getExpression().isConstant())
             m_stretch->functions.push_back(find(value.getExpression()));
     };
-    for (const char* key : {"loads", "motions", "connectors", "states", "events"})
+    for (const char* key : {"loads", "motions", "connectors", "states", "controllers", "events"})
         visitFunctions(file.get(key), add);
 }
 

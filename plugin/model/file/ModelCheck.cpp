@@ -160,7 +160,7 @@ private:
                     check(*child, findSchemaKey(form, name)->forms, findSchemaKey(form, name), name,
                           name);
             // So do names of what laws depend on.
-            for (const char* section : {"probes", "inputs", "states", "events"})
+            for (const char* section : {"probes", "inputs", "states", "controllers", "events"})
                 if (const YamlTree* child = tree.find(section))
                     for (const YamlTree::Entry& entry : child->entries)
                         if (isName(entry.key, false) &&
@@ -176,6 +176,18 @@ private:
                                 if (isName(output.scalar, false))
                                     m_newFile->quantities.push_back(entry.key + "." +
                                                                     output.scalar);
+            if (const YamlTree* controllers = tree.find("controllers"))
+                for (const YamlTree::Entry& entry : controllers->entries)
+                    if (const YamlTree* outputs = entry.value.find("outputs")) {
+                        std::vector<std::string> names;
+                        for (const YamlTree& output : outputs->items)
+                            names.push_back(output.scalar);
+                        for (const YamlTree::Entry& output : outputs->entries)
+                            names.push_back(output.key);
+                        for (const std::string& name : names)
+                            if (isName(name, false))
+                                m_newFile->quantities.push_back(entry.key + "." + name);
+                    }
             m_newFile = nullptr;
             throwMistakes();  // or formulas would miss what is wrong here
         }

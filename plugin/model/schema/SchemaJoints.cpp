@@ -453,6 +453,31 @@ SchemaForm state() {
          "sample_and_hold", "hysteresis"});
 }
 
+SchemaForm controller() {
+    SchemaForm inputs = entries("inputs", {law()}), start = entries("start values", {number()});
+    inputs.hasPaths = start.hasPaths = true;
+    return map(
+        "a controller",
+        {
+            SchemaKey("fmu", {file("an FMU")}, "Unit for co-simulation, FMI 2.0 or 3.0.")
+                .required()
+                .such("controller.fmu"),
+            SchemaKey("inputs", {inputs}, "What its inputs are told, by their names in the unit.")
+                .such("{angle: \"angle - target\"}"),
+            SchemaKey("outputs", {list({name("an output")}), entries("outputs", {text()})},
+                      "Its outputs that laws know as CONTROLLER.OUTPUT; with names of one's own: "
+                      "{OUTPUT: NAME_IN_THE_UNIT}.")
+                .required()
+                .such("[torque]"),
+            SchemaKey("period", {positive()}, "Time between two samples.")
+                .in("s")
+                .required()
+                .such("1e-3"),
+            SchemaKey("start", {start}, "Values of its parameters, and of inputs before the start.")
+                .such("{gain: 400}"),
+        });
+}
+
 SchemaForm event() {
     return map(
         "an event",
@@ -566,6 +591,11 @@ std::vector<SchemaKey> makeJointKeys() {
                   "Equations of one's own beside those of motion: controllers, filters. Laws and "
                   "expressions know them by their names.")
             .such("{integral: {rate: \"target - angle\"}}"),
+        SchemaKey("controllers", {entries("controllers", {controller()})},
+                  "FMUs that are told of the motion and act on it: sampled, their outputs hold "
+                  "between. Laws and expressions know these.")
+            .such("{pid: {fmu: controller.fmu, inputs: {angle: angle}, outputs: [torque], period: "
+                  "1e-3}}"),
         SchemaKey(
             "events", {entries("events", {event()})},
             "What happens where a condition begins to hold, found to the accuracy. Laws know an "

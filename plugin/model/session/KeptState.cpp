@@ -1,6 +1,10 @@
 #include "simflex/model/session/KeptState.h"
+
+#include "simflex/base/Archive.h"
+#include "simflex/base/Hash.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/model/Session.h"
 #include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/probes/TurnCounter.h"
 #include "simflex/part/TextLines.h"
@@ -41,7 +45,53 @@ std::vector<double> readNumbers(TextLines& lines, const std::string& name, int s
     return values;
 }
 
+void visitNumbers(Archive& archive, SimTK::Vector& numbers) {
+    std::vector<double> values = toNumbers(numbers);
+    archive.visit(values);
+    if (int(values.size()) != numbers.size())
+        throw std::runtime_error("the state is of another model: it has other coordinates");
+    numbers = toVector(values);
+}
+
+/** A State's flags, time, coordinates, speeds and z. **/
+void visitState(Archive& archive, const Model& model, State& state) {
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        if (!body.flexible) continue;
+        bool isRigid = body.flexible->isRigid(state);
+        archive.visit(isRigid);
+        if (!archive.isReading()) continue;
+        if (isRigid)
+            body.flexible->setRigid(state);
+        else
+            body.flexible->setFlexible(state);
+    }
+    SimTK::Vector holding = model.getFlexibleBodies().getHolding(state);
+    visitNumbers(archive, holding);
+    if (archive.isReading()) {
+        model.getFlexibleBodies().setHolding(state, holding);
+        model.getSystem().realizeModel(state);
+    }
+    double time = state.getTime();
+    SimTK::Vector y = state.getY();
+    archive.visit(time);
+    visitNumbers(archive, y);
+    if (!archive.isReading()) return;
+    state.setTime(time);
+    state.updY() = y;
+    model.getSystem().realize(state, SimTK::Stage::Velocity);
+}
+
 }  // namespace
+
+void visitSaved(Archive& archive, const Model& model, SavedState& saved) {
+    Hash hash;
+    hash.add(saved.model);
+    std::uint64_t sum = hash.get();
+    archive.visit(sum);
+    if (sum != hash.get()) throw std::runtime_error("the state is of another model");
+    visitState(archive, model, saved.begun);
+    archive.visit(saved.integrator, saved.turns, saved.warnings, saved.energyBefore);
+}
 
 void writeKeptState(const std::string& path, const Model& model, const KeptState& kept) {
     const State& state = kept.state;

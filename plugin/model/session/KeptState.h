@@ -8,6 +8,10 @@ States of a model in files: text, with all digits. **/
 #include "simflex/model/Model.h"
 
 namespace simflex {
+
+class Archive;
+struct SavedState;
+
 namespace model {
 
 struct KeptState {
@@ -21,6 +25,10 @@ void writeKeptState(const std::string& path, const Model& model, const KeptState
 /** @throws std::invalid_argument naming file and line, and what is wrong there;
 std::runtime_error if it cannot be read. **/
 KeptState readKeptState(const std::string& path, const Model& model);
+
+/** What Session::save() gives, and the sum of its model, which must be the one it has.
+@throws std::runtime_error **/
+void visitSaved(Archive& archive, const Model& model, SavedState& saved);
 
 }  // namespace model
 }  // namespace simflex

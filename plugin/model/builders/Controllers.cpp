@@ -1,0 +1,199 @@
+#include "simflex/model/builders/Controllers.h"
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <mutex>
+
+#include "simflex/base/Archive.h"
+#include "simflex/base/NumberText.h"
+#include "simflex/model/builders/ModelSystem.h"
+
+namespace simflex {
+namespace model {
+
+using SimTK::Stage;
+using SimTK::State;
+using SimTK::Value;
+
+namespace fs = std::filesystem;
+
+//-------------------------------------------------------------------------------------------------
+// text in States
+
+class StateText::Guts : public SimTK::Subsystem::Guts {
+public:
+    Guts() : SimTK::Subsystem::Guts("controller", "1") {}
+    Guts* cloneImpl() const override { return new Guts(*this); }
+    int realizeSubsystemTopologyImpl(State& state) const override {
+        m_index = state.allocateDiscreteVariable(getMySubsystemIndex(), Stage::Dynamics,
+                                                 new Value<std::string>());
+        return 0;
+    }
+
+    mutable SimTK::DiscreteVariableIndex m_index;
+};
+
+StateText::StateText(SimTK::System& system) {
+    m_subsystem.adoptSubsystemGuts(new Guts());
+    system.adoptSubsystem(m_subsystem);
+}
+
+const std::string& StateText::get(const State& state) const {
+    const auto index = static_cast<const Guts&>(m_subsystem.getSubsystemGuts()).m_index;
+    return Value<std::string>::downcast(
+               state.getDiscreteVariable(m_subsystem.getMySubsystemIndex(), index))
+        .get();
+}
+
+void StateText::set(State& state, const std::string& text) const {
+    const auto index = static_cast<const Guts&>(m_subsystem.getSubsystemGuts()).m_index;
+    Value<std::string>::updDowncast(
+        state.updDiscreteVariable(m_subsystem.getMySubsystemIndex(), index))
+        .upd() = text;
+}
+
+//-------------------------------------------------------------------------------------------------
+// a controller
+
+namespace {
+
+/** A file is unpacked once for all systems that are made of a model. **/
+std::shared_ptr<const FmuUnit> obtainUnit(const std::string& path) {
+    static std::mutex mutex;
+    static std::map<std::pair<std::string, fs::file_time_type>, std::weak_ptr<const FmuUnit>> units;
+    std::error_code error;
+    const fs::file_time_type written = fs::last_write_time(path, error);
+    const std::lock_guard<std::mutex> lock(mutex);
+    std::weak_ptr<const FmuUnit>& known = units[{fs::absolute(path).string(), written}];
+    std::shared_ptr<const FmuUnit> unit = known.lock();
+    if (!unit) known = unit = std::make_shared<const FmuUnit>(path);
+    return unit;
+}
+
+void visitMemory(Archive& archive, double& time, std::string& bytes) {
+    archive.visit(time, bytes);
+}
+
+}  // namespace
+
+Controller::Controller(const ModelValue& entry) : m_name(entry.getName()) {
+    const ModelValue file = entry.get("fmu");
+    m_unit = withPlace(file, [&] { return obtainUnit(file.getFilePath()); });
+    const FmuDescription& description = m_unit->getDescription();
+    const auto require = [&](const ModelValue& place, const std::string& name,
+                             FmuVariable::Causality causality, const char* what) {
+        std::vector<std::string> known;
+        for (const FmuVariable& variable : description.variables)
+            if (variable.causality == causality) known.push_back(variable.name);
+        const FmuVariable* const variable = description.find(name);
+        if (!variable || variable->causality != causality)
+            place.failUnknown(std::string(what) + " of the FMU", name, known);
+        if (variable->isArray || variable->type == FmuVariable::Type::Other)
+            place.fail("'" + name + "' is " +
+                       (variable->isArray ? "an array" : "of type " + variable->typeText) +
+                       ": real numbers, whole ones and booleans can be connected");
+    };
+    const ModelValue inputs = entry.get("inputs"), outputs = entry.get("outputs"),
+                     start = entry.get("start");
+    for (const std::string& name : inputs.getKeys()) {
+        require(inputs.get(name), name, FmuVariable::Causality::Input, "input");
+        m_inputs.push_back(name);
+    }
+    const auto addOutput = [&](const ModelValue& place, const std::string& own,
+                               const std::string& variable) {
+        require(place, variable, FmuVariable::Causality::Output, "output");
+        m_outputs.push_back(own);
+        m_variables.push_back(variable);
+    };
+    for (int i = 0; outputs.isList() && i < outputs.getSize(); ++i)
+        addOutput(outputs.at(i), outputs.at(i).getText(), outputs.at(i).getText());
+    for (const std::string& name : outputs.getKeys())
+        addOutput(outputs.get(name), name, outputs.get(name).getText());
+    for (const std::string& name : start.getKeys()) {
+        if (!description.find(name) ||
+            description.find(name)->causality == FmuVariable::Causality::Output)
+            require(start.get(name), name, FmuVariable::Causality::Parameter, "parameter");
+        m_parameters.emplace_back(name, start.get(name).getNumber());
+    }
+}
+
+void Controller::begin() {
+    m_slave = std::make_unique<FmuSlave>(m_unit, m_name);
+    for (const auto& [name, value] : m_parameters) m_slave->set(name, value);
+    m_slave->enterInitialization(m_startTime);
+    for (size_t i = 0; i < m_inputs.size(); ++i) m_slave->set(m_inputs[i], m_startInputs[i]);
+    m_slave->exitInitialization();
+}
+
+Controller::Moment Controller::look(double time) {
+    Moment moment;
+    for (const std::string& variable : m_variables) {
+        moment.outputs.push_back(m_slave->get(variable));
+        if (!std::isfinite(moment.outputs.back()))
+            throw std::runtime_error("controller '" + m_name + "' puts out no finite '" + variable +
+                                     "' at t = " + writeGeneral(time, 6) + " s");
+    }
+    // One that cannot say what it remembers is at a step of its own.
+    std::string bytes =
+        m_unit->getDescription().canSerializeState ? m_slave->save() : std::to_string(m_numSteps);
+    Archive archive;
+    visitMemory(archive, time, bytes);
+    moment.memory = archive.getBytes();
+    m_memory = moment.memory;
+    return moment;
+}
+
+Controller::Moment Controller::start(double time, const std::vector<double>& inputs) {
+    if (m_slave && time == m_startTime && inputs == m_startInputs) return m_start;
+    m_startTime = time;
+    m_startInputs = inputs;
+    ++m_numSteps;
+    begin();
+    return m_start = look(time);
+}
+
+void Controller::goTo(const std::string& memory) {
+    if (memory == m_memory) return;
+    if (memory == m_start.memory) {
+        begin();
+    } else if (m_unit->getDescription().canSerializeState) {
+        Archive archive(memory);
+        double time = 0;
+        std::string bytes;
+        visitMemory(archive, time, bytes);
+        if (!m_slave) begin();
+        m_slave->restore(bytes);
+    } else {
+        throw std::runtime_error("controller '" + m_name + "' cannot be brought back: FMU '" +
+                                 m_unit->getPath() +
+                                 "' does not say what it remembers (canSerializeFMUState)");
+    }
+    m_memory = memory;
+}
+
+Controller::Moment Controller::goOn(const std::string& memory, double time,
+                                    const std::vector<double>& inputs) {
+    goTo(memory);
+    Archive archive(memory);
+    double last = 0;
+    std::string bytes;
+    visitMemory(archive, last, bytes);
+    for (size_t i = 0; i < m_inputs.size(); ++i) m_slave->set(m_inputs[i], inputs[i]);
+    m_memory.clear();
+    if (!m_slave->doStep(last, time - last))
+        throw std::runtime_error("controller '" + m_name + "' has ended its simulation at t = " +
+                                 writeGeneral(time, 6) + " s");
+    ++m_numSteps;
+    return look(time);
+}
+
+void ControllerSampling::show(const Controller::Moment& moment,
+                              const FlexibleBodySubsystem& flexible, State& state) const {
+    for (size_t i = 0; i < outputs.size(); ++i)
+        flexible.setStateValue(state, outputs[i], moment.outputs[i]);
+    memory->set(state, moment.memory);
+}
+
+}  // namespace model
+}  // namespace simflex

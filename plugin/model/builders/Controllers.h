@@ -1,0 +1,82 @@
+#pragma once
+/** @file
+FMUs that control a model: at each multiple of a period one is told what it measures, goes on to
+that time, and what it puts out holds until the next. What it remembers is in the State, as bytes,
+if the unit can write them: then one may go back, and runs go on from checkpoints. **/
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "simflex/fmi/FmuUnit.h"
+#include "simflex/forces/Signal.h"
+#include "simflex/model/file/ModelValue.h"
+
+namespace simflex {
+namespace model {
+
+/** A text in States. **/
+class StateText {
+public:
+    explicit StateText(SimTK::System& system);
+    const std::string& get(const SimTK::State& state) const;
+    void set(SimTK::State& state, const std::string& text) const;
+
+private:
+    class Guts;
+    SimTK::Subsystem m_subsystem;
+};
+
+/** Its unit, instance and variables. **/
+class Controller {
+public:
+    /** @param entry  of `controllers` **/
+    explicit Controller(const ModelValue& entry);
+
+    const std::vector<std::string>& getInputs() const { return m_inputs; }
+    /** Names of a model's own. **/
+    const std::vector<std::string>& getOutputs() const { return m_outputs; }
+
+    /** What it puts out, and what it remembers then. **/
+    struct Moment {
+        std::vector<double> outputs;
+        std::string memory;
+    };
+    Moment start(double time, const std::vector<double>& inputs);
+    /** @throws std::runtime_error of the unit's, or if it cannot be brought where `memory` says.
+     * **/
+    Moment goOn(const std::string& memory, double time, const std::vector<double>& inputs);
+
+private:
+    void begin();
+    Moment look(double time);
+    void goTo(const std::string& memory);
+
+    std::string m_name;
+    std::shared_ptr<const FmuUnit> m_unit;
+    std::vector<std::string> m_inputs, m_outputs, m_variables;  ///< variables of the outputs
+    std::vector<std::pair<std::string, double>> m_parameters;
+    std::unique_ptr<FmuSlave> m_slave;
+    std::string m_memory;  ///< where the instance is
+    long m_numSteps = 0;
+    double m_startTime = 0;
+    std::vector<double> m_startInputs;
+    Moment m_start;
+};
+
+/** number = k of the last sample, outputs: states. **/
+struct ControllerSampling {
+    std::shared_ptr<Controller> controller;
+    double period;
+    int number;
+    std::vector<int> outputs;
+    std::vector<Signal> inputs;
+    std::shared_ptr<const StateText> memory;
+
+    /** Into the State. **/
+    void show(const Controller::Moment& moment, const FlexibleBodySubsystem& flexible,
+              SimTK::State& state) const;
+};
+
+}  // namespace model
+}  // namespace simflex
