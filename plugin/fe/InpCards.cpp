@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr int DeepestInclude = 20;
-constexpr int LinesPerReport = 20000;
+constexpr int CardLinesPerReport = 20000;
 
 std::string withoutBlanks(std::string text) {
     text.erase(std::remove_if(text.begin(), text.end(), isBlank), text.end());
@@ -109,7 +109,7 @@ public:
                                      " files deep; does a file include itself?");
         Lines lines(readPlainText(in));
         while (lines.next()) {
-            if (lines.number() % LinesPerReport == 0)
+            if (lines.number() % CardLinesPerReport == 0)
                 reportProgress(m_progress, ReadingDeck, ReadingCards * lines.share());
             std::string_view text = trimBlanks(lines.line());
             if (text.empty() || text.substr(0, 2) == "**") continue;
