@@ -91,16 +91,17 @@ private:
                 largest[i] = std::max(largest[i], std::abs(moved[size_t(i)]));
             return moved;
         };
-        const Values before = evaluate(-1), after = evaluate(1);
+        // On one side: a sine about its zero has the same chords on both.
+        const Values after = evaluate(1), farAfter = evaluate(2);
         bool isStraight = true;
         for (size_t i = 0; i < after.size(); ++i) {
-            slope[Eigen::Index(i)] = 0.5 * (after[i] - before[i]);
-            isStraight &= std::abs(after[i] + before[i] - 2 * m_middle[i]) <=
+            slope[Eigen::Index(i)] = 0.5 * (farAfter[i] - m_middle[i]);
+            isStraight &= std::abs(farAfter[i] + m_middle[i] - 2 * after[i]) <=
                           SameNumber * largest[Eigen::Index(i)] +
                               SmallBend * std::abs(slope[Eigen::Index(i)]);
         }
         if (!isStraight) {
-            const Values farBefore = evaluate(-2), farAfter = evaluate(2);
+            const Values before = evaluate(-1), farBefore = evaluate(-2);
             for (size_t i = 0; i < after.size(); ++i)
                 slope[Eigen::Index(i)] =
                     (8 * (after[i] - before[i]) - (farAfter[i] - farBefore[i])) / 12;
