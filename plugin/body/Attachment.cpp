@@ -108,8 +108,9 @@ private:
 }  // namespace
 
 Attachment::Attachment(const MobilizedBody& body, const Transform& X_BA)
-    : m_name(body.isGround() ? "ground"
-                             : "body " + std::to_string(int(body.getMobilizedBodyIndex()))),
+    : m_name(body.isGround()
+                 ? "ground"
+                 : describeBody(body.getMatterSubsystem(), body.getMobilizedBodyIndex())),
       m_mobod(body.getMobilizedBodyIndex()),
       m_X_BA(X_BA),
       m_mobilizedBody(std::make_shared<const MobilizedBody>(body)) {}

@@ -42,7 +42,8 @@ public:
 
     bool isFlexible() const { return bool(m_flexibleFrame); }
 
-    /** What it is on, for messages: "crank.pin", "crank node 12", "body 3" or "ground". **/
+    /** What it is on, for messages: "crank.pin", "crank node 12", "slider", "body 3" or "ground".
+     * **/
     const std::string& getName() const { return m_name; }
 
     /** Body frame of the flexible body, or the mobilized body itself. **/

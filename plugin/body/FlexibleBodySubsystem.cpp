@@ -55,6 +55,10 @@ FlexibleBody FlexibleBodySubsystem::getBody(FlexibleBodyIndex index) const {
     return FlexibleBody(getMultibodySystem(), getMySubsystemIndex(), index);
 }
 
+void FlexibleBodySubsystem::nameBody(SimTK::MobilizedBodyIndex body, const std::string& name) {
+    updGuts().nameBody(body, name);
+}
+
 int FlexibleBodySubsystem::getNumJoints() const {
     return int(getGuts().joints().size());
 }
@@ -216,6 +220,11 @@ void FlexibleBodySubsystem::Guts::startStates(State& state) const {
             m_states[i]->calcStart(value, calcMotions(state, m_states[i]->getAttachments()));
         if (start != value) updZ(state)[int(i)] = start;
     }
+}
+
+std::string FlexibleBodySubsystem::Guts::findBodyName(SimTK::MobilizedBodyIndex body) const {
+    const auto found = m_bodyNames.find(body);
+    return found != m_bodyNames.end() ? found->second : "";
 }
 
 FlexibleBodyIndex FlexibleBodySubsystem::Guts::addBody(FlexibleBodyRecord record) {
@@ -634,6 +643,13 @@ void FlexibleBodySubsystem::Guts::addInModalForces(const State& state,
         const int first = int(mobod.getFirstUIndex(state)), count = mobod.getNumU(state);
         for (int k = 0; k < count; ++k) mobilityForces[first + k] += modal[i++];
     }
+}
+
+std::string describeBody(const SimTK::SimbodyMatterSubsystem& matter,
+                         SimTK::MobilizedBodyIndex body, const std::string& word) {
+    const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(matter.getSystem());
+    const std::string name = flexible ? flexible->getGuts().findBodyName(body) : "";
+    return name.empty() ? word + ' ' + std::to_string(int(body)) : name;
 }
 
 }  // namespace simflex

@@ -51,6 +51,8 @@ public:
 
     int getNumBodies() const;
     FlexibleBody getBody(FlexibleBodyIndex index) const;
+    /** What messages call a rigid body: "crank" instead of "body 3". **/
+    void nameBody(SimTK::MobilizedBodyIndex body, const std::string& name);
     int getNumJoints() const;
     Joint getJoint(JointIndex index) const;
     /** What a State holds together beyond its coordinates: 1 for each of Simbody's constraints that

@@ -106,6 +106,11 @@ public:
     /**@}**/
 
     const std::vector<FlexibleBodyRecord>& bodies() const { return m_bodies; }
+    void nameBody(SimTK::MobilizedBodyIndex body, const std::string& name) {
+        m_bodyNames[body] = name;
+    }
+    /** Of a rigid body; empty if nobody has named it. **/
+    std::string findBodyName(SimTK::MobilizedBodyIndex body) const;
     const std::vector<JointRecord>& joints() const { return m_joints; }
     const std::vector<std::shared_ptr<const ForceElement>>& forceElements() const {
         return m_forceElements;
@@ -181,6 +186,7 @@ private:
     SimTK::SubsystemIndex m_matterIndex;
     std::vector<FlexibleBodyRecord> m_bodies;
     std::vector<JointRecord> m_joints;
+    std::map<SimTK::MobilizedBodyIndex, std::string> m_bodyNames;
     std::vector<std::shared_ptr<const ForceElement>> m_forceElements;
     std::vector<std::shared_ptr<const StateEquation>> m_states;
     std::map<const ReducedBody*, std::shared_ptr<const FlexibleBodyModel>> m_models, m_stiffened,
@@ -197,5 +203,10 @@ inline Eigen::Vector3d toEigen(const SimTK::Vec3& v) {
 inline SimTK::Vec3 toSimTK(const Eigen::Vector3d& v) {
     return {v[0], v[1], v[2]};
 }
+
+/** What somebody has named it by FlexibleBodySubsystem::nameBody(); else "body 3", or with another
+word before its number. **/
+std::string describeBody(const SimTK::SimbodyMatterSubsystem& matter,
+                         SimTK::MobilizedBodyIndex body, const std::string& word = "body");
 
 }  // namespace simflex

@@ -130,6 +130,10 @@ const std::string& Model::getLawFailure() const {
     return *m_contents->system->lawFailure;
 }
 
+void Model::forgetLawFailure() const {
+    m_contents->system->lawFailure->clear();
+}
+
 const Signal& Model::findState(const ModelValue& name) const {
     const auto found = getStates().find(name.getText());
     if (found != getStates().end()) return found->second;

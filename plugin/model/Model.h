@@ -89,8 +89,9 @@ public:
     bool changeWithEvents(SimTK::State& state, const std::function<void()>& change) const;
     /** Names of events that wait for a condition that holds already; Stage::Velocity. **/
     std::vector<std::string> findEventsThatHold(const SimTK::State& state) const;
-    /** Why a law had no value when it was asked last; empty: all had one. **/
+    /** Why a law had no value, whatever was tried since forgetLawFailure(); empty: all had one. **/
     const std::string& getLawFailure() const;
+    void forgetLawFailure() const;
     /** Torque and force of loads that are laws, by name. **/
     const std::map<std::string, std::array<Signal, 6>>& getLawLoads() const;
     /** What inputs are, what states put out and how often events have happened, by name. **/

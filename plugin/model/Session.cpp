@@ -258,7 +258,8 @@ Session::Outcome Session::step(int numSteps, const Progress& progress) {
     endStepsAt(SimTK::Infinity);
     for (int i = 0; i < numSteps; ++i) {
         const double before = getTime();
-        const auto status = m_integrator->stepOnce();
+        ImplicitIntegrator::StepStatus status;
+        doWithLaws(*m_model, [&] { status = m_integrator->stepOnce(); });
         checkMotions(m_model->getFile(), before, getTime());
         recordRow();
         if (status == ImplicitIntegrator::StepStatus::Terminated) return Outcome::Terminated;
@@ -288,8 +289,10 @@ Session::Outcome Session::runTo(double time, double interval, const Progress& pr
             // Reports between steps are interpolated: the motion does not depend on them.
             const double h = m_integrator->getLastStepSize();  // 0 before the first step
             const double look = getTime() + (h > 0 ? StepsBetweenLooks * h : 1e-6 * span);
-            const auto status =
-                m_integrator->stepTo(look > getTime() ? std::min(next, look) : next);
+            ImplicitIntegrator::StepStatus status;
+            doWithLaws(*m_model, [&] {
+                status = m_integrator->stepTo(look > getTime() ? std::min(next, look) : next);
+            });
             const bool goesOn = !progress || progress((getTime() - begin) / span);
             if (status == ImplicitIntegrator::StepStatus::Terminated || !goesOn) {
                 recordRow();
@@ -306,15 +309,15 @@ Session::Equilibrium Session::settle(const std::function<bool()>& goesOn) {
     equilibrium.setObserver([&] {
         if (goesOn && !goesOn()) throw Cancelled("nothing has changed");
     });
-    equilibrium.solve(copyState());
+    doWithLaws(*m_model, [&] { equilibrium.solve(copyState()); });
     State state = equilibrium.getState();
     state.updU() = 0;
     setState(state);
     Equilibrium found{equilibrium.getNumIterations(), {}, {}};
     for (const std::string& motion : equilibrium.getFreeMotions())
-        found.freeMotions.push_back(nameBodies(*m_model, motion));
+        found.freeMotions.push_back(motion);
     for (const std::string& motion : equilibrium.getUnstableMotions())
-        found.unstableMotions.push_back(nameBodies(*m_model, motion));
+        found.unstableMotions.push_back(motion);
     return found;
 }
 

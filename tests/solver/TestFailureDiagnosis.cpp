@@ -147,9 +147,9 @@ TEST(FailureDiagnosis, AMotionThatJumpsIsNamedWithTimeAndSize) {
     Joint::PrescribedRotation(
         model.flexible, model.matter.Ground(), Attachment(body, Transform()),
         [](Real t) { return Vec3(t < 0.25 ? 0.1 : 0.5, 0, 0); }, "drive");
-    EXPECT_THAT(model.run(1), AllOf(HasSubstr("no step could be taken from t = 0.2"),
-                                    HasSubstr("motion of joint 'drive' jumps by 0."),
-                                    HasSubstr("change smoothly")));
+    EXPECT_THAT(model.run(1),
+                AllOf(HasSubstr("no step could be taken from t = 0.2"),
+                      HasSubstr("motion 'drive' jumps by 0."), HasSubstr("change smoothly")));
 }
 
 //---------------------------------------------------------------------------------------------------------
@@ -207,8 +207,8 @@ TEST(FailureDiagnosis, AMotionThatTurnsNaNNamesItsJoint) {
     Joint::PrescribedRotation(
         model.flexible, model.matter.Ground(), Attachment(body, Transform()),
         [](Real t) { return Vec3(t < 0.1 ? 0. : NaN, 0, 0); }, "drive");
-    EXPECT_THAT(model.run(1), AllOf(HasSubstr("not finite"),
-                                    HasSubstr("the motion of joint 'drive' is not at t = 0.1")));
+    EXPECT_THAT(model.run(1),
+                AllOf(HasSubstr("not finite"), HasSubstr("the motion 'drive' is not at t = 0.1")));
 }
 
 TEST(FailureDiagnosis, AForceTooStiffForTheIterationIsNamedWithWhatToDo) {

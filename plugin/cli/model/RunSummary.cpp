@@ -7,7 +7,6 @@
 #include "simflex/base/NumberText.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/cli/Format.h"
-#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/Comparison.h"
@@ -230,9 +229,8 @@ void printAssembly(ModelRun& run) {
     for (const Model::JointEntry& entry : model.getJoints())
         std::printf(
             "  joint %s: %s of %s and %s, %s\n", entry.name.c_str(),
-            entry.joint.getEquations().getKind(),
-            nameBodies(model, entry.joint.getFrameF().getName()).c_str(),
-            nameBodies(model, entry.joint.getFrameM().getName()).c_str(),
+            entry.joint.getEquations().getKind(), entry.joint.getFrameF().getName().c_str(),
+            entry.joint.getFrameM().getName().c_str(),
             formatCount(size_t(entry.joint.getNumEquations()), "equation", "equations").c_str());
     for (const std::string& line : assembly.redundant)
         std::printf("  redundant: %s\n", line.c_str());

@@ -10,7 +10,6 @@ Commands of the prompt that list what the model has, and what it does now. **/
 #include "simflex/body/JointEquations.h"
 #include "simflex/cli/Format.h"
 #include "simflex/cli/shell/Shell.h"
-#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/file/ScalarCheck.h"
 #include "simflex/model/session/JointDrag.h"
@@ -61,14 +60,13 @@ void listJoints(Shell& shell) {
         const bool isCoupler = joint.getEquations().isCoupler();
         table.add(
             {entry.name, joint.getEquations().getKind(),
-             isCoupler ? "-" : nameBodies(session.getModel(), joint.getFrameF().getName()),
-             isCoupler ? "-" : nameBodies(session.getModel(), joint.getFrameM().getName()),
-             coordinates,
+             isCoupler ? "-" : joint.getFrameF().getName(),
+             isCoupler ? "-" : joint.getFrameM().getName(), coordinates,
              formatNumber(SimTK::max(SimTK::abs(joint.calcPositionErrors(session.getState()))))});
     }
     std::printf("%s", table.format().c_str());
     for (const std::string& line : session.getIntegrator().getRedundantConstraints())
-        std::printf("%s\n", nameBodies(session.getModel(), line).c_str());
+        std::printf("%s\n", line.c_str());
 }
 
 void listMotions(Shell& shell) {
@@ -121,7 +119,7 @@ void listFrames(Shell& shell) {
     const auto add = [&](const std::string& name) {
         const Attachment frame = session.getModel().findFrame(name);
         const SimTK::Vec3 place = frame.calcMotion(session.getState()).X.p();
-        table.add({name, nameBodies(session.getModel(), frame.getName()), formatPlace(place)});
+        table.add({name, frame.getName(), formatPlace(place)});
     };
     for (const std::string& name : session.getModel().getFile().get("frames").getKeys()) add(name);
     for (const Model::BodyEntry& body : session.getModel().getBodies())
@@ -241,7 +239,7 @@ void printEigenmodes(Shell& shell, const Words& words) {
     std::printf("%s", table.format().c_str());
     if (numMotions > count) std::printf("%d modes in all\n", numMotions);
     for (const std::string& line : session.getIntegrator().getRedundantConstraints())
-        std::printf("%s\n", nameBodies(session.getModel(), line).c_str());
+        std::printf("%s\n", line.c_str());
 }
 
 std::vector<std::string> completeList(const Shell& shell, const Words& before, const std::string&) {

@@ -13,7 +13,6 @@
 #include "simflex/cli/Format.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
-#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/Formula.h"
 #include "simflex/model/file/NearestName.h"
 
@@ -137,9 +136,7 @@ void Shell::runCommand(const Words& words) {
     } catch (const Cancelled&) {
         throw;
     } catch (const std::exception& error) {
-        const std::string what =
-            m_session ? nameBodies(m_session->getModel(), error.what()) : error.what();
-        throw std::runtime_error(command.name + ": " + what);
+        throw std::runtime_error(command.name + ": " + error.what());
     }
 }
 

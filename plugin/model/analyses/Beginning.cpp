@@ -1,8 +1,6 @@
 #include "simflex/model/analyses/Beginning.h"
 
-#include <regex>
-
-#include "simflex/body/JointEquations.h"
+#include "simflex/base/Progress.h"
 #include "simflex/forces/JointFriction.h"
 #include "simflex/model/file/KnownTimes.h"
 #include "simflex/model/file/NearestName.h"
@@ -36,27 +34,6 @@ void setSteps(const ModelValue& solver, Integrator& integrator) {
     set("maximum_step", &Integrator::setMaximumStepSize);
     set("minimum_step", &Integrator::setMinimumStepSize);
     set("fixed_step", &Integrator::setFixedStep);
-}
-
-/** Motions are joints to the library. **/
-std::string nameMotions(const Model& model, std::string message) {
-    const auto replace = [&](const std::string& what, const std::string& by) {
-        const size_t place = message.find(what);
-        if (place != std::string::npos) message.replace(place, what.size(), by);
-        return place != std::string::npos;
-    };
-    for (const Model::MotionEntry& entry : model.getMotions()) {
-        const ModelValue joint = model.getFile().get("motions").get(entry.name).get("joint");
-        const std::string of = joint.isGiven() ? " of joint '" + joint.getText() + "'" : "";
-        if (!replace("motion of joint '" + entry.name + "'", "motion '" + entry.name + "'" + of))
-            continue;
-        if (entry.joint.getNumCoordinates() != 1) break;
-        const bool isAngle = entry.joint.getEquations().getCoordinate(0).isAngle();
-        replace(" m or rad", isAngle ? " rad" : " m");
-        replace(" m/s or rad/s", isAngle ? " rad/s" : " m/s");
-        break;
-    }
-    return message;
 }
 
 }  // namespace
@@ -142,26 +119,21 @@ std::string nameRubbingJoints(const Model& model) {
     return joinNames(names);
 }
 
-std::string nameBodies(const Model& model, const std::string& text) {
-    const std::string message = nameMotions(model, text);
-    static const std::regex body("(rigid tree at )?\\bbody ([0-9]+)\\b");
-    std::string named;
-    auto last = message.cbegin();
-    for (std::sregex_iterator match(message.begin(), message.end(), body), end; match != end;
-         ++match) {
-        named.append(last, (*match)[0].first);
-        last = (*match)[0].second;
-        std::string name = match->str();
-        for (const Model::BodyEntry& entry : model.getBodies())
-            if (std::to_string(int(entry.mobod.getMobilizedBodyIndex())) == (*match)[2])
-                name = entry.name;
-        named += name;
+std::string explainFailure(const Model& model, const std::string& message) {
+    const std::string& law = model.getLawFailure();
+    return law.empty() ? message : message + "; " + law;
+}
+
+void doWithLaws(const Model& model, const std::function<void()>& work) {
+    model.forgetLawFailure();
+    try {
+        work();
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const std::exception& error) {
+        if (model.getLawFailure().empty()) throw;
+        throw std::runtime_error(explainFailure(model, error.what()));
     }
-    named.append(last, message.cend());
-    const bool isUndefined =
-        named.find("not finite") != named.npos || named.find("finite numbers") != named.npos;
-    if (isUndefined && !model.getLawFailure().empty()) named += "; " + model.getLawFailure();
-    return named;
 }
 
 }  // namespace model

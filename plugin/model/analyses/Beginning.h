@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-How a model begins to move: its integrator, its start, and its names in messages. **/
+How a model begins to move: its integrator, its start, and why it does not. **/
 
 #include <functional>
 #include <memory>
@@ -28,10 +28,11 @@ std::vector<std::string> describeLosses(const Model& model);
 /** Joints with friction, "'pin', 'slide'"; empty if there are none. **/
 std::string nameRubbingJoints(const Model& model);
 
-/** A message of the library in the words of the model: "rigid tree at body 3" becomes "slider", and
-"the motion of joint 'swing' jumps by 1 m or rad" becomes "the motion 'swing' of joint 'pin' jumps
-by 1 rad". **/
-std::string nameBodies(const Model& model, const std::string& message);
+/** A message, and what law had no value in what failed. **/
+std::string explainFailure(const Model& model, const std::string& message);
+/** Does what laws may make fail.
+@throws std::runtime_error with explainFailure(); what it throws itself where all have values **/
+void doWithLaws(const Model& model, const std::function<void()>& work);
 
 }  // namespace model
 }  // namespace simflex

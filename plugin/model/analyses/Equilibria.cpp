@@ -181,12 +181,12 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     const std::string rubbing = nameRubbingJoints(*m_model);
     if (!rubbing.empty()) warn(name, "is found without the friction of " + rubbing);
     for (const auto& [motion, count] : countEqual(equilibrium.unstableMotions))
-        warn(name, "the equilibrium is unstable: " + nameBodies(*m_model, motion) +
+        warn(name, "the equilibrium is unstable: " + motion +
                        (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
                        " at the least push; begin elsewhere, or let a damped motion lead to one "
                        "that lasts");
     for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
-        m_remarks[name].push_back(nameBodies(*m_model, motion) +
+        m_remarks[name].push_back(motion +
                                   (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
                                   ": nothing holds it");
 }
@@ -266,7 +266,7 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
         ++numFailures;
         std::ostringstream text;
         text << "no modes at " << parameter << " = " << speeds[k] << ": "
-             << nameBodies(*m_model, diagram.failures[k]);
+             << explainFailure(*m_model, diagram.failures[k]);
         warn(name, text.str());
     }
     if (numFailures > 0)

@@ -344,12 +344,12 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
     StaticEquilibrium solver(m_model->getSystem());
     solver.setObserver([this] { stopIfAsked(); });
     try {
-        solver.solve(findNamedState(analysis.get("from"), analysis.getName()));
+        const State from = findNamedState(analysis.get("from"), analysis.getName());
+        doWithLaws(*m_model, [&] { solver.solve(from); });
     } catch (const Cancelled&) {
         throw;
     } catch (const std::runtime_error& error) {
-        throw std::runtime_error("analysis '" + analysis.getName() +
-                                 "': " + nameBodies(*m_model, error.what()));
+        throw std::runtime_error("analysis '" + analysis.getName() + "': " + error.what());
     }
     Equilibrium& equilibrium = m_equilibria[analysis.getName()];
     equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
@@ -422,7 +422,7 @@ ModelRun::Assembly ModelRun::assemble() {
     Assembly assembly{integrator->getState(), {}, {}, integrator->getLargestConstraintError()};
     m_model->getSystem().realize(assembly.state, SimTK::Stage::Velocity);
     for (const std::string& line : integrator->getRedundantConstraints())
-        assembly.redundant.push_back(nameBodies(*m_model, line));
+        assembly.redundant.push_back(line);
     LinearRangeReporter(m_model->getFlexibleBodies(), 1, [&](const std::string& message) {
         assembly.warnings.push_back(message + " " + MotionWarnings::getAdviceAtStart());
     }).handleEvent(integrator->getState());

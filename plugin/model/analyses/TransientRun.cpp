@@ -96,12 +96,13 @@ void TransientRun::start(const State& state) {
     const auto before = m_run.m_ends.find(m_analysis.get("from").getText());
     if (before != m_run.m_ends.end()) m_turns.restore(before->second.turns);
     checkMotions(m_run.m_model->getFile(), m_startTime, m_startTime + m_duration);
+    m_run.m_model->forgetLawFailure();
     try {
         m_integrator->initialize(state);
     } catch (const std::exception& error) {
         if (m_run.m_model->getLawFailure().empty()) throw;
         throw std::runtime_error("analysis '" + m_name +
-                                 "': " + nameBodies(*m_run.m_model, error.what()));
+                                 "': " + explainFailure(*m_run.m_model, error.what()));
     }
     warnOfStart(state);
     m_redundant = m_integrator->getRedundantConstraints();
@@ -192,7 +193,7 @@ void TransientRun::failWith(const std::exception& error) {
     writeEvents();
     m_run.m_writer->flush();
     throw std::runtime_error("analysis '" + m_name +
-                             "': " + nameBodies(*m_run.m_model, error.what()) +
+                             "': " + explainFailure(*m_run.m_model, error.what()) +
                              "; the rows before stay in '" + m_run.m_resultPath + "'");
 }
 
@@ -227,11 +228,12 @@ void TransientRun::noteEvents() {
 
 bool TransientRun::watchStep(double time) {
     m_reached = time;
+    m_run.m_model->forgetLawFailure();
     return m_run.m_options.listener.tellProgress(m_name, (time - m_startTime) / m_duration, [&] {
         char text[120];
         std::snprintf(text, sizeof text, "t = %.5g s, h = %.2g s, order %d", time,
                       double(m_integrator->getLastStepSize()), m_integrator->getLastOrder());
-        const std::string source = nameBodies(*m_run.m_model, m_integrator->getErrorSource());
+        const std::string source = m_integrator->getErrorSource();
         return text + (source.empty() ? "" : ", limited by '" + source + "'");
     });
 }
@@ -331,8 +333,7 @@ void TransientRun::finish() {
         m_redundant.push_back(line);
     std::sort(m_redundant.begin(), m_redundant.end());
     m_redundant.erase(std::unique(m_redundant.begin(), m_redundant.end()), m_redundant.end());
-    for (const std::string& line : m_redundant)
-        m_run.m_remarks[m_name].push_back(nameBodies(*m_run.m_model, line));
+    for (const std::string& line : m_redundant) m_run.m_remarks[m_name].push_back(line);
     if (m_lastFrame >= 0) {
         // Drawing can be stopped as well.
         keep();

@@ -84,6 +84,7 @@ void addBodies(const ModelValue& file, const ModelFrames& frames, const Placemen
         entry.mobod =
             addMobilizedBody(mobilizer, parent, frames.calcPose(mobilizer.parent) * mobilizer.X_PF,
                              makeRigidBody(value));
+        system.flexible.nameBody(entry.mobod.getMobilizedBodyIndex(), entry.name);
     }
 }
 

@@ -56,6 +56,12 @@ void visitForeignForces(const Evaluation& equations, double time, const double* 
         }
 }
 
+/** Of what a motion leads: it has one coordinate or none that is told apart. **/
+const char* getUnit(const JointEquations& motion) {
+    if (motion.getNumCoordinates() != 1) return "";
+    return motion.getCoordinate(0).isAngle() ? " rad" : " m";
+}
+
 }  // namespace
 
 std::vector<Link> listLinks(const Evaluation& equations) {
@@ -92,7 +98,7 @@ std::string findNonFinite(Evaluation& equations, double time, const double* q, c
         joint.equations->calcErrorDots(terms.getDrive(j), motions, errors.data());
         isGood = isGood && isFinite(errors.data(), int(errors.size()));
         if (!isGood && joint.equations->dependsOnTime())
-            return "the motion of joint '" + joint.name + "' is not" + at.str();
+            return "the motion '" + joint.name + "' is not" + at.str();
     }
     for (int e = 0; e < int(topology.elements.size()); ++e)
         for (const SpatialVec& force : equations.getLoads().getForces(e))
@@ -146,8 +152,8 @@ std::string findMotionJump(Evaluation& equations, double time, double h, const d
             const double smooth = rate[k] * (later - time);
             const double jump = after[k] - before[k] - smooth;
             if (std::abs(jump) <= SmallestJump + 10 * std::abs(smooth)) continue;
-            text << "The motion of joint '" << joint.record->name << "' jumps by " << std::abs(jump)
-                 << " m or rad at t = " << time << " s";
+            text << "The motion '" << joint.record->name << "' jumps by " << std::abs(jump)
+                 << getUnit(own) << " at t = " << time << " s";
             return text.str();
         }
         // A jump of the speed.
@@ -156,8 +162,8 @@ std::string findMotionJump(Evaluation& equations, double time, double h, const d
         for (size_t k = 0; k < rate.size(); ++k) {
             const double jump = std::abs(laterRate[k] - rate[k]);
             if (jump <= 1e-3 * (1 + std::abs(rate[k]))) continue;
-            text << "The speed of the motion of joint '" << joint.record->name << "' jumps by "
-                 << jump << " m/s or rad/s at t = " << time << " s";
+            text << "The speed of the motion '" << joint.record->name << "' jumps by " << jump
+                 << getUnit(own) << "/s at t = " << time << " s";
             return text.str();
         }
     }

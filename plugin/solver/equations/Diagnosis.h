@@ -22,7 +22,7 @@ std::vector<Link> listLinks(const Evaluation& equations);
 
 /** "the load on 'boom.B' is not at t = 0.1 s": what gives numbers that are not finite. **/
 std::string findNonFinite(Evaluation& equations, double time, const double* q, const double* u);
-/** "The motion of joint 'drive' jumps by …", if one does within some h. **/
+/** "The motion 'drive' jumps by …", if one does within some h. **/
 std::string findMotionJump(Evaluation& equations, double time, double h, const double* q,
                            const double* u);
 /** The largest force on a block, of simflex/forces and of Simbody's own elements. **/

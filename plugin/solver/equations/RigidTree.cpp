@@ -6,6 +6,7 @@
 
 #include "simflex/base/Checkpoint.h"
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
 
 namespace simflex {
 
@@ -50,13 +51,12 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter,
                      const std::vector<MobilizedBodyIndex>& roots, const State& state)
     : m_matter(matter) {
     constexpr size_t MostNamed = 4;
-    name = "rigid tree at ";
     for (size_t k = 0; k < roots.size(); ++k) {
         if (k <= MostNamed)
-            name += (k == 0          ? "body "
-                     : k < MostNamed ? ", body "
-                                     : " and others after body ") +
-                    std::to_string(int(roots[k]));
+            name += (k == 0          ? ""
+                     : k < MostNamed ? ", "
+                                     : " and others after ") +
+                    describeBody(matter, roots[k], k == 0 ? "rigid tree at body" : "body");
         const int q0 = numQ, u0 = numU;
         addBody(matter, roots[k], -1, state);
         m_roots.push_back({q0, numQ - q0, u0, numU - u0});
@@ -662,8 +662,8 @@ std::string RigidTree::describeSpeed(int speed) const {
     for (const RigidBody& body : m_bodies)
         if (body.u0 <= speed && speed < body.u0 + body.nu)
             return "speed " + std::to_string(speed - body.u0 + 1) + " of " +
-                   std::to_string(body.nu) + " of mobilized body " +
-                   std::to_string(int(body.index));
+                   std::to_string(body.nu) + " of " +
+                   describeBody(m_matter, body.index, "mobilized body");
     return "'" + name + "'";
 }
 
@@ -671,8 +671,8 @@ std::string RigidTree::describeCoordinate(int coordinate) const {
     for (const RigidBody& body : m_bodies)
         if (body.q0 <= coordinate && coordinate < body.q0 + body.nq)
             return "coordinate " + std::to_string(coordinate - body.q0 + 1) + " of " +
-                   std::to_string(body.nq) + " of mobilized body " +
-                   std::to_string(int(body.index));
+                   std::to_string(body.nq) + " of " +
+                   describeBody(m_matter, body.index, "mobilized body");
     return "'" + name + "'";
 }
 

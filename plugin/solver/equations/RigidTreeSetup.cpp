@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/solver/equations/RigidTree.h"
 
 namespace simflex {
@@ -35,7 +36,7 @@ void RigidTree::checkVelocities(const SimbodyMatterSubsystem& matter, const Stat
         // Not a number or large: a singular position, about which nothing can be said.
         if (!(difference > Allowed * (1 + V.norm()) && V.norm() < 1e3)) continue;
         throw std::invalid_argument(
-            "the velocities of mobilized body " + std::to_string(int(body.index)) +
+            "the velocities of " + describeBody(matter, body.index, "mobilized body") +
             " are not the rates of its positions (they differ by " + std::to_string(difference) +
             "); Simbody's reversed LineOrientation and FreeLine are so with quaternions: call "
             "setUseEulerAngles(), or mend a custom mobilizer's H and N matrices");

@@ -29,14 +29,16 @@ int addOnce(std::vector<const FrameShapes*>& list, const FrameShapes* shapes) {
     return index;
 }
 
-/** "mobilized body 7", or the flexible body it belongs to. **/
+/** "mobilized body 7", or its name, or the flexible body it belongs to. **/
 std::string describe(const FlexibleBodySubsystem::Guts* guts, MobilizedBodyIndex index) {
-    if (guts)
+    if (guts) {
         for (const FlexibleBodyRecord& body : guts->bodies()) {
             if (body.frame == index) return "the frame of flexible body '" + body.name + "'";
             if (std::count(body.carriers.begin(), body.carriers.end(), index))
                 return "a modal mobilizer of flexible body '" + body.name + "'";
         }
+        return describeBody(guts->getMatter(), index, "mobilized body");
+    }
     return "mobilized body " + std::to_string(int(index));
 }
 
@@ -239,7 +241,7 @@ void TopologyBuilder::makeBlocks(const State& state) {
         blockOfBody = m_topology.blockOfBody[size_t(parent)];
         if (blockOfBody >= 0 && blockOfBody < int(m_blocks.flexible.size()))
             throw std::invalid_argument(
-                m_owner + ": mobilized body " + std::to_string(int(i)) + " is mobilized on " +
+                m_owner + ": " + describe(m_topology.guts, i) + " is mobilized on " +
                 describe(m_topology.guts, parent) +
                 "; put it on Ground and hold it with a Joint to an interface instead");
         if (parent != GroundIndex) continue;
