@@ -315,14 +315,13 @@ struct ModelLinearization {
     Linearization linearize(const State& about) const {
         Linearization linear = calcLinearization(model.getSystem(), about, observer);
         if (!linear.unsteady.empty())
-            throw std::runtime_error("this is no steady motion: " +
-                                     nameBodies(model, linear.unsteady));
+            throw std::runtime_error("this is no steady motion: " + linear.unsteady);
         if (!linear.later) requireBalance(describeImbalance(model.getSystem(), linear));
         return linear;
     }
     void requireBalance(const std::string& imbalance) const {
         if (!imbalance.empty())
-            throw std::runtime_error("this is no equilibrium: " + nameBodies(model, imbalance) +
+            throw std::runtime_error("this is no equilibrium: " + imbalance +
                                      "; linearise about one (about: static)");
     }
     StateSpace makeSpace(const Linearization& linear) const {
