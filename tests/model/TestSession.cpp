@@ -416,6 +416,39 @@ TEST_F(LinearModelTest, TellsSpeedsAccelerationsAndReactions) {
     EXPECT_LT(std::abs(transfer(0, 3)), 1e-12);
 }
 
+/** m ẍ = kp (w − x) + ki z − c ẋ, ż = w − x: what is wanted, w, acts on the controller's state,
+  *too.
+ **/
+TEST_F(LinearModelTest, InputsActOnStatesOfTheModel) {
+    writeModel(R"(simflex: 1
+parameters: {target: 0}
+inputs: {wanted: {start: 0, unit: m}}
+bodies:
+  cart: {mass: 2, inertia: [1, 1, 1]}
+joints:
+  rail: {type: slider, between: [ground, cart], axis: x}
+states:
+  integral: {rate: "wanted + target - place.x"}
+loads:
+  drive: {on: cart, force: ["40*(wanted + target - place.x) + 30*integral - 5*speed.x", 0, 0]}
+probes:
+  place: {position: cart}
+  speed: {velocity: cart}
+)");
+    Session session(loadModelText(folder / "model.yaml"));
+    const LinearSystem linear = session.linearize({"wanted", "parameters.target"}, {"place.x"});
+    ASSERT_EQ(linear.A.nrow(), 3);  // no state of the input's own
+    EXPECT_EQ(linear.inputs[0].name, "wanted");
+    EXPECT_EQ(linear.inputs[0].unit, "m");
+    for (const double omega : {0.3, 2.0, 9.0}) {
+        const Complex s(0, omega);
+        const Complex wanted =
+            (40.0 * s + 30.0) / (2.0 * s * s * s + 5.0 * s * s + 40.0 * s + 30.0);
+        expectNear(calcTransfer(linear, s)(0, 0), wanted);
+        expectNear(calcTransfer(linear, s)(0, 1), wanted);
+    }
+}
+
 TEST_F(LinearModelTest, SaysWhatCannotBe) {
     const auto refuse = [&](Session& session, const std::vector<std::string>& inputs,
                             const std::vector<std::string>& outputs, const std::string& why) {

@@ -142,9 +142,11 @@ LinearInputPorts::LinearInputPorts(const ModelText& text, const ModelOptions& op
     : m_text(text), m_options(options), m_model(model) {
     m_options.listener = {};
     for (const std::string& path : paths) {
+        const std::vector<std::string> parts = splitAt(normalizePath(path), '.');
+        if (addInputs(parts)) continue;
         ModelValue value = model.getFile();
         std::string place, setting;
-        for (const std::string& part : splitAt(normalizePath(path), '.')) {
+        for (const std::string& part : parts) {
             std::vector<std::string> known;
             std::string key = part;
             if (value.isMap()) known = value.getKeys();
@@ -172,6 +174,20 @@ LinearInputPorts::LinearInputPorts(const ModelText& text, const ModelOptions& op
     }
 }
 
+bool LinearInputPorts::addInputs(const std::vector<std::string>& path) {
+    const bool isNamed = path.front() == "inputs";
+    bool isFound = false;
+    for (const Model::InputEntry& input : m_model.getInputs()) {
+        const bool isMeant = isNamed ? path.size() == 1 || path[1] == input.name
+                                     : path.size() == 1 && path[0] == input.name;
+        if (!isMeant) continue;
+        isFound = true;
+        m_ports.push_back({input.name, input.unit});
+        m_sources.push_back({"", "", SimTK::NaN, input.state});
+    }
+    return isFound;
+}
+
 void LinearInputPorts::add(const ModelValue& value, const std::string& path,
                            const std::string& setting, double time) {
     if (value.isMap())
@@ -197,23 +213,48 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
                                              const std::vector<std::string>& outputs,
                                              const std::function<void()>& observer) const {
     const int n = point.uDot.size(), m = point.multipliers.size(), count = int(m_ports.size());
-    LinearInputs inputs{Matrix(n, count), Matrix(m, count), Matrix()};
+    LinearInputs inputs{Matrix(n, count), Matrix(m, count), Matrix(), Matrix()};
     // What is the same shall not seem to differ by round-off.
     const EquationErrors before =
         calcEquationErrors(m_model.getSystem(), point.state, point.uDot, point.multipliers);
+    const int numStates = before.rates.size();
+    inputs.states.resize(numStates, count);
     const std::vector<double> observedBefore =
         observed.calc(point.state, point.uDot, point.multipliers);
     for (int k = 0; k < count; ++k) {
         const Source& source = m_sources[size_t(k)];
-        const double size =
-            std::isfinite(source.value) && source.value != 0 ? std::abs(source.value) : 1;
+        const bool isInput = source.input >= 0;
+        const FlexibleBodySubsystem& flexible = m_model.getFlexibleBodies();
+        const double value =
+            isInput ? flexible.getStateValue(point.state, source.input) : source.value;
+        const double size = std::isfinite(value) && value != 0 ? std::abs(value) : 1;
         // Loads stand in the equations as they are.
         const bool isLinear =
             source.setting.rfind("loads.", 0) == 0 || source.setting.rfind("gravity", 0) == 0;
         const double step = isLinear ? std::max(1.0, size) : NumberStep * size;
-        Vector residual(n, 0.0), positions(m, 0.0), velocities(m, 0.0), direct;
+        Vector residual(n, 0.0), positions(m, 0.0), velocities(m, 0.0), rates(numStates, 0.0),
+            direct;
         const auto addDifference = [&](double place, double weight) {
             if (observer) observer();
+            const auto addWeighted = [&](const EquationErrors& errors,
+                                         const std::vector<double>& now) {
+                residual += weight / step * (errors.residual - before.residual);
+                positions += weight / step * (errors.positions - before.positions);
+                velocities += weight / step * (errors.velocities - before.velocities);
+                if (numStates > 0) rates += weight / step * (errors.rates - before.rates);
+                if (direct.size() == 0) direct.resize(int(now.size())), direct = 0;
+                for (int i = 0; i < direct.size(); ++i)
+                    direct[i] += weight / step * (now[size_t(i)] - observedBefore[size_t(i)]);
+            };
+            if (isInput) {
+                State state = point.state;
+                flexible.setStateValue(state, source.input, value + place * step);
+                m_model.getSystem().realize(state, Stage::Velocity);
+                addWeighted(
+                    calcEquationErrors(m_model.getSystem(), state, point.uDot, point.multipliers),
+                    observed.calc(state, point.uDot, point.multipliers));
+                return;
+            }
             ModelText changed = m_text;
             std::string text;
             for (const char letter : source.text)
@@ -228,12 +269,7 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
                 const std::vector<double> now =
                     LinearOutputPorts(other, Probes::make(other), outputs)
                         .calc(state, point.uDot, point.multipliers);
-                residual += weight / step * (errors.residual - before.residual);
-                positions += weight / step * (errors.positions - before.positions);
-                velocities += weight / step * (errors.velocities - before.velocities);
-                if (direct.size() == 0) direct.resize(int(now.size())), direct = 0;
-                for (int i = 0; i < direct.size(); ++i)
-                    direct[i] += weight / step * (now[size_t(i)] - observedBefore[size_t(i)]);
+                addWeighted(errors, now);
             } catch (const std::exception& error) {
                 throw std::runtime_error("input '" + m_ports[size_t(k)].name +
                                          "': " + error.what());
@@ -253,11 +289,13 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
             throw std::runtime_error(name +
                                      "changes how fast a motion goes: the system would leave this "
                                      "State for good; vary it in an analysis of its own");
-        if (residual.normInf() == 0 && positions.normInf() == 0 && direct.normInf() == 0)
+        if (residual.normInf() == 0 && positions.normInf() == 0 && direct.normInf() == 0 &&
+            (numStates == 0 || rates.normInf() == 0))
             throw std::runtime_error(name + "changes nothing about this State");
         if (k == 0) inputs.direct.resize(direct.size(), count);
         for (int i = 0; i < n; ++i) inputs.forces(i, k) = -residual[i];
         for (int i = 0; i < m; ++i) inputs.drives(i, k) = -positions[i];
+        for (int i = 0; i < numStates; ++i) inputs.states(i, k) = rates[i];
         for (int i = 0; i < direct.size(); ++i) inputs.direct(i, k) = direct[i];
     }
     return inputs;

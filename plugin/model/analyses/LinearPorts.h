@@ -44,7 +44,7 @@ private:
 /** Numbers of a model's file by path. **/
 class LinearInputPorts {
 public:
-    /** @param paths  "loads.push.force.y", "loads.push": all of it
+    /** @param paths  "loads.push.force.y", "loads.push": all of it; "push": an input of the model
     @throws std::runtime_error that names what there is. **/
     LinearInputPorts(const ModelText& text, const ModelOptions& options, const Model& model,
                      const std::vector<std::string>& paths);
@@ -64,7 +64,10 @@ private:
         std::string setting;  ///< path as settings have it, items of lists by number
         std::string text;     ///< the number as written
         double value;         ///< now; NaN: a law
+        int input = -1;       ///< number of its state; then there is no setting
     };
+    /** The model's own inputs that a path means: "push", "inputs.push", "inputs". **/
+    bool addInputs(const std::vector<std::string>& path);
     void add(const ModelValue& value, const std::string& path, const std::string& setting,
              double time);
 

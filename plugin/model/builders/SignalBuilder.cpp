@@ -420,7 +420,7 @@ void SignalBuilder::addInputs() {
         checkNewName(input);
         const ModelValue start = input.isMap() ? input.get("start") : input;
         auto value = std::make_unique<InputState>(name, start.getNumber());
-        auto rate = std::make_unique<SignalState>(name + ".rate", 0);
+        auto rate = std::make_unique<InputState>(name + ".rate", 0);
         InputState& following = *value;
         const int number = m_system.flexible.getNumStates();
         m_system.states[name] = Signal::state(m_system.flexible.adoptState(std::move(value)));

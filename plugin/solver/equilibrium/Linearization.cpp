@@ -401,12 +401,17 @@ EquationErrors calcEquationErrors(const MultibodySystem& system, const State& st
     equations.calcResidual(point.q.data(), point.u.data(), own.data(), point.lambda.data(),
                            residual.data());
     EquationErrors errors{equations.getBlocks().calcSimbodyUDot(point.q.data(), residual.data()),
-                          Vector(m), Vector(m)};
+                          Vector(m), Vector(m), Vector()};
     std::vector<double> rows(size_t(m), 0);
     equations.calcPositionErrors(rows.data());
     for (int k = 0; k < m; ++k) errors.positions[k] = rows[size_t(k)];
     equations.calcVelocityErrors(rows.data());
     for (int k = 0; k < m; ++k) errors.velocities[k] = rows[size_t(k)];
+    const std::vector<int> states = topology.listOwnStates();
+    std::vector<double> zDot(point.z.size());
+    if (!states.empty()) equations.updLoads().calcStateRates(zDot.data());
+    errors.rates.resize(int(states.size()));
+    for (size_t i = 0; i < states.size(); ++i) errors.rates[int(i)] = zDot[size_t(states[i])];
     return errors;
 }
 

@@ -81,6 +81,7 @@ Linearization calcLinearization(const SimTK::MultibodySystem& system, const SimT
 struct EquationErrors {
     SimTK::Vector residual;               ///< n: M u̇ + b − f + Gᵀλ, Simbody's numbering of u
     SimTK::Vector positions, velocities;  ///< m: of constraints, g and ġ
+    SimTK::Vector rates;  ///< s: ż of the system's own states, as in calcLinearization()
 };
 /** @throws std::invalid_argument as calcLinearization(). **/
 EquationErrors calcEquationErrors(const SimTK::MultibodySystem& system, const SimTK::State& state,

@@ -286,6 +286,7 @@ StateSpace calcStateSpace(const Linearization& linear, const LinearInputs& input
     requireShape(inputs.forces, n, p, "inputs.forces");
     requireShape(inputs.drives, m, p, "inputs.drives");
     requireShape(inputs.direct, o, p, "inputs.direct");
+    if (inputs.states.nelt() > 0) requireShape(inputs.states, s, p, "inputs.states");
     requireShape(outputs.byQ, o, n, "outputs.byQ");
     requireShape(outputs.byU, o, n, "outputs.byU");
     requireShape(outputs.byUDot, o, n, "outputs.byUDot");
@@ -319,6 +320,7 @@ StateSpace calcStateSpace(const Linearization& linear, const LinearInputs& input
     a.block(2 * k, k, s, k) = E * X;
     a.block(2 * k, 2 * k, s, s) = F;
     b.bottomRows(s) = C * P - E * (X * rate) + F * drivenStates;
+    if (inputs.states.nelt() > 0) b.bottomRows(s) += toDense(inputs.states);
 
     // Multipliers are what balances; and along a motion speeds change with positions.
     MatrixXd byQ = toDense(outputs.byQ), byU = toDense(outputs.byU),

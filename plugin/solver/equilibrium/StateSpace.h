@@ -25,9 +25,10 @@ namespace simflex {
 
 /** What p inputs change in the equations. **/
 struct LinearInputs {
-    SimTK::Matrix forces;  ///< n×p: on the right hand of M δ̈ + …
-    SimTK::Matrix drives;  ///< m×p: G δ = drives·p
-    SimTK::Matrix direct;  ///< o×p: in what is observed, by themselves
+    SimTK::Matrix forces;                    ///< n×p: on the right hand of M δ̈ + …
+    SimTK::Matrix drives;                    ///< m×p: G δ = drives·p
+    SimTK::Matrix direct;                    ///< o×p: in what is observed, by themselves
+    SimTK::Matrix states = SimTK::Matrix();  ///< s×p: in ż; empty: nothing
 };
 
 /** How o observed numbers change with positions, speeds, accelerations, multipliers and states, all
