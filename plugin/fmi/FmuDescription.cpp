@@ -151,6 +151,8 @@ std::string writeFmuDescription(const FmuDescription& description) {
             flag("canHandleVariableCommunicationStepSize", true) +
             flag("canInterpolateInputs", !isThird && description.canInterpolateInputs) +
             flag("canNotUseMemoryManagementFunctions", !isThird) +
+            flag(isThird ? "providesDirectionalDerivatives" : "providesDirectionalDerivative",
+                 description.hasDerivatives) +
             flag(("canGetAndSetFMU" + suffix).c_str(), description.canKeepState) +
             flag(("canSerializeFMU" + suffix).c_str(), description.canSerializeState) + "/>\n";
     text += writeUnits(description);
@@ -270,6 +272,8 @@ FmuDescription readFmuDescription(const std::filesystem::path& path) {
     read.canKeepState = getFlag(unit, isThird ? "canGetAndSetFMUState" : "canGetAndSetFMUstate");
     read.canSerializeState =
         getFlag(unit, isThird ? "canSerializeFMUState" : "canSerializeFMUstate");
+    read.hasDerivatives =
+        getFlag(unit, isThird ? "providesDirectionalDerivatives" : "providesDirectionalDerivative");
     read.isOncePerProcess = getFlag(unit, "canBeInstantiatedOnlyOncePerProcess");
     read.needsTool = getFlag(unit, "needsExecutionTool");
     if (root.element_begin("ModelVariables") == root.element_end())

@@ -33,6 +33,7 @@ struct FmuDescription {
     std::string identifier;  ///< of the binary: IDENTIFIER.so
     std::string tool;
     bool canKeepState = false, canSerializeState = false;
+    bool hasDerivatives = false;  ///< directional ones
     bool isOncePerProcess = false, canInterpolateInputs = false, needsTool = false;
     std::optional<double> stopTime, stepSize;
     std::vector<FmuVariable> variables;

@@ -1,10 +1,12 @@
 /** @file
 The functions of FMI 2.0 for co-simulation. No exception leaves them. **/
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <vector>
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/fmi/Fmi2.h"
@@ -244,10 +246,17 @@ SIMFLEX_FMI Status fmi2DeSerializeFMUstate(Component component, const char* byte
     });
 }
 
-SIMFLEX_FMI Status fmi2GetDirectionalDerivative(Component component, const Reference*, std::size_t,
-                                                const Reference*, std::size_t, const double*,
-                                                double*) {
-    return refuse(component, "fmi2GetDirectionalDerivative");
+SIMFLEX_FMI Status fmi2GetDirectionalDerivative(Component component, const Reference* unknowns,
+                                                std::size_t numUnknowns, const Reference* knowns,
+                                                std::size_t numKnowns, const double* seeds,
+                                                double* sensitivities) {
+    return guard(component, [&](FmuInstance& instance) {
+        const std::vector<double> derivative = instance.calcDirectionalDerivative(
+            {unknowns, unknowns + numUnknowns}, {knowns, knowns + numKnowns},
+            {seeds, seeds + numKnowns});
+        std::copy(derivative.begin(), derivative.end(), sensitivities);
+        return Status::Ok;
+    });
 }
 
 SIMFLEX_FMI Status fmi2SetRealInputDerivatives(Component component, const Reference* references,

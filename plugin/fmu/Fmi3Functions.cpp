@@ -1,10 +1,12 @@
 /** @file
 The functions of FMI 3.0 for co-simulation. No exception leaves them. **/
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <vector>
 
 #include "simflex/fmi/Fmi3.h"
 #include "simflex/fmu/FmuInstance.h"
@@ -255,7 +257,22 @@ SIMFLEX_FMI Status fmi3DoStep(Instance handle, double time, double length, bool,
     });
 }
 
-/** What a unit without event mode, clocks, model exchange and derivatives need not do. **/
+SIMFLEX_FMI Status fmi3GetDirectionalDerivative(Instance handle, const Reference* unknowns,
+                                                std::size_t numUnknowns, const Reference* knowns,
+                                                std::size_t numKnowns, const double* seeds,
+                                                std::size_t numSeeds, double* sensitivities,
+                                                std::size_t numSensitivities) {
+    return guard(handle, [&](FmuInstance& instance) {
+        requireSameCount(numKnowns, numSeeds);
+        requireSameCount(numUnknowns, numSensitivities);
+        const std::vector<double> derivative = instance.calcDirectionalDerivative(
+            {unknowns, unknowns + numUnknowns}, {knowns, knowns + numKnowns},
+            {seeds, seeds + numSeeds});
+        std::copy(derivative.begin(), derivative.end(), sensitivities);
+    });
+}
+
+/** What a unit without event mode, clocks and model exchange need not do. **/
 #define SIMFLEX_NOT_OFFERED(NAME, ...)     \
     SIMFLEX_FMI Status NAME(__VA_ARGS__) { \
         return refuse(handle, #NAME);      \
@@ -271,8 +288,6 @@ SIMFLEX_NOT_OFFERED(fmi3UpdateDiscreteStates, Instance handle, bool*, bool*, boo
 SIMFLEX_NOT_OFFERED(fmi3GetNumberOfVariableDependencies, Instance handle, Reference, std::size_t*)
 SIMFLEX_NOT_OFFERED(fmi3GetVariableDependencies, Instance handle, Reference, std::size_t*,
                     Reference*, std::size_t*, int*, std::size_t)
-SIMFLEX_NOT_OFFERED(fmi3GetDirectionalDerivative, Instance handle, const Reference*, std::size_t,
-                    const Reference*, std::size_t, const double*, std::size_t, double*, std::size_t)
 SIMFLEX_NOT_OFFERED(fmi3GetAdjointDerivative, Instance handle, const Reference*, std::size_t,
                     const Reference*, std::size_t, const double*, std::size_t, double*, std::size_t)
 SIMFLEX_NOT_OFFERED(fmi3GetOutputDerivatives, Instance handle, const Reference*, std::size_t,

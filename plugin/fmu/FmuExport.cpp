@@ -198,6 +198,7 @@ private:
         description.identifier = makeIdentifier(m_text.path);
         description.tool = std::string("simflex ") + SIMFLEX_VERSION;
         description.canKeepState = description.canSerializeState = true;
+        description.hasDerivatives = true;
         description.canInterpolateInputs = true;
         const ModelValue analyses = m_file.get("analyses");
         for (const std::string& name : analyses.getKeys()) {

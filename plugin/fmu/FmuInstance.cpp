@@ -135,13 +135,60 @@ void FmuInstance::set(unsigned reference, double value) {
     m_session.reset();
 }
 
-void FmuInstance::setRate(unsigned reference, double rate) {
+const std::string& FmuInstance::findInput(unsigned reference) const {
     const size_t first = m_manifest.parameters.size(), index = size_t(reference) - 1;
     if (reference == 0 || index < first || index >= first + m_manifest.inputs.size())
         throw std::runtime_error("the variable with the reference " + std::to_string(reference) +
                                  " is no input");
+    return m_manifest.inputs[index - first];
+}
+
+std::vector<double> FmuInstance::calcDirectionalDerivative(const std::vector<unsigned>& outputs,
+                                                           const std::vector<unsigned>& inputs,
+                                                           const std::vector<double>& seeds) {
+    constexpr double Step = 1e-3;  // of an input, or of 1
+    if (m_phase == Instantiated)
+        throw std::runtime_error("a derivative before the unit is initialized");
+    const size_t first = 1 + m_manifest.parameters.size() + m_manifest.inputs.size();
+    for (const unsigned output : outputs)
+        if (output < first)
+            throw std::runtime_error("the variable with the reference " + std::to_string(output) +
+                                     " is no output");
+    Session& session = updSession();
+    std::vector<Session::Input> now;
+    double largest = 0;
+    for (size_t i = 0; i < inputs.size(); ++i) {
+        const std::string& name = findInput(inputs[i]);
+        const double value = session.get("inputs." + name)[0];
+        now.push_back({name, value, session.get("inputs." + name + ".rate")[0]});
+        largest = std::max(largest, std::abs(seeds[i]) / std::max(1., std::abs(value)));
+    }
+    std::vector<double> derivative(outputs.size(), 0);
+    if (largest == 0) return derivative;
+    const double step = Step / largest;
+    const SavedState before = session.save();
+    const auto addDifference = [&](double place, double weight) {
+        std::vector<Session::Input> moved = now;
+        for (size_t i = 0; i < moved.size(); ++i) moved[i].value += place * step * seeds[i];
+        session.setInputs(moved);
+        for (size_t i = 0; i < outputs.size(); ++i)
+            derivative[i] += weight / step * get(outputs[i]);
+        session.restore(before);
+    };
+    try {
+        for (const auto& [place, weight] :
+             {std::make_pair(-2., 1. / 12), {-1., -8. / 12}, {1., 8. / 12}, {2., -1. / 12}})
+            addDifference(place, weight);
+    } catch (...) {
+        session.restore(before);
+        throw;
+    }
+    return derivative;
+}
+
+void FmuInstance::setRate(unsigned reference, double rate) {
+    const std::string& name = findInput(reference);
     if (!std::isfinite(rate)) throw std::runtime_error("the rate of an input is not finite");
-    const std::string& name = m_manifest.inputs[index - first];
     for (Session::Input& input : m_pending)
         if (input.name == name) {
             input.rate = rate;

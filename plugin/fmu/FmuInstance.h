@@ -37,6 +37,12 @@ public:
     /** Of an input. **/
     void setRate(unsigned reference, double rate);
 
+    /** How fast outputs change at this time with inputs in the direction of the seeds, all else as
+    it is: by differences of the fourth order, after which nothing has changed. **/
+    std::vector<double> calcDirectionalDerivative(const std::vector<unsigned>& outputs,
+                                                  const std::vector<unsigned>& inputs,
+                                                  const std::vector<double>& seeds);
+
     enum class Outcome { Done, Terminated };
     /** @throws also if it is not at `time`; a unit that has failed stays where it was. **/
     Outcome doStep(double time, double length);
@@ -64,7 +70,8 @@ private:
     /** With what has been set. **/
     Session& updSession();
     void visit(Archive& archive, Kept& kept, std::string& state) const;
-    const std::string* findIn(const std::vector<std::string>& names, size_t index) const;
+    /** @throws std::runtime_error unless it is of an input. **/
+    const std::string& findInput(unsigned reference) const;
 
     std::string m_folder;
     Manifest m_manifest;

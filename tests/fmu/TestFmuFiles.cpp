@@ -68,7 +68,7 @@ TEST_F(FmuFileTest, DescriptionsSayWhatTheModelHas) {
         EXPECT_EQ(read.version, version);
         EXPECT_EQ(read.name, "Rod & \"load\" <1>");
         EXPECT_EQ(read.identifier, "model");
-        EXPECT_TRUE(read.canKeepState && read.canSerializeState);
+        EXPECT_TRUE(read.canKeepState && read.canSerializeState && read.hasDerivatives);
         std::vector<std::string> names;
         std::set<unsigned> references;
         for (const FmuVariable& variable : read.variables) {

@@ -319,13 +319,27 @@ TEST_F(FmuTest, AProgramThatKnowsNothingOfSimflexMovesTheUnit) {
                              description.token + "' " +
                              std::to_string(description.find("push")->reference) + ' ' +
                              std::to_string(description.find("x")->reference) + " 100";
-    ASSERT_EQ(runProgram("'" SIMFLEX_DRIVER "'", tail), 0) << out << err;
+    std::string others;
+    for (const char* output : {"a.x", "x", "power"})
+        others += ' ' + std::to_string(description.find(output)->reference);
+    ASSERT_EQ(runProgram("'" SIMFLEX_DRIVER "'", tail + others), 0) << out << err;
     std::istringstream lines(out);
     std::string first, second, line;
+    // By 2·push: a = push/m − …, power = push·v. The instance that was asked moves as the other.
+    Values derivatives(3);
+    for (double& derivative : derivatives) {
+        std::getline(lines, line);
+        derivative = std::atof(line.c_str());
+    }
+    EXPECT_NEAR(derivatives[0], 2 / 2.0, 1e-6);
+    EXPECT_NEAR(derivatives[1], 0, 1e-12);
     std::getline(lines, first);
     std::getline(lines, second);
     EXPECT_EQ(first, second);
-    const Values xs = drive(*begin(folder / "model.fmu"), 0, 100);
+    const auto slave = begin(folder / "model.fmu");
+    drive(*slave, 0, 99);
+    EXPECT_NEAR(derivatives[2], 2 * slave->get("v"), 1e-6);
+    const Values xs = drive(*slave, 99, 100);
     char expected[64];
     std::snprintf(expected, sizeof expected, "%a", xs.back());
     EXPECT_EQ(first, expected);

@@ -1,6 +1,7 @@
-/* drive_unit LIBRARY RESOURCES TOKEN INPUT OUTPUT STEPS: a program that knows nothing of simflex moves a unit of FMI 2.0
+/* drive_unit LIBRARY RESOURCES TOKEN INPUT OUTPUT STEPS [OTHER...]: a program that knows nothing of simflex moves a unit of FMI 2.0
    through as many steps of 10 ms, with the input k % 3 - 0.7, in two instances at once, and prints the output at the end
-   of both, in hexadecimal digits, and the libraries that it has loaded. */
+   of both, in hexadecimal digits, and the libraries that it has loaded. Of other outputs it prints the derivatives by 2 times
+   the input, asked for before the last step. */
 #include <dlfcn.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -47,7 +48,7 @@ int main(int argc, char** argv) {
     unsigned input, output;
     FILE* maps;
     int i, k;
-    if (argc != 7) return 2;
+    if (argc < 7) return 2;
     library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
     if (!library) {
         printf("%s\n", dlerror());
@@ -71,11 +72,20 @@ int main(int argc, char** argv) {
     }
     for (k = 0; k < atoi(argv[6]); ++k)
         for (i = 0; i < 2; ++i) {
+            const double two = 2;
             const double value = k % 3 - 0.7;
             int (*set)(void*, const unsigned*, size_t, const double*), (*step)(void*, double, double, int);
+            int other, (*derive)(void*, const unsigned*, size_t, const unsigned*, size_t, const double*, double*);
+            *(void**)&derive = find(library, "fmi2GetDirectionalDerivative");
             *(void**)&set = find(library, "fmi2SetReal");
             *(void**)&step = find(library, "fmi2DoStep");
             require(set(units[i], &input, 1, &value), "set");
+            for (other = 7; other < argc && i == 0 && k == atoi(argv[6]) - 1; ++other) {
+                const unsigned reference = (unsigned)atoi(argv[other]);
+                double derivative = 0;
+                require(derive(units[i], &reference, 1, &input, 1, &two, &derivative), "derive");
+                printf("%.9f\n", derivative);
+            }
             require(step(units[i], 0.01 * k, 0.01, 1), "step");
         }
     for (i = 0; i < 2; ++i) {
