@@ -32,7 +32,9 @@ fs::path findBeside() {
         throw std::runtime_error("it is not known where simflex's libraries are");
     fs::path folder = fs::absolute(info.dli_fname).parent_path();
     if (folder.parent_path().filename() == Levels) folder = folder.parent_path().parent_path();
-    return folder / LibraryName;
+    // Installed it is a module, in a folder of its own.
+    const fs::path installed = folder / "simflex" / LibraryName;
+    return fs::exists(installed) ? installed : folder / LibraryName;
 }
 
 /** Strings of a loaded library's dynamic section. **/

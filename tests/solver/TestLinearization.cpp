@@ -175,7 +175,7 @@ struct Hanging {
         }
         if (ofBushing > 0) {
             Mat66 stiffness(0);
-            stiffness.updSubMat<3, 3>(3, 3) = Mat33(5);
+            stiffness.updSubMat<3, 3>(3, 3) = Mat33(1);
             Bushing(flexible, links[0].interface("B"), links.back().interface("B"), stiffness,
                     ofBushing * stiffness);
         }
