@@ -249,7 +249,7 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
             if (isInput) {
                 State state = point.state;
                 flexible.setStateValue(state, source.input, value + place * step);
-                m_model.getSystem().realize(state, Stage::Velocity);
+                m_model.getSystem().realize(state, SimTK::Stage::Velocity);
                 addWeighted(
                     calcEquationErrors(m_model.getSystem(), state, point.uDot, point.multipliers),
                     observed.calc(state, point.uDot, point.multipliers));
