@@ -7,6 +7,7 @@ What a Simbody program with flexible bodies needs, Simbody's own headers include
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Hub.h"
 #include "simflex/body/Joint.h"
+#include "simflex/body/JointGoals.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/body/StressExtremes.h"
 #include "simflex/body/StressHistory.h"

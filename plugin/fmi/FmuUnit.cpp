@@ -1,4 +1,5 @@
 #include "simflex/fmi/FmuUnit.h"
+#include "simflex/base/ZipFile.h"
 
 #include <dlfcn.h>
 
@@ -9,7 +10,6 @@
 
 #include "simflex/fmi/Fmi2.h"
 #include "simflex/fmi/Fmi3.h"
-#include "simflex/fmi/ZipFile.h"
 
 namespace simflex {
 

@@ -1,4 +1,5 @@
 #include "simflex/fmu/FmuExport.h"
+#include "simflex/base/ZipFile.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -10,7 +11,6 @@
 #include "simflex/base/Progress.h"
 #include "simflex/base/TemporaryFolder.h"
 #include "simflex/fmi/FmuDescription.h"
-#include "simflex/fmi/ZipFile.h"
 #include "simflex/fmu/LibraryCopy.h"
 #include "simflex/model/file/ModelNode.h"
 #include "simflex/model/parts/PartBuilder.h"
@@ -133,7 +133,7 @@ public:
             const double done = double(++m_report.numLibraries) / double(libraries.size());
             if (!m_options.listener.tellProgress("packing libraries", done)) throw Cancelled();
         }
-        zip.finish();
+        zip.finish(Durability::ProcessEnd);
         m_report.bytes = double(fs::file_size(path));
         m_report.parameters = m_manifest.parameters;
         m_report.inputs = m_manifest.inputs;

@@ -1,14 +1,11 @@
 #include "simflex/part/ArrayFile.h"
 
-#include <libdeflate.h>
 #include <matio.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <new>
@@ -17,14 +14,12 @@
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/base/Utf8.h"
+#include "simflex/base/ZipFile.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
 namespace {
-
-/** Deflate makes nothing more than this times smaller. **/
-constexpr std::uint64_t MostInflation = 1100;
-constexpr std::uint64_t MostStored = 0xFFFFFFFF;
 
 bool isNumPy(const std::string& path) {
     return lowerCase(std::filesystem::path(path).extension().string()) == ".npz";
@@ -46,79 +41,6 @@ std::uint64_t readLittle(const std::string& bytes, size_t at, int size) {
 void writeLittle(std::string& bytes, std::uint64_t value, int size) {
     for (int k = 0; k < size; ++k) bytes += char(value >> (8 * k) & 255);
 }
-
-/** The files of a zip archive, stored or deflated. **/
-class ZipFiles {
-public:
-    ZipFiles(const std::string& path, const std::string& bytes) : m_path(path), m_bytes(bytes) {
-        constexpr size_t EndSize = 22;
-        const size_t end = bytes.rfind("PK\x05\x06");
-        if (end == std::string::npos || end + EndSize > bytes.size())
-            failDamaged(path, "it is no zip archive, as .npz files are");
-        std::uint64_t count = take(end + 10, 2), at = take(end + 16, 4);
-        if (at == MostStored && end >= 20 && bytes.compare(end - 20, 4, "PK\x06\x07") == 0) {
-            const std::uint64_t large = take(end - 12, 8);
-            count = take(large + 32, 8);
-            at = take(large + 48, 8);
-        }
-        for (std::uint64_t k = 0; k < count; ++k) at = addEntry(at);
-    }
-
-    const std::map<std::string, std::string>& files() const { return m_files; }
-
-private:
-    std::uint64_t take(std::uint64_t at, int size) const {
-        if (at > m_bytes.size() || m_bytes.size() - at < std::uint64_t(size))
-            failDamaged(m_path, "its archive is cut off");
-        return readLittle(m_bytes, size_t(at), size);
-    }
-
-    /** @returns where the next entry of the directory begins. **/
-    std::uint64_t addEntry(std::uint64_t at) {
-        if (take(at, 4) != 0x02014b50)
-            failDamaged(m_path, "its directory has no entry where one must be");
-        const std::uint64_t method = take(at + 10, 2), nameSize = take(at + 28, 2),
-                            extraSize = take(at + 30, 2), commentSize = take(at + 32, 2);
-        std::uint64_t packed = take(at + 20, 4), size = take(at + 24, 4), header = take(at + 42, 4);
-        const std::uint64_t next = at + 46 + nameSize + extraSize + commentSize;
-        if (next > m_bytes.size()) failDamaged(m_path, "its directory is cut off");
-        const std::string name = m_bytes.substr(size_t(at + 46), size_t(nameSize));
-        // What is too large for 4 bytes stands in a field of its own.
-        for (std::uint64_t extra = at + 46 + nameSize; extra + 4 <= next - commentSize;) {
-            const std::uint64_t kind = take(extra, 2), length = take(extra + 2, 2);
-            std::uint64_t field = extra + 4;
-            if (kind == 1)
-                for (std::uint64_t* value : {&size, &packed, &header})
-                    if (*value == MostStored && field + 8 <= extra + 4 + length) {
-                        *value = take(field, 8);
-                        field += 8;
-                    }
-            extra += 4 + length;
-        }
-        if (take(header, 4) != 0x04034b50) failDamaged(m_path, name + " is not where it must be");
-        const std::uint64_t begin = header + 30 + take(header + 26, 2) + take(header + 28, 2);
-        if (begin > m_bytes.size() || packed > m_bytes.size() - begin)
-            failDamaged(m_path, name + " is cut off");
-        if (method == 0) {
-            m_files[name] = m_bytes.substr(size_t(begin), size_t(packed));
-            return next;
-        }
-        if (method != 8 || size > packed * MostInflation)
-            failDamaged(m_path, name + " is packed in a way that is not known");
-        std::string text(size_t(size), '\0');
-        const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
-            inflater(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-        if (libdeflate_deflate_decompress(inflater.get(), m_bytes.data() + begin, size_t(packed),
-                                          text.data(), text.size(), nullptr) != LIBDEFLATE_SUCCESS)
-            failDamaged(m_path, name + " cannot be unpacked");
-        m_files[name] = std::move(text);
-        return next;
-    }
-
-    const std::string& m_path;
-    const std::string& m_bytes;
-    std::map<std::string, std::string> m_files;
-};
 
 /** The value of a key in the dictionary of a .npy file's header. **/
 std::string findKey(const std::string& header, const std::string& key) {
@@ -265,16 +187,11 @@ std::vector<FileArray> joinSparse(const std::string& path,
 }
 
 std::vector<FileArray> readNpz(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    if (!in || std::filesystem::is_directory(path))
-        throw std::runtime_error("cannot read '" + path + "'");
-    const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    const ZipFiles zip(path, bytes);
     std::map<std::string, FileArray> arrays;
-    for (const auto& [file, text] : zip.files()) {
+    for (ZipReader zip(path); zip.next();) {
         FileArray array;
-        array.name = file.substr(0, file.rfind(".npy"));
-        if (readNpy(path, text, array)) arrays[array.name] = std::move(array);
+        array.name = zip.getName().substr(0, zip.getName().rfind(".npy"));
+        if (readNpy(path, zip.read(), array)) arrays[array.name] = std::move(array);
     }
     return joinSparse(path, std::move(arrays));
 }
@@ -300,62 +217,41 @@ std::string bytesOf(const std::vector<T>& values) {
     return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
+/** Texts of one width, of characters of 4 bytes. **/
+std::string makeNpy(const std::vector<std::string>& texts) {
+    std::vector<std::u32string> lines;
+    size_t width = 1;
+    for (const std::string& text : texts) {
+        lines.push_back(decodeUtf8(text));
+        width = std::max(width, lines.back().size());
+    }
+    std::string data;
+    for (std::u32string& line : lines) {
+        line.resize(width);
+        for (const char32_t code : line) writeLittle(data, code, 4);
+    }
+    return makeNpy("<U" + std::to_string(width), {std::int64_t(texts.size())}, data);
+}
+
 void writeNpz(const std::string& path, const std::vector<FileArray>& arrays) {
-    std::vector<std::pair<std::string, std::string>> files;
+    ZipWriter zip(path);
+    const auto add = [&](const std::string& name, const std::string& npy) {
+        zip.add(name + ".npy", npy, ZipMethod::Stored);
+    };
     for (const FileArray& array : arrays) {
         const auto count = std::int64_t(array.values.size());
         if (array.isSparse()) {
-            files.emplace_back(array.name + "_data",
-                               makeNpy("<f8", {count}, bytesOf(array.values)));
-            files.emplace_back(array.name + "_indices",
-                               makeNpy("<i8", {count}, bytesOf(array.rows)));
-            files.emplace_back(array.name + "_indptr",
-                               makeNpy("<i8", {std::int64_t(array.columnStarts.size())},
-                                       bytesOf(array.columnStarts)));
+            const auto numStarts = std::int64_t(array.columnStarts.size());
+            add(array.name + "_data", makeNpy("<f8", {count}, bytesOf(array.values)));
+            add(array.name + "_indices", makeNpy("<i8", {count}, bytesOf(array.rows)));
+            add(array.name + "_indptr", makeNpy("<i8", {numStarts}, bytesOf(array.columnStarts)));
         } else if (!array.texts.empty()) {
-            size_t width = 1;
-            for (const std::string& text : array.texts) width = std::max(width, text.size());
-            std::string data;
-            for (const std::string& text : array.texts)
-                for (size_t k = 0; k < width; ++k)
-                    writeLittle(data, k < text.size() ? static_cast<unsigned char>(text[k]) : 0, 4);
-            files.emplace_back(array.name, makeNpy("<U" + std::to_string(width),
-                                                   {std::int64_t(array.texts.size())}, data));
+            add(array.name, makeNpy(array.texts));
         } else {
-            files.emplace_back(array.name, makeNpy("<f8", array.shape, bytesOf(array.values)));
+            add(array.name, makeNpy("<f8", array.shape, bytesOf(array.values)));
         }
     }
-    std::string zip, directory;
-    for (const auto& [name, text] : files) {
-        const std::string file = name + ".npy";
-        if (zip.size() + text.size() + file.size() + 64 > MostStored)
-            throw std::runtime_error(path + " would be larger than 4 GiB; write a .mat");
-        std::string common;
-        for (const int value : {20, 0, 0, 0, 33})
-            writeLittle(common, std::uint64_t(value), 2);  // 1980-01-01
-        writeLittle(common, libdeflate_crc32(0, text.data(), text.size()), 4);
-        writeLittle(common, text.size(), 4);
-        writeLittle(common, text.size(), 4);
-        writeLittle(common, file.size(), 2);
-        writeLittle(common, 0, 2);
-        directory += "PK\x01\x02";
-        writeLittle(directory, 20, 2);
-        directory += common;
-        directory.append(10, '\0');
-        writeLittle(directory, zip.size(), 4);
-        directory += file;
-        zip += "PK\x03\x04" + common + file + text;
-    }
-    const size_t start = zip.size();
-    zip += directory + "PK\x05\x06";
-    writeLittle(zip, 0, 4);
-    for (int k = 0; k < 2; ++k) writeLittle(zip, files.size(), 2);
-    writeLittle(zip, directory.size(), 4);
-    writeLittle(zip, start, 4);
-    writeLittle(zip, 0, 2);
-    std::ofstream out(path, std::ios::binary);
-    out.write(zip.data(), std::streamsize(zip.size()));
-    if (!out.flush()) throw std::runtime_error("cannot write '" + path + "'");
+    zip.finish();
 }
 
 // .mat
@@ -364,6 +260,8 @@ struct MatCloser {
     void operator()(mat_t* file) const { Mat_Close(file); }
     void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
 };
+/** Bytes of a variable of MATLAB's format 5, with its rows' and columns' numbers. **/
+constexpr size_t MostInMat = (size_t(1) << 32) * 8 / 12;
 using MatFile = std::unique_ptr<mat_t, MatCloser>;
 using MatVariable = std::unique_ptr<matvar_t, MatCloser>;
 
@@ -438,10 +336,14 @@ std::vector<FileArray> readMat(const std::string& path) {
 }
 
 void writeMat(const std::string& path, const std::vector<FileArray>& arrays) {
-    const MatFile file(
-        Mat_CreateVer(path.c_str(), "MATLAB 5.0 MAT-file, written by simflex", MAT_FT_MAT5));
+    UnfinishedFile unfinished(path);
+    MatFile file(Mat_CreateVer(unfinished.getPath().c_str(),
+                               "MATLAB 5.0 MAT-file, written by simflex", MAT_FT_MAT5));
     if (!file) throw std::runtime_error("cannot write '" + path + "'");
     for (const FileArray& array : arrays) {
+        if (array.values.size() >= MostInMat / sizeof(double))
+            throw std::runtime_error("cannot write '" + path + "': " + array.name +
+                                     " is larger than the 4 GB of a .mat; write a .npz");
         MatVariable variable;
         size_t dims[2] = {size_t(array.numRows()), size_t(array.numColumns())};
         std::vector<mat_uint32_t> rows(array.rows.begin(), array.rows.end()),
@@ -462,10 +364,11 @@ void writeMat(const std::string& path, const std::vector<FileArray>& arrays) {
             variable.reset(
                 Mat_VarCreate(array.name.c_str(), MAT_C_CELL, MAT_T_CELL, 2, dims, nullptr, 0));
             for (size_t k = 0; k < array.texts.size() && variable; ++k) {
-                size_t size[2] = {1, array.texts[k].size()};
-                Mat_VarSetCell(variable.get(), int(k),
-                               Mat_VarCreate(nullptr, MAT_C_CHAR, MAT_T_UINT8, 2, size,
-                                             const_cast<char*>(array.texts[k].data()), 0));
+                std::u16string text = convertToUtf16(array.texts[k]);
+                size_t size[2] = {text.empty() ? size_t(0) : size_t(1), text.size()};
+                Mat_VarSetCell(
+                    variable.get(), int(k),
+                    Mat_VarCreate(nullptr, MAT_C_CHAR, MAT_T_UINT16, 2, size, text.data(), 0));
             }
         } else {
             variable.reset(
@@ -474,6 +377,8 @@ void writeMat(const std::string& path, const std::vector<FileArray>& arrays) {
         if (!variable || Mat_VarWrite(file.get(), variable.get(), MAT_COMPRESSION_NONE) != 0)
             throw std::runtime_error("cannot write " + array.name + " to '" + path + "'");
     }
+    file.reset();
+    unfinished.finish();
 }
 
 }  // namespace
@@ -500,9 +405,7 @@ std::vector<FileArray> readArrayFile(const std::string& path) {
 }
 
 void writeArrayFile(const std::string& path, const std::vector<FileArray>& arrays) {
-    UnfinishedFile unfinished(path);
-    isNumPy(path) ? writeNpz(unfinished.getPath(), arrays) : writeMat(unfinished.getPath(), arrays);
-    unfinished.finish();
+    isNumPy(path) ? writeNpz(path, arrays) : writeMat(path, arrays);
 }
 
 }  // namespace simflex

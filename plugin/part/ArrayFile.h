@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-Named arrays in the files of MATLAB (.mat, by matio) and NumPy (.npz). Standard types only.
+Named arrays in the files of MATLAB (.mat, by matio: format 5) and NumPy (.npz). Standard types
+only.
 
     std::vector<FileArray> arrays = readArrayFile("crank.npz");
     writeArrayFile("rod.mat", {makeArray("K", 60, 60, values)});
@@ -20,7 +21,7 @@ struct FileArray {
     std::vector<double> values;  ///< the first index runs fastest; of a sparse matrix those stored
     std::vector<std::int64_t> columnStarts;  ///< of a sparse matrix, else empty
     std::vector<std::int64_t> rows;          ///< of its values, 0-based
-    std::vector<std::string> texts;          ///< instead of numbers; written, not read
+    std::vector<std::string> texts;          ///< in UTF-8, instead of numbers; written, not read
 
     bool isSparse() const { return !columnStarts.empty(); }
     std::int64_t numRows() const { return shape.empty() ? 1 : shape[0]; }
@@ -35,8 +36,8 @@ FileArray makeArray(const std::string& name, std::int64_t numRows, std::int64_t 
                     std::vector<double> values);
 
 /** The real numeric arrays of a file of at most two dimensions; others are passed over.
-@throws std::runtime_error if it cannot be read. @throws std::invalid_argument for damaged files.
-**/
+@throws std::runtime_error or std::invalid_argument naming a file that is damaged or cannot be
+read. **/
 std::vector<FileArray> readArrayFile(const std::string& path);
 
 /** The same arrays give the same bytes. @throws std::runtime_error if it cannot be written. **/

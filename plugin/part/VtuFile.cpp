@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/base/Utf8.h"
 #include "simflex/part/Frequency.h"
 
 namespace simflex {
@@ -114,24 +115,6 @@ const char* nameOfByteOrder() {
     unsigned char first = 0;
     std::memcpy(&first, &one, 1);
     return first == 1 ? "LittleEndian" : "BigEndian";
-}
-
-/** Length of the UTF-8 sequence at `at`, 0 if there is none. **/
-size_t calcUtf8Length(const std::string& text, size_t at) {
-    const auto byte = [&](size_t k) { return k < text.size() ? (unsigned char)(text[k]) : 0u; };
-    const unsigned first = byte(at);
-    const size_t length = first < 0x80                     ? 1
-                          : first >= 0xC2 && first <= 0xDF ? 2
-                          : first >= 0xE0 && first <= 0xEF ? 3
-                          : first >= 0xF0 && first <= 0xF4 ? 4
-                                                           : 0;
-    for (size_t k = 1; k < length; ++k)
-        if ((byte(at + k) & 0xC0) != 0x80) return 0;
-    // Longer than needed, surrogates, beyond Unicode.
-    if ((first == 0xE0 && byte(at + 1) < 0xA0) || (first == 0xED && byte(at + 1) > 0x9F) ||
-        (first == 0xF0 && byte(at + 1) < 0x90) || (first == 0xF4 && byte(at + 1) > 0x8F))
-        return 0;
-    return length;
 }
 
 std::string quote(const std::string& text) {

@@ -10,29 +10,11 @@
 #include <stdexcept>
 #include <vector>
 
+#include "simflex/base/Utf8.h"
+
 namespace simflex {
 
 namespace {
-
-// Code points of UTF-8 text; a malformed byte stands for itself.
-std::vector<unsigned long> decodeUtf8(const std::string& text) {
-    std::vector<unsigned long> result;
-    for (std::size_t i = 0; i < text.size();) {
-        const unsigned char lead = static_cast<unsigned char>(text[i]);
-        const int extra = lead >= 0xF0 ? 3 : (lead >= 0xE0 ? 2 : (lead >= 0xC0 ? 1 : 0));
-        if (extra == 0 || i + extra >= text.size()) {
-            result.push_back(lead);
-            ++i;
-            continue;
-        }
-        unsigned long code = lead & (0x3F >> extra);
-        for (int k = 1; k <= extra; ++k)
-            code = (code << 6) | (static_cast<unsigned char>(text[i + k]) & 0x3F);
-        result.push_back(code);
-        i += 1 + extra;
-    }
-    return result;
-}
 
 struct Glyph {
     int left = 0, top = 0, width = 0, height = 0;
@@ -121,7 +103,7 @@ Font::~Font() = default;
 double Font::calcWidth(const std::string& text, int pixelSize) {
     double width = 0;
     unsigned long previous = 0;
-    for (const unsigned long code : decodeUtf8(text)) {
+    for (const char32_t code : decodeUtf8(text)) {
         width +=
             impl->calcKerning(previous, code, pixelSize) + impl->getGlyph(code, pixelSize).advance;
         previous = code;
@@ -135,7 +117,7 @@ void Font::draw(Image& image, double x, double y, const std::string& text, int p
         x -= calcWidth(text, pixelSize) * (anchor == Anchor::Center ? 0.5 : 1.0);
     const int baseLine = int(std::lround(y));
     unsigned long previous = 0;
-    for (const unsigned long code : decodeUtf8(text)) {
+    for (const char32_t code : decodeUtf8(text)) {
         x += impl->calcKerning(previous, code, pixelSize);
         previous = code;
         const Glyph& glyph = impl->getGlyph(code, pixelSize);

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "simflex/base/Utf8.h"
+
 namespace simflex {
 
 using SimTK::DecorativeGeometry;
@@ -39,13 +41,6 @@ double getOpacity(const DecorativeGeometry& geometry) {
 
 bool isHidden(const DecorativeGeometry& geometry) {
     return geometry.getRepresentation() == DecorativeGeometry::Hide;
-}
-
-// Of UTF-8 text: bytes that do not continue a letter.
-double countLetters(const std::string& text) {
-    return double(std::count_if(text.begin(), text.end(), [](char c) {
-        return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-    }));
 }
 
 std::vector<std::string> splitLines(const std::string& text) {
@@ -100,7 +95,8 @@ void Scene::appendBounds(std::vector<Vec3>& points_G) const {
     for (const TextItem& item : texts) {
         // About as wide as it will be; a text that faces the camera is taken to stand as in its
         // frame.
-        const double width = 0.85 * item.widthFactor * item.height * countLetters(item.text);
+        const double width =
+            0.85 * item.widthFactor * item.height * double(countCharacters(item.text));
         const double base = -item.line * TextItem::lineSpacing * item.height;
         for (const Vec3& corner :
              {Vec3(0, base, 0), Vec3(width, base, 0), Vec3(0, base + item.height, 0)})

@@ -5,8 +5,8 @@ FMUs that control a model. **/
 
 #include "cli/run/RunTest.h"
 #include "simflex/base/Progress.h"
+#include "simflex/base/ZipFile.h"
 #include "simflex/fmi/FmuUnit.h"
-#include "simflex/fmi/ZipFile.h"
 #include "simflex/fmu/FmuExport.h"
 #include "simflex/model/Session.h"
 

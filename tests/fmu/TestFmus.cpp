@@ -7,8 +7,8 @@ the standard's reference importer where it is there. **/
 #include <thread>
 
 #include "cli/run/RunTest.h"
+#include "simflex/base/ZipFile.h"
 #include "simflex/fmi/FmuUnit.h"
-#include "simflex/fmi/ZipFile.h"
 #include "simflex/fmu/FmuExport.h"
 #include "support/GermanLocale.h"
 

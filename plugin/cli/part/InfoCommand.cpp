@@ -9,6 +9,7 @@ simflex info: what is in a part file, for people or as JSON. **/
 
 #include "simflex/base/Json.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/base/Utf8.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/part/InterfacePicture.h"
 #include "simflex/part/Frequency.h"
@@ -161,9 +162,7 @@ double withoutNoise(double number, double size) {
 
 /** UTF-8 text filled up with spaces to `width` characters. **/
 std::string pad(const std::string& text, int width) {
-    const auto isStart = [](char c) { return ((unsigned char)(c)&0xC0) != 0x80; };
-    const int length = int(std::count_if(text.begin(), text.end(), isStart));
-    return text + std::string(size_t(std::max(0, width - length)), ' ');
+    return text + std::string(size_t(std::max(0, width - int(countCharacters(text)))), ' ');
 }
 
 void printInterfaces(const ReducedBody& body) {

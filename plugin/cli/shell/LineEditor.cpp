@@ -20,6 +20,7 @@
 
 #include "simflex/base/Interruption.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/base/Utf8.h"
 #include "simflex/cli/shell/CommandText.h"
 #include "simflex/cli/shell/Terminal.h"
 
@@ -39,12 +40,6 @@ std::string findCommonBeginning(const std::vector<std::string>& words) {
         common.erase(end.first, common.end());
     }
     return common;
-}
-
-int countCharacters(const std::string& utf8) {
-    return int(std::count_if(utf8.begin(), utf8.end(), [](char c) {
-        return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
-    }));
 }
 
 /** Words in as many columns as fit; long lists end with how many more there are. **/
@@ -212,7 +207,7 @@ public:
             char quote = found.quote;
             if (!quote && quoteWord(common) != common) {
                 quote = quoteWord(common)[0];
-                el_deletestr(editor, countCharacters(found.word));
+                el_deletestr(editor, int(countCharacters(found.word)));
                 insertion = quote + common;
             }
             if (isOnly && !goesOn && quote) insertion += quote;

@@ -327,10 +327,6 @@ void checkSteady(const StateSpace& now, const StateSpace& later, double rate,
     }
 }
 
-}  // namespace
-
-namespace {
-
 /** What both ways of looking at a model begin with. **/
 struct ModelLinearization {
     LinearInputPorts inputs;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/body/JointGoals.h"
 #include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
@@ -13,8 +14,6 @@ using namespace SimTK;
 namespace {
 
 constexpr double PlaceTolerance = 1e-7;  ///< of a mobilizer's body [m, rad]
-constexpr double LargestTurn = 0.15;     ///< of one assembly [rad]
-constexpr double LargestShift = 0.05;    ///< of one assembly [m]
 
 int readMode(const ModelValue& modes, const std::string& key, int count) {
     const int mode = std::stoi(key);  // the schema lets whole numbers pass
@@ -84,6 +83,26 @@ void placeBody(const ModelValue& bodies, int i, const ModelFrames& frames,
         place.fail("its mobilizer of type " + placement.getMobilizer(i).type +
                    " cannot put it there: it comes as near as " + std::to_string(off.p().norm()) +
                    " m and " + std::to_string(angle) + " rad");
+}
+
+Joint findStartingJoint(const JointStart& start, const ModelValue& file,
+                        const ModelSystem& system) {
+    const std::string& name = start.joint.getName();
+    const char* what = start.rate ? "rates" : "coordinates";
+    const auto isCalledSo = [&](const auto& entry) { return entry.name == name; };
+    if (std::none_of(system.joints.begin(), system.joints.end(), isCalledSo) &&
+        std::any_of(system.bodies.begin(), system.bodies.end(), isCalledSo))
+        start.joint.fail("'" + name + "' is a body: its " + what + " stand in initial.bodies." +
+                         name);
+    const Joint joint = findEntry(system.joints, "joint", name, start.joint).joint;
+    if (!file.get("joints").get(name).has("between"))
+        start.joint.fail("'" + name + "' is a gear or coupler: name a joint it turns");
+    if (joint.getNumCoordinates() == 0)
+        start.joint.fail("joints of its type have no " + std::string(what) +
+                         (start.rate ? ": give a body 'angular_velocity' in initial.bodies"
+                                     : ": 'place' its bodies as they should be"));
+    withPlace(start.joint, [&] { checkCoordinate(joint, start.coordinate); });
+    return joint;
 }
 
 }  // namespace
@@ -159,60 +178,26 @@ void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placem
     system.system.realize(state, Stage::Velocity);
 }
 
-void JointLeader::addTo(ModelSystem& system, const std::vector<JointStart>& starts,
-                        const ModelFrames& frames, const JointBuilder& joints) {
+void setJointStarts(const ModelValue& file, const ModelSystem& system, State& state) {
+    const std::vector<JointStart> starts = readJointStarts(file);
+    std::vector<JointGoal> coordinates, rates;
     for (const JointStart& start : starts) {
-        const std::string& name = start.joint.getName();
-        const char* what = start.rate ? "rates" : "coordinates";
-        const auto isCalledSo = [&](const auto& entry) { return entry.name == name; };
-        if (std::none_of(system.joints.begin(), system.joints.end(), isCalledSo) &&
-            std::any_of(system.bodies.begin(), system.bodies.end(), isCalledSo))
-            start.joint.fail("'" + name + "' is a body: its " + what + " stand in initial.bodies." +
-                             name);
-        const Joint joint = findEntry(system.joints, "joint", name, start.joint).joint;
-        if (joint.getNumCoordinates() == 0)
-            start.joint.fail("joints of its type have no " + std::string(what) +
-                             (start.rate ? ": give a body 'angular_velocity' in initial.bodies"
-                                         : ": 'place' its bodies as they should be"));
-        const FramePair* pair = joints.findFrames(name);
-        if (!pair) start.joint.fail("'" + name + "' is a gear or coupler: name a joint it turns");
-        const auto course = std::make_shared<Course>();
-        const auto motion = [course](Real) {
-            return Vec3(course->from + course->done * (course->to - course->from), course->rate, 0);
-        };
-        withPlace(start.joint, [&] {
-            addJointMotion(joint, *pair, start.coordinate, motion, "start of " + name, frames,
-                           system);
-        });
-        m_entries.push_back({start, joint, course});
+        const Joint joint = findStartingJoint(start, file, system);
+        if (start.value) coordinates.push_back({joint, start.coordinate, *start.value});
+        rates.push_back({joint, start.coordinate, start.rate.value_or(0)});
     }
-}
-
-void JointLeader::lead(const ModelSystem& system, State& state) const {
+    const bool hasRates = std::any_of(starts.begin(), starts.end(),
+                                      [](const JointStart& start) { return bool(start.rate); });
+    try {
+        // Positions, with the bodies' own speeds; then speeds at these positions.
+        if (!coordinates.empty()) setJointCoordinates(system.flexible, state, coordinates);
+        if (hasRates) setJointRates(system.flexible, state, rates);
+    } catch (const std::runtime_error& error) {
+        starts.front().joint.fail(
+            std::string("the model cannot be assembled with these coordinates or rates: ") +
+            error.what());
+    }
     system.system.realize(state, Stage::Velocity);
-    int steps = 1;
-    for (const Entry& entry : m_entries) {
-        Course& course = *entry.course;
-        course.from = entry.joint.calcCoordinates(state)[entry.start.coordinate];
-        course.to = entry.start.value.value_or(course.from);
-        course.rate = entry.start.rate.value_or(0);
-        const bool isAngle =
-            Joint::Coordinate(entry.joint, entry.start.coordinate).getCoordinate().isAngle();
-        const double most = isAngle ? LargestTurn : LargestShift;
-        steps = std::max(steps, int(std::ceil(std::abs(course.to - course.from) / most)));
-    }
-    steps = std::min(steps, 10000);
-    for (int i = 1; i <= steps; ++i) {
-        for (const Entry& entry : m_entries) entry.course->done = double(i) / steps;
-        state.updTime();  // what depends on the courses is no longer valid
-        try {
-            system.flexible.closeJoints(state);
-        } catch (const std::runtime_error& error) {
-            m_entries.front().start.joint.fail(
-                std::string("the model cannot be assembled with these coordinates or rates: ") +
-                error.what());
-        }
-    }
 }
 
 }  // namespace model

@@ -22,28 +22,9 @@ double findStartValue(const ModelValue& file, const std::string& joint, int coor
 void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placement& placement,
                  const ModelSystem& system, SimTK::State& state);
 
-/** Leads coordinates of joints to given values, from those they have. Made before the topology is
-realized. **/
-class JointLeader {
-public:
-    /** Adds an equation for each start. **/
-    void addTo(ModelSystem& system, const std::vector<JointStart>& starts,
-               const ModelFrames& frames, const JointBuilder& joints);
-    /** Assembles step by step; leaves the State realized to Stage::Velocity.
-    @throws ModelError if it cannot. **/
-    void lead(const ModelSystem& system, SimTK::State& state) const;
-
-private:
-    struct Course {
-        double from = 0, to = 0, rate = 0, done = 0;  ///< done: 0 … 1
-    };
-    struct Entry {
-        JointStart start;
-        Joint joint;
-        std::shared_ptr<Course> course;
-    };
-    std::vector<Entry> m_entries;
-};
+/** Gives joints the coordinates and rates that the file has for them, and leaves the State realized
+to Stage::Velocity. @throws ModelError if it cannot. **/
+void setJointStarts(const ModelValue& file, const ModelSystem& system, SimTK::State& state);
 
 }  // namespace model
 }  // namespace simflex

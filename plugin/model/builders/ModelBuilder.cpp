@@ -33,8 +33,7 @@ ModelBuilder::ModelBuilder(const ModelValue& file, const ModelOptions& options)
     for (const std::string& name : frames.getKeys()) m_frames.find(frames.get(name));
 }
 
-std::unique_ptr<ModelSystem> ModelBuilder::build(const std::vector<JointStart>& starts,
-                                                 JointLeader* leader) const {
+std::unique_ptr<ModelSystem> ModelBuilder::build() const {
     auto system = std::make_unique<ModelSystem>();
     const Vec3 gravity = readVec3(m_file.get("gravity"));
     if (gravity.norm() > 0) Force::Gravity(system->forces, system->matter, gravity);
@@ -49,7 +48,6 @@ std::unique_ptr<ModelSystem> ModelBuilder::build(const std::vector<JointStart>& 
     addLoads(m_file, m_frames, signals, *system);
     addConnectors(m_file, m_frames, m_placement, signals, *system);
     addEvents(m_file, signals, *system);
-    if (leader) leader->addTo(*system, starts, m_frames, joints);
     if (m_options.extend) m_options.extend(*system);
     system->system.realizeTopology();
     return system;
@@ -58,37 +56,8 @@ std::unique_ptr<ModelSystem> ModelBuilder::build(const std::vector<JointStart>& 
 State ModelBuilder::makeInitialState(const ModelSystem& system) const {
     State state = system.system.getDefaultState();
     placeBodies(m_file, m_frames, m_placement, system, state);
-    std::vector<JointStart> starts = readJointStarts(m_file), values;
-    if (starts.empty()) return state;
-    for (const JointStart& start : starts)
-        if (start.value) values.push_back({start.joint, start.coordinate, start.value, {}});
-
-    // Positions, with the bodies' own speeds; then speeds at these positions.
-    const auto lead = [&](const std::vector<JointStart>& these) {
-        JointLeader leader;
-        const auto led = build(these, &leader);
-        State start = led->system.getDefaultState();
-        start.updQ() = state.getQ();
-        start.updU() = state.getU();
-        leader.lead(*led, start);
-        return start;
-    };
-    const bool hasRates = std::any_of(starts.begin(), starts.end(),
-                                      [](const JointStart& start) { return bool(start.rate); });
-    if (!values.empty()) {
-        state.updQ() = lead(values).getQ();
-    } else {
-        State assembled = state;
-        system.flexible.closeJoints(assembled);
-        state.updQ() = assembled.getQ();
-    }
-    if (hasRates) {
-        for (JointStart& start : starts) start.value.reset();  // where they are now
-        const State start = lead(starts);
-        state.updQ() = start.getQ();
-        state.updU() = start.getU();
-    }
-    system.system.realize(state, Stage::Velocity);
+    if (m_file.get("initial").has("joints") || m_file.get("initial").has("rates"))
+        setJointStarts(m_file, system, state);
     return state;
 }
 

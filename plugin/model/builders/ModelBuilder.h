@@ -7,7 +7,7 @@ Puts the system of a model together (private header). **/
 namespace simflex {
 namespace model {
 
-/** Keeps what the parts of a model are found by; systems are made of it, as many as are needed. **/
+/** Keeps what the parts of a model are found by. **/
 class ModelBuilder {
 public:
     /** @throws ModelError. **/
@@ -16,10 +16,8 @@ public:
     const ModelValue& getFile() const { return m_file; }
     const ModelFrames& getFrames() const { return m_frames; }
 
-    /** The system, with its topology realized.
-    @param leader  if not null, gets an equation for each of `starts` **/
-    std::unique_ptr<ModelSystem> build(const std::vector<JointStart>& starts = {},
-                                       JointLeader* leader = nullptr) const;
+    /** The system, with its topology realized. **/
+    std::unique_ptr<ModelSystem> build() const;
 
     SimTK::State makeInitialState(const ModelSystem& system) const;
 

@@ -54,9 +54,7 @@ const FramePair& findJointFrames(const ModelValue& name, const JointBuilder& joi
     return *pair;
 }
 
-Joint addJointMotion(const Joint& joint, const FramePair& pair, int index,
-                     const Joint::MotionFunction& motion, const std::string& name,
-                     const ModelFrames& frames, ModelSystem& system) {
+void checkCoordinate(const Joint& joint, int index) {
     const int count = joint.getNumCoordinates();
     if (index < 0 || index >= count)
         throw std::invalid_argument(
@@ -64,6 +62,12 @@ Joint addJointMotion(const Joint& joint, const FramePair& pair, int index,
             (count == 0   ? "; joints of its type have none"
              : count == 1 ? "; it has one, number 0"
                           : "; they are 0 to " + std::to_string(count - 1)));
+}
+
+Joint addJointMotion(const Joint& joint, const FramePair& pair, int index,
+                     const Joint::MotionFunction& motion, const std::string& name,
+                     const ModelFrames& frames, ModelSystem& system) {
+    checkCoordinate(joint, index);
     const JointCoordinate coordinate = Joint::Coordinate(joint, index).getCoordinate();
     if (coordinate.isAngle()) return addRotation(coordinate, pair, motion, name, frames, system);
     return Joint::PrescribedTranslation(system.flexible, frames.attach(pair.F, system),

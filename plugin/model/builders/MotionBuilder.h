@@ -10,6 +10,9 @@ namespace model {
 /** Value, rate and acceleration as a motion has them. **/
 Joint::MotionFunction makeMotionFunction(const Expression& expression);
 
+/** @throws std::invalid_argument if the joint has no coordinate `index`. **/
+void checkCoordinate(const Joint& joint, int index);
+
 /** Adds the equation that leads coordinate `index` of a joint.
 @param frames  of the joint
 @throws std::invalid_argument if the joint has no such coordinate **/

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/Utf8.h"
 #include "simflex/model/file/ModelError.h"
 
 namespace simflex {
@@ -328,27 +329,10 @@ void forgetLines(YamlTree& tree) {
     }
 }
 
-/** Length of the character of UTF-8 that begins at `at`; 0 for what is none. **/
-std::size_t measureCharacter(const std::string& text, std::size_t at) {
-    const auto byte = [&](std::size_t i) {
-        return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0u;
-    };
-    const unsigned first = byte(0);
-    if (first < 0x80) return 1;
-    const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
-    if (first < 0xC2 || first > 0xF4) return 0;
-    for (std::size_t i = 1; i < length; ++i)
-        if ((byte(i) & 0xC0) != 0x80) return 0;
-    const unsigned second = byte(1);  // not longer than needed, no surrogates, up to U+10FFFF
-    const bool isWrong = (first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) ||
-                         (first == 0xF0 && second < 0x90) || (first == 0xF4 && second > 0x8F);
-    return isWrong ? 0 : length;
-}
-
 void checkEncoding(const std::string& text, const std::string& name) {
     ModelPlace place{name, 1, 1};
     for (std::size_t at = 0; at < text.size();) {
-        const std::size_t length = measureCharacter(text, at);
+        const std::size_t length = calcUtf8Length(text, at);
         if (length == 0 || text[at] == '\0')
             fail(place, "this is no text in UTF-8: save the file in that encoding");
         if (text[at] == '\n') {

@@ -110,16 +110,11 @@ void ImplicitIntegrator::Implementation::takeLaterVariables(const State& from) {
     for (State* state : {&m_scratch, &m_builtFrom}) copyVariables(m_laterVariables, from, *state);
 }
 
-bool ImplicitIntegrator::Implementation::continueWithOtherZ() {
-    const Vector &now = m_state.getY(), &before = m_kept.getY();
-    const int numOthers = m_state.getNQ() + m_state.getNU();
-    for (int i = 0; i < numOthers; ++i)
-        if (now[i] != before[i]) return false;
+void ImplicitIntegrator::Implementation::continueAfter(const std::function<bool()>& change) {
     const SolutionPoint newest = m_stepper->getNewest();
     try {
         takeLaterVariables(m_state);
-        std::copy(&now[0] + numOthers, &now[0] + now.size(), m_stepper->updNewest().z.begin());
-        m_stepper->restart();
+        if (!change()) return;
         showPoint(m_visible.t);
         if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
         copyVariables(m_laterVariables, m_state, m_kept);
@@ -128,6 +123,18 @@ bool ImplicitIntegrator::Implementation::continueWithOtherZ() {
         takeLaterVariables(m_kept);
         throw;
     }
+}
+
+bool ImplicitIntegrator::Implementation::continueWithOtherZ() {
+    const Vector &now = m_state.getY(), &before = m_kept.getY();
+    const int numOthers = m_state.getNQ() + m_state.getNU();
+    for (int i = 0; i < numOthers; ++i)
+        if (now[i] != before[i]) return false;
+    continueAfter([&] {
+        std::copy(&now[0] + numOthers, &now[0] + now.size(), m_stepper->updNewest().z.begin());
+        m_stepper->restart();
+        return true;
+    });
     m_hasTriggered = false;
     m_pending = Pending::Nothing;
     return true;
@@ -137,28 +144,21 @@ void ImplicitIntegrator::Implementation::continueFromHandlersState() {
     const Vector &now = m_state.getY(), &before = m_kept.getY();
     bool isSame = !isLater(m_visible.t, getNewestTime());
     for (int i = 0; i < now.size(); ++i) isSame = isSame && now[i] == before[i];
-    const SolutionPoint newest = m_stepper->getNewest();
-    try {
-        takeLaterVariables(m_state);
+    continueAfter([&] {
         const ImplicitStep::Imbalance imbalance =
-            isSame ? m_stepper->updStep().calcImbalance(newest) : ImplicitStep::Imbalance();
+            isSame ? m_stepper->updStep().calcImbalance(m_stepper->getNewest())
+                   : ImplicitStep::Imbalance();
         if (imbalance.positionError > settings.constraintTolerance || imbalance.speedError > 1e-8) {
             // Motions have changed, not forces alone.
             startFromHandlersState();
-            return;
+            return false;
         }
         // What is below the accuracy in a step makes no start worth its while.
         constexpr double Small = 0.1;
         if (m_hasTriggered || !(imbalance.displacement <= Small * settings.accuracy))
             m_stepper->restart();
-        showPoint(m_visible.t);
-        if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
-        copyVariables(m_laterVariables, m_state, m_kept);
-    } catch (...) {
-        m_stepper->updNewest() = newest;
-        takeLaterVariables(m_kept);
-        throw;
-    }
+        return true;
+    });
 }
 
 Real ImplicitIntegrator::Implementation::calcEnergy(const State& state) const {

@@ -169,6 +169,9 @@ private:
     /** The same; if it cannot be started from, nothing has changed but m_state. **/
     void startFromHandlersState();
     SimTK::Real calcEnergy(const SimTK::State& state) const;
+    /** Goes on with the equations, changed variables and `change`, which says whether to; if that
+    fails, nothing has changed but m_state. **/
+    void continueAfter(const std::function<bool()>& change);
     /** The same where no more than forces or motions at a time can have changed: the equations
     stay, and order and history where what has changed is too small to be felt. **/
     void continueFromHandlersState();

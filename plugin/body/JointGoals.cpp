@@ -1,0 +1,274 @@
+#include "simflex/body/JointGoals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/FlexibleBodySubsystem.h"
+#include "simflex/body/JointEquations.h"
+
+namespace simflex {
+
+using namespace SimTK;
+
+namespace {
+
+constexpr Real ModalWeight = 1e3;      // where bodies have to deform
+constexpr Real LargestStep = 0.1;      // [rad] in one step
+constexpr Real GoalTolerance = 1e-11;  // of joints and coordinates [m, rad]
+constexpr Real Conditioning = 1e-9;    // rows that follow from others
+constexpr Real RateTolerance = 1e-9;   // [m/s, rad/s]
+constexpr int MostCorrections = 40;    // after the last step of the way
+
+enum class Bending { Held, Free };
+
+/** A State on its way to the goals. **/
+class JointGuide {
+public:
+    JointGuide(const FlexibleBodySubsystem& bodies, const State& start,
+               const std::vector<JointGoal>& goals, Bending bending)
+        : m_bodies(bodies),
+          m_system(bodies.getMultibodySystem()),
+          m_matter(m_system.getMatterSubsystem()),
+          m_goals(goals),
+          m_state(start) {
+        bodies.closeJoints(m_state);
+        m_weights = m_state.getUWeights();
+        for (int b = 0; b < bodies.getNumBodies(); ++b) {
+            const FlexibleBody body = bodies.getBody(FlexibleBodyIndex(b));
+            for (int k = 0; k < body.getNumModalMobilizers(); ++k) {
+                const MobilizedBody& mobod = body.getModalMobilizer(k);
+                scale(mobod, bending == Bending::Held ? Infinity : ModalWeight);
+                for (int i = 0; i < mobod.getNumU(m_state); ++i)
+                    m_modes.push_back({int(mobod.getFirstUIndex(m_state)) + i,
+                                       int(mobod.getFirstQIndex(m_state)) + i, 0});
+            }
+        }
+        // What a lock or a Motion holds does not move.
+        for (MobilizedBodyIndex i(1); i < m_matter.getNumBodies(); ++i) {
+            const MobilizedBody& mobod = m_matter.getMobilizedBody(i);
+            if (mobod.isLocked(m_state) ||
+                (mobod.hasMotion() && !mobod.getMotion().isDisabled(m_state)))
+                scale(mobod, Infinity);
+        }
+        for (Mode& mode : m_modes) mode.start = m_state.getQ()[mode.q];
+    }
+
+    const State& getState() const { return m_state; }
+
+    /** @returns false if the joints do not allow it. **/
+    bool leadCoordinates() {
+        Real tolerance = GoalTolerance, way = 0;
+        for (const JointGoal& goal : m_goals)
+            tolerance = std::max(tolerance, GoalTolerance * (1 + std::abs(goal.value)));
+        const Vector whole = calcWay();
+        for (size_t i = 0; i < m_goals.size(); ++i)
+            way = std::max(way, std::abs(whole[int(i)]) / calcLongestStep(i, whole[int(i)]));
+        const int mostSteps = MostCorrections + int(std::ceil(2 * way));
+        for (int step = 0; step < mostSteps; ++step) {
+            Vector rest = calcWay();
+            if (calcLargest(rest, rest.size()) < tolerance && calcLargestError() < GoalTolerance)
+                return true;
+            Real part = 1;
+            for (size_t i = 0; i < m_goals.size(); ++i)
+                if (std::abs(rest[int(i)]) > tolerance)
+                    part =
+                        std::min(part, calcLongestStep(i, whole[int(i)]) / std::abs(rest[int(i)]));
+            rest *= part;
+            move(rest);
+            if (!std::isfinite(calcLargestError())) break;
+        }
+        return false;
+    }
+
+    /** @returns false if there are no such speeds. **/
+    bool changeRates() {
+        Real largestRate = 0;
+        for (const JointGoal& goal : m_goals)
+            largestRate = std::max(largestRate, std::abs(goal.value));
+        const int m = m_state.getNUErr();
+        const Vector nothing(m_state.getNU(), Real(0));
+        for (int i = 0; i < 2; ++i) {
+            m_state.updU() += solve(m, -m_state.getUErr(), calcRateErrors(), nothing);
+            realize();
+        }
+        const Vector errors = calcRateErrors();
+        return std::max(calcLargest(m_state.getUErr(), m), calcLargest(errors, errors.size())) <
+               RateTolerance * (1 + largestRate);
+    }
+
+    std::string findWorstJoint() const {
+        std::string worst = "a constraint";
+        Real largest = GoalTolerance;
+        for (int i = 0; i < m_bodies.getNumJoints(); ++i) {
+            const Joint other = m_bodies.getJoint(JointIndex(i));
+            const Vector errors = other.calcPositionErrors(m_state);
+            const Real error = calcLargest(errors, errors.size());
+            if (error <= largest) continue;
+            largest = error;
+            worst = "'" + other.getName() + "'";
+        }
+        return worst;
+    }
+
+private:
+    struct Mode {
+        int u, q;
+        Real start;
+    };
+
+    /** Of the first so many. **/
+    static Real calcLargest(const Vector& values, int count) {
+        Real largest = 0;
+        for (int i = 0; i < count; ++i) largest = std::max(largest, std::abs(values[i]));
+        return largest;
+    }
+
+    const JointCoordinate& getKind(size_t goal) const {
+        return m_goals[goal].joint.getEquations().getCoordinate(m_goals[goal].coordinate);
+    }
+    Real calcLongestStep(size_t goal, Real way) const {
+        return getKind(goal).isAngle() ? LargestStep : std::max(std::abs(way) / 10, GoalTolerance);
+    }
+    Real calcLargestError() const { return calcLargest(m_state.getQErr(), getNumPositionRows()); }
+
+    Vector calcWay() const {
+        Vector way(int(m_goals.size()));
+        for (size_t i = 0; i < m_goals.size(); ++i) {
+            const JointGoal& goal = m_goals[i];
+            const Real rest = goal.value - goal.joint.calcCoordinates(m_state)[goal.coordinate];
+            way[int(i)] = getKind(i).isPeriodic() ? std::remainder(rest, 2 * Pi) : rest;
+        }
+        return way;
+    }
+    Vector calcRateErrors() const {
+        Vector errors(int(m_goals.size()));
+        for (size_t i = 0; i < m_goals.size(); ++i)
+            errors[int(i)] = m_goals[i].value -
+                             m_goals[i].joint.calcCoordinateDots(m_state)[m_goals[i].coordinate];
+        return errors;
+    }
+
+    /** Moves the coordinates by `change` to first order, and the joints together. **/
+    void move(const Vector& change) {
+        Vector deformed(m_state.getNU(), Real(0));  // since the start
+        for (const Mode& mode : m_modes) deformed[mode.u] = m_state.getQ()[mode.q] - mode.start;
+        Vector dq(m_state.getNQ());
+        m_matter.multiplyByN(m_state, false,
+                             solve(getNumPositionRows(), -m_state.getQErr(), change, deformed), dq);
+        m_state.updQ() += dq;
+        m_matter.normalizeQuaternions(m_state);
+        realize();
+    }
+
+    void scale(const MobilizedBody& mobod, Real factor) {
+        for (int i = 0; i < mobod.getNumU(m_state); ++i)
+            m_weights[mobod.getFirstUIndex(m_state) + i] *= factor;
+    }
+
+    void realize() { m_system.realize(m_state, Stage::Velocity); }
+
+    /** Without those of quaternions. **/
+    int getNumPositionRows() const {
+        return m_state.getNQErr() - m_matter.getNumQuaternionsInUse(m_state);
+    }
+
+    /** Speeds that move the frames of a coordinate. **/
+    std::vector<int> findSpeeds(const JointGoal& goal) const {
+        std::vector<int> speeds;
+        const auto add = [&](const MobilizedBody& mobod) {
+            for (int i = 0; i < mobod.getNumU(m_state); ++i)
+                speeds.push_back(mobod.getFirstUIndex(m_state) + i);
+        };
+        const bool isPair = goal.joint.getEquations().getNumFrames() == 2;  // no coupler
+        const int frames = isPair ? 0 : goal.coordinate;
+        for (const Attachment* frame :
+             {&goal.joint.getFrameF(frames), &goal.joint.getFrameM(frames)}) {
+            for (MobilizedBodyIndex at = frame->getMobilizedBodyIndex(); at != GroundIndex;) {
+                const MobilizedBody& mobod = m_matter.getMobilizedBody(at);
+                add(mobod);
+                at = mobod.getParentMobilizedBody().getMobilizedBodyIndex();
+            }
+            if (!frame->isFlexible()) continue;
+            const FlexibleBody body = m_bodies.getBody(frame->getFlexibleBodyIndex());
+            for (int k = 0; k < body.getNumModalMobilizers(); ++k) add(body.getModalMobilizer(k));
+        }
+        std::sort(speeds.begin(), speeds.end());
+        speeds.erase(std::unique(speeds.begin(), speeds.end()), speeds.end());
+        return speeds;
+    }
+
+    /** ∂c/∂u, a row: rates are linear in the speeds. **/
+    Vector calcGradient(const JointGoal& goal) const {
+        Vector gradient(m_state.getNU(), Real(0));
+        State moving = m_state;
+        for (const int j : findSpeeds(goal)) {
+            moving.updU() = 0;
+            moving.updU()[j] = 1;
+            m_system.realize(moving, Stage::Velocity);
+            gradient[j] = goal.joint.calcCoordinateDots(moving)[goal.coordinate];
+        }
+        return gradient;
+    }
+
+    /** The δ with these right-hand sides of m rows of G and of the goals for which `before` + δ is
+    smallest. **/
+    Vector solve(int m, const Vector& errors, const Vector& changes, const Vector& before) const {
+        const int n = m_state.getNU(), numGoals = int(m_goals.size());
+        Matrix G;
+        m_matter.calcG(m_state, G);
+        Matrix A(m + numGoals, n);
+        for (int i = 0; i < m; ++i)
+            for (int j = 0; j < n; ++j) A(i, j) = G(i, j);
+        for (int i = 0; i < numGoals; ++i) A[m + i] = ~calcGradient(m_goals[size_t(i)]);
+        Vector right(m + numGoals);
+        for (int i = 0; i < m; ++i) right[i] = errors[i];
+        for (int i = 0; i < numGoals; ++i) right[m + i] = changes[i];
+        right += A * before;
+        for (int j = 0; j < n; ++j) A(j) /= m_weights[j];
+        Vector change;
+        FactorQTZ(A, Conditioning).solve(right, change);
+        for (int j = 0; j < n; ++j) change[j] = change[j] / m_weights[j] - before[j];
+        return change;
+    }
+
+    const FlexibleBodySubsystem& m_bodies;
+    const MultibodySystem& m_system;
+    const SimbodyMatterSubsystem& m_matter;
+    const std::vector<JointGoal>& m_goals;
+    State m_state;
+    Vector m_weights;
+    std::vector<Mode> m_modes;
+};
+
+/** @param lead  tells whether it could **/
+template <class Lead>
+void reachGoals(const FlexibleBodySubsystem& bodies, State& state,
+                const std::vector<JointGoal>& goals, const Lead& lead) {
+    std::string culprit;
+    for (const Bending bending : {Bending::Held, Bending::Free}) {
+        JointGuide guide(bodies, state, goals, bending);
+        if (lead(guide)) {
+            state = guide.getState();
+            bodies.getMultibodySystem().realize(state, Stage::Velocity);
+            return;
+        }
+        culprit = guide.findWorstJoint();
+    }
+    throw std::runtime_error(culprit + " does not allow it");
+}
+
+}  // namespace
+
+void setJointCoordinates(const FlexibleBodySubsystem& bodies, State& state,
+                         const std::vector<JointGoal>& goals) {
+    reachGoals(bodies, state, goals, [](JointGuide& guide) { return guide.leadCoordinates(); });
+}
+
+void setJointRates(const FlexibleBodySubsystem& bodies, State& state,
+                   const std::vector<JointGoal>& goals) {
+    reachGoals(bodies, state, goals, [](JointGuide& guide) { return guide.changeRates(); });
+}
+
+}  // namespace simflex

@@ -1,0 +1,45 @@
+#pragma once
+/** @file
+States in which coordinates of joints, or their rates, have given values, and all joints are closed.
+
+    setJointCoordinates(bodies, state, {{crank, 0, Pi / 6}});   // [rad] of a pin
+    setJointRates(bodies, state, {{crank, 0, 10}});             // [rad/s]
+
+From an assembled State, each step solves
+
+    G δ = −g(q),   ∂c/∂u δ = Δc
+
+for the smallest δ: where flexible bodies are, in metres anywhere on them; of rigid ones by the
+speeds' weights (SimTK::State::getUWeights()). Flexible bodies keep their shapes. Only where the
+joints cannot be closed with these they deform, and as little as needed: the smallest change of
+modal coordinates since the start counts, a thousandfold. What is locked or has a Motion stays. The
+coordinates are led to their values in steps of at most 0.1 rad or a tenth of the way. Redundant
+equations are allowed. O(m²n) each, for m equations and n speeds. **/
+
+#include <vector>
+
+#include "Simbody.h"
+#include "simflex/body/Joint.h"
+
+namespace simflex {
+
+/** What a coordinate of a joint [rad, m], or its rate [rad/s, m/s], is to be. **/
+struct JointGoal {
+    Joint joint;
+    int coordinate = 0;
+    SimTK::Real value = 0;
+};
+
+/** Closes the joints and leads coordinates to their values; angles go the shorter way round. Speeds
+stay as they are where nothing asks for others: the State may have to be given consistent ones by
+setJointRates(). The State is realized to Stage::Velocity.
+@throws std::runtime_error naming a joint that does not allow it; the State is as it was. **/
+void setJointCoordinates(const FlexibleBodySubsystem& bodies, SimTK::State& state,
+                         const std::vector<JointGoal>& goals);
+
+/** Closes the joints and changes speeds as little as makes them consistent, with these rates.
+@throws the same. **/
+void setJointRates(const FlexibleBodySubsystem& bodies, SimTK::State& state,
+                   const std::vector<JointGoal>& goals);
+
+}  // namespace simflex

@@ -1,0 +1,121 @@
+/** @file
+Coordinates of joints that are led to values, against closed forms. **/
+
+#include <gmock/gmock.h>
+
+#include "simflex/body/FlexibleBody.h"
+#include "simflex/body/JointGoals.h"
+#include "support/PointMassPart.h"
+
+namespace simflex::test {
+namespace {
+
+using namespace SimTK;
+using ::testing::HasSubstr;
+
+/** A slider-crank in the xy plane of free rigid bodies, straight: crank r, rod l. **/
+struct SliderCrank {
+    static constexpr Real r = 0.3, l = 0.8;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem bodies{system, matter};
+    MobilizedBody::Free crank = addBody(), rod = addBody(), slider = addBody();
+    Joint::Pin bearing{bodies, matter.Ground(), crank, "bearing"};
+    Joint::Pin crankPin{bodies, {crank, Vec3(r, 0, 0)}, rod, "crank pin"};
+    Joint::Pin sliderPin{bodies, {rod, Vec3(l, 0, 0)}, slider, "slider pin"};
+    Joint::Slider guide{bodies, matter.Ground(), slider, "guide"};
+    State state;
+
+    MobilizedBody::Free addBody() {
+        return {matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), UnitInertia(0.1)))};
+    }
+    SliderCrank() {
+        state = system.realizeTopology();
+        system.realizeModel(state);
+        rod.setQToFitTranslation(state, Vec3(r, 0, 0));
+        slider.setQToFitTranslation(state, Vec3(r + l, 0, 0));
+        system.realize(state, Stage::Velocity);
+    }
+};
+
+TEST(JointGoals, ASliderCranksSlideFollowsItsCrank) {
+    SliderCrank model;
+    const Real phi = 2.2, omega = 7, s = model.r * std::sin(phi), c = model.r * std::cos(phi),
+               reach = std::sqrt(model.l * model.l - s * s);
+    setJointCoordinates(model.bodies, model.state, {{model.bearing, 0, phi}});
+    EXPECT_NEAR(model.guide.calcCoordinates(model.state)[0], c + reach, 1e-10);
+    setJointRates(model.bodies, model.state, {{model.bearing, 0, omega}});
+    EXPECT_NEAR(model.guide.calcCoordinateDots(model.state)[0], -omega * s * (1 + c / reach), 1e-8);
+    EXPECT_NEAR(model.bearing.calcCoordinates(model.state)[0], phi, 1e-10);
+    // And back by the slide; angles go the shorter way round.
+    setJointCoordinates(model.bodies, model.state, {{model.guide, 0, 0.9}});
+    const Real x = 0.9;
+    EXPECT_NEAR(std::cos(model.bearing.calcCoordinates(model.state)[0]),
+                (x * x + model.r * model.r - model.l * model.l) / (2 * x * model.r), 1e-10);
+    setJointCoordinates(model.bodies, model.state, {{model.bearing, 0, 0.5 + 4 * Pi}});
+    EXPECT_NEAR(model.bearing.calcCoordinates(model.state)[0], 0.5, 1e-10);
+}
+
+TEST(JointGoals, WhatTheJointsDoNotAllowIsRefusedAndChangesNothing) {
+    SliderCrank model;
+    const Vector before = model.state.getY();
+    try {
+        setJointCoordinates(model.bodies, model.state, {{model.guide, 0, 1.2}});
+        FAIL() << "the slide is further away than crank and rod are long";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("does not allow it"));
+    }
+    EXPECT_EQ((model.state.getY() - before).normInf(), 0);
+    // Two goals that contradict each other.
+    EXPECT_THROW(setJointCoordinates(model.bodies, model.state,
+                                     {{model.bearing, 0, 0.5}, {model.guide, 0, 0.6}}),
+                 std::runtime_error);
+    setJointCoordinates(model.bodies, model.state, {{model.bearing, 0, 0.5}});
+    EXPECT_THROW(
+        setJointRates(model.bodies, model.state, {{model.bearing, 0, 1}, {model.guide, 0, 1}}),
+        std::runtime_error);
+}
+
+TEST(JointGoals, SeveralCoordinatesAreLedTogetherAndBodiesKeepTheirShapes) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    FlexibleBodySubsystem bodies(system, matter);
+    const PointMassPart part = makePointMassPart();
+    FlexibleBody one(bodies, part.body), two(bodies, part.body);
+    Joint::Pin first(bodies, matter.Ground(), one.interface("A"), "first"),
+        second(bodies, one.interface("B"), two.interface("A"), "second");
+    State state = system.realizeTopology();
+    system.realizeModel(state);
+    bodies.closeJoints(state);
+    const Vector before[] = {one.getModalCoordinates(state), two.getModalCoordinates(state)};
+    setJointCoordinates(bodies, state, {{first, 0, 0.7}, {second, 0, -2.5}});
+    EXPECT_NEAR(first.calcCoordinates(state)[0], 0.7, 1e-10);
+    EXPECT_NEAR(second.calcCoordinates(state)[0], -2.5, 1e-10);
+    EXPECT_LT((one.getModalCoordinates(state) - before[0]).normInf(), 1e-15);
+    EXPECT_LT((two.getModalCoordinates(state) - before[1]).normInf(), 1e-15);
+    setJointRates(bodies, state, {{first, 0, 3}, {second, 0, -4}});
+    EXPECT_NEAR(first.calcCoordinateDots(state)[0], 3, 1e-9);
+    EXPECT_NEAR(second.calcCoordinateDots(state)[0], -4, 1e-9);
+    for (const Joint& joint : {Joint(first), Joint(second)})
+        EXPECT_LT(joint.calcPositionErrors(state).normInf(), 1e-10);
+}
+
+TEST(JointGoals, AllCoordinatesOfAJointCanBeGiven) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    FlexibleBodySubsystem bodies(system, matter);
+    MobilizedBody::Free tool(matter.Ground(),
+                             Body::Rigid(MassProperties(1, Vec3(0), UnitInertia(0.1))));
+    Joint::Planar table(bodies, matter.Ground(), tool, "table");
+    State state = system.realizeTopology();
+    setJointCoordinates(bodies, state, {{table, 0, 0.4}, {table, 1, -2}, {table, 2, 3}});
+    EXPECT_LT((table.calcCoordinates(state) - Vector(Vec3(0.4, -2, 3))).normInf(), 1e-10);
+    setJointRates(bodies, state, {{table, 2, 5}});
+    EXPECT_LT((table.calcCoordinateDots(state) - Vector(Vec3(0, 0, 5))).normInf(), 1e-9);
+}
+
+}  // namespace
+}  // namespace simflex::test
