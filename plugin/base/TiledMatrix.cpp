@@ -11,6 +11,15 @@ namespace {
 
 static_assert(TiledMatrix::TileHeight == ChunkSize);
 
+/** Chunks of sums at a time: as many as registers hold beside the factors, and enough independent
+ones to hide the latency of an addition. **/
+#ifdef __AVX512F__
+constexpr int NumSums = 16;
+#else
+constexpr int NumSums = 4;
+#endif
+constexpr int MostColumns = NumSums < 8 ? NumSums : 8;
+
 /** y[rows[k]] = chunk[k]. **/
 inline void scatter(const Chunk& chunk, const int* rows, double* y) {
 #ifdef __AVX512F__
@@ -121,17 +130,18 @@ void TiledMatrix::multiplyStrip(int tile, int count, const double* const* x,
 }
 
 void TiledMatrix::multiply(int count, const double* const* x, double* const* y) const {
-    if (!m_rows.empty()) return multiplyKept<8>(count, x, y);
-    // Up to 16 sums at a time: enough independent ones to hide the latency of an addition.
+    if (!m_rows.empty()) return multiplyKept<MostColumns>(count, x, y);
+    constexpr int Tiles = NumSums == 16 ? 4 : 2;
     int tile = 0;
-    for (; tile + 4 <= m_numTiles; tile += 4) multiplyStrip<4, 4>(tile, count, x, y);
+    for (; tile + Tiles <= m_numTiles; tile += Tiles)
+        multiplyStrip<Tiles, NumSums / Tiles>(tile, count, x, y);
     switch (m_numTiles - tile) {
         case 3:
-            return multiplyStrip<3, 4>(tile, count, x, y);
+            return multiplyStrip<3, NumSums / 4>(tile, count, x, y);
         case 2:
-            return multiplyStrip<2, 8>(tile, count, x, y);
+            return multiplyStrip<2, NumSums / 2>(tile, count, x, y);
         case 1:
-            return multiplyStrip<1, 8>(tile, count, x, y);
+            return multiplyStrip<1, MostColumns>(tile, count, x, y);
         default:
             return;
     }

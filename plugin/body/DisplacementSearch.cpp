@@ -27,13 +27,6 @@ Vector3d getShape(const ReducedBody& part, int node, int mode) {
                          3 * size_t(part.mesh.numNodes()) * size_t(mode));
 }
 
-Chunk loadFloats(const float* values) {
-    using Floats = float __attribute__((vector_size(4 * ChunkSize)));
-    Floats floats;
-    std::memcpy(&floats, values, sizeof floats);
-    return __builtin_convertvector(floats, Chunk);
-}
-
 float roundUp(double value) {
     return std::nextafter(float(value), std::numeric_limits<float>::infinity());
 }
@@ -149,8 +142,8 @@ DisplacementSearch::Field DisplacementSearch::calcField(int index, const double*
     Field field;
     const auto add = [&](int i, Chunk& low, Chunk& high) {
         const float* const mode = own + size_t(i) * NumCoefficients;
-        low += loadFloats(mode) * xi[i];
-        high += loadFloats(mode + ChunkSize) * xi[i];
+        low += loadChunk(mode) * xi[i];
+        high += loadChunk(mode + ChunkSize) * xi[i];
         field.rest += double(mode[12]) * std::abs(xi[i]);
     };
     for (int i = 0; i + 1 < numModes; i += 2) {
@@ -169,9 +162,9 @@ double DisplacementSearch::calcBound(int index, const double* xi) const {
     const double* const c = field.linear;
     // All corners at once.
     const Vector3d &l = tile.low, &h = tile.high;
-    const Chunk x = {l[0], h[0], l[0], h[0], l[0], h[0], l[0], h[0]};
-    const Chunk y = {l[1], l[1], h[1], h[1], l[1], l[1], h[1], h[1]};
-    const Chunk z = {l[2], l[2], l[2], l[2], h[2], h[2], h[2], h[2]};
+    const Chunk x = makeChunk(l[0], h[0], l[0], h[0], l[0], h[0], l[0], h[0]);
+    const Chunk y = makeChunk(l[1], l[1], h[1], h[1], l[1], l[1], h[1], h[1]);
+    const Chunk z = makeChunk(l[2], l[2], l[2], l[2], h[2], h[2], h[2], h[2]);
     Chunk squared{};
     for (int axis = 0; axis < 3; ++axis) {
         const Chunk u = c[axis] + c[3 + axis] * x + c[6 + axis] * y + c[9 + axis] * z;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <queue>
 
+#include "simflex/base/Chunk.h"
+
 namespace simflex {
 namespace {
 
@@ -18,7 +20,8 @@ constexpr Index FactorWorthThreads = 1000000;  // entries of the whole factor fo
 constexpr Index RowsPerShare = 256;
 constexpr Index Subtrees = 24;  // the largest subtree has one part in so many of all entries
 
-typedef double Row __attribute__((vector_size(Width * sizeof(double))));
+using Row = Chunk;
+static_assert(Width == ChunkSize);
 
 using Buffer = std::vector<Row>;
 
@@ -72,7 +75,7 @@ inline void solveTriangle(const double* L, Index stride, int size, Row* x) {
         const int end = std::min(first + Panel, size);
         for (int c = first; c < end; ++c) {
             const double* column = L + c * stride;
-            x[c] /= column[c];
+            x[c] = x[c] / column[c];
             for (int r = c + 1; r < end; ++r) x[r] -= column[r] * x[c];
         }
         subtractProduct(L + first * stride + end, stride, size - end, end - first, x + first,
@@ -89,7 +92,7 @@ inline void solveTransposedTriangle(const double* L, Index stride, int size, Row
         for (int c = end - 1; c >= first; --c) {
             const double* column = L + c * stride;
             for (int r = c + 1; r < end; ++r) x[c] -= column[r] * x[r];
-            x[c] /= column[c];
+            x[c] = x[c] / column[c];
         }
     }
 }

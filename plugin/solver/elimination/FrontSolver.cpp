@@ -21,7 +21,8 @@ constexpr double GoodPivot = 0.1;
 
 /** Imaginary before real parts of four complex numbers. **/
 inline Chunk swapPairs(const Chunk& chunk) {
-    return Chunk{chunk[1], chunk[0], chunk[3], chunk[2], chunk[5], chunk[4], chunk[7], chunk[6]};
+    return makeChunk(chunk[1], chunk[0], chunk[3], chunk[2], chunk[5], chunk[4], chunk[7],
+                     chunk[6]);
 }
 
 /** y −= a x. **/
@@ -30,7 +31,7 @@ inline void subtract(const double* x, double a, int size, double* y) {
     for (int i = 0; i < size; ++i) y[i] -= x[i] * a;
 }
 inline void subtract(const Complex* x, const Complex& a, int size, Complex* y) {
-    const Chunk re = Chunk{} + a.real(), im = a.imag() * Chunk{-1, 1, -1, 1, -1, 1, -1, 1};
+    const Chunk re = Chunk{} + a.real(), im = a.imag() * makeChunk(-1, 1, -1, 1, -1, 1, -1, 1);
     const double* from = reinterpret_cast<const double*>(x);
     double* to = reinterpret_cast<double*>(y);
     int i = 0;
@@ -65,7 +66,7 @@ inline Complex dot(const Complex* a, const Complex* b, int size) {
         straight += four * otherFour;
         crossed += four * swapPairs(otherFour);
     }
-    return {sumChunk(straight * Chunk{1, -1, 1, -1, 1, -1, 1, -1}), sumChunk(crossed)};
+    return {sumChunk(straight * makeChunk(1, -1, 1, -1, 1, -1, 1, -1)), sumChunk(crossed)};
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ __attribute__((flatten)) void multiplyColumns(const MatrixXd& A, int firstOfA, c
                                               int firstOfB, Chunk* C) {
     for (int j = 0; j < 6; ++j)
         for (int i = 0; i < 6; ++i)
-            C[j][i] = A.col(firstOfA + i).dot(B.col(firstOfB + j).head(A.rows()));
+            setEntry(C[j], i, A.col(firstOfA + i).dot(B.col(firstOfB + j).head(A.rows())));
 }
 
 }  // namespace
@@ -33,7 +33,7 @@ PartFactors<Scalar>::PartFactors(const Part& part)
         for (int frame = 0; frame < m_numFrames; ++frame)
             for (int k = 0; k < m_numModes; ++k) {
                 Chunk row{};
-                for (int a = 0; a < 6; ++a) row[a] = m_shapes(k, 6 * frame + a);
+                for (int a = 0; a < 6; ++a) setEntry(row, a, m_shapes(k, 6 * frame + a));
                 m_rows.push_back(row);
             }
     }

@@ -62,19 +62,13 @@ inline ComplexChunk& operator-=(ComplexChunk& a, const ComplexChunk& b) {
     return a = a - b;
 }
 
-inline double getEntry(const Chunk& chunk, int k) {
-    return chunk[k];
-}
 inline Complex getEntry(const ComplexChunk& chunk, int k) {
     return {chunk.re[k], chunk.im[k]};
 }
 
-inline void setEntry(Chunk& chunk, int k, double value) {
-    chunk[k] = value;
-}
 inline void setEntry(ComplexChunk& chunk, int k, const Complex& value) {
-    chunk.re[k] = value.real();
-    chunk.im[k] = value.imag();
+    setEntry(chunk.re, k, value.real());
+    setEntry(chunk.im, k, value.imag());
 }
 
 inline Complex sumChunk(const ComplexChunk& chunk) {
@@ -85,21 +79,21 @@ inline ComplexChunk loadChunk(const Complex* values, int count) {
     const double* entries = reinterpret_cast<const double*>(values);
     const Chunk a = loadChunk(entries, std::min(2 * count, ChunkSize));
     const Chunk b = loadChunk(entries + ChunkSize, std::max(2 * count - ChunkSize, 0));
-    return {Chunk{a[0], a[2], a[4], a[6], b[0], b[2], b[4], b[6]},
-            Chunk{a[1], a[3], a[5], a[7], b[1], b[3], b[5], b[7]}};
+    return {makeChunk(a[0], a[2], a[4], a[6], b[0], b[2], b[4], b[6]),
+            makeChunk(a[1], a[3], a[5], a[7], b[1], b[3], b[5], b[7])};
 }
 
 inline void storeChunk(const ComplexChunk& chunk, Complex* values, int count) {
     const Chunk &re = chunk.re, &im = chunk.im;
     double* entries = reinterpret_cast<double*>(values);
-    storeChunk(Chunk{re[0], im[0], re[1], im[1], re[2], im[2], re[3], im[3]}, entries,
+    storeChunk(makeChunk(re[0], im[0], re[1], im[1], re[2], im[2], re[3], im[3]), entries,
                std::min(2 * count, ChunkSize));
-    storeChunk(Chunk{re[4], im[4], re[5], im[5], re[6], im[6], re[7], im[7]}, entries + ChunkSize,
-               std::max(2 * count - ChunkSize, 0));
+    storeChunk(makeChunk(re[4], im[4], re[5], im[5], re[6], im[6], re[7], im[7]),
+               entries + ChunkSize, std::max(2 * count - ChunkSize, 0));
 }
 
 inline Chunk loadSix(const double* values) {
-    return Chunk{values[0], values[1], values[2], values[3], values[4], values[5], 0, 0};
+    return loadChunk(values, 6);
 }
 inline ComplexChunk loadSix(const Complex* values) {
     return loadChunk(values, 6);

@@ -31,8 +31,8 @@ double ImplicitStep::findLargest(const double* values, int size, int* where) {
     Chunk largest{}, nanOrZero{};
     for (int i = 0; i < size; i += ChunkSize) {
         const Chunk chunk = loadChunk(values + i, std::min(size - i, ChunkSize));
-        const Chunk magnitude = chunk < 0 ? -chunk : chunk;
-        largest = magnitude > largest ? magnitude : largest;
+        const Chunk magnitude = absolute(chunk);
+        largest = larger(magnitude, largest);
         nanOrZero += magnitude - magnitude;  // infinities count as NaN here, and are sought below
     }
     double result = 0;
