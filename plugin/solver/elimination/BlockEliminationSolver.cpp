@@ -69,18 +69,34 @@ public:
 
     /** @param hasResidual  false: r counts as zero **/
     void solve(const System& system, bool hasResidual) {
-        if (!m_isFactored)
-            throw std::logic_error("BlockEliminationSolver::solve() before factor()");
+        requireFactors();
         const auto start = Clock::now();
         const int count = int(m_blocks.size());
         parallelFor(hasResidual ? count : 0, m_threads, [&](int b) {
-            if (b + 1 < count) m_blocks[size_t(b) + 1].prefetch();
-            if (m_isLate[size_t(b)]) return;
-            m_blocks[size_t(b)].eliminate(system.r.data() + m_firstSpeed[size_t(b)],
-                                          m_Gz.data() + m_firstColumn[size_t(b)]);
+            prefetch(b + 1);
+            eliminate(system, b);
         });
         const auto schurStart = Clock::now();
+        solveForMultipliers(system, hasResidual);
+        const auto substitutionStart = Clock::now();
+        parallelFor(count, m_threads, [&](int b) {
+            prefetch(b + 1);
+            substitute(system, b, hasResidual);
+        });
+        m_timing.backSubstitution += std::chrono::duration<double>(schurStart - start).count() +
+                                     secondsSince(substitutionStart);
+    }
 
+    void eliminate(const System& system, int b) {
+        if (m_isLate[size_t(b)]) return;
+        m_blocks[size_t(b)].eliminate(system.r.data() + m_firstSpeed[size_t(b)],
+                                      m_Gz.data() + m_firstColumn[size_t(b)]);
+    }
+
+    void solveForMultipliers(const System& system, bool hasResidual) {
+        requireFactors();
+        const auto start = Clock::now();
+        const int count = int(m_blocks.size());
         std::copy(system.c.begin(), system.c.end(), m_x.begin());
         for (int b = 0; b < count && hasResidual; ++b) {
             if (m_isLate[size_t(b)]) continue;
@@ -96,25 +112,25 @@ public:
                 std::fill_n(rows, size, Scalar(0));
         }
         if (!m_x.empty()) m_fronts->solve(m_x.data(), m_threads);
-        const auto substitutionStart = Clock::now();
-
-        parallelFor(count, m_threads, [&](int b) {
-            if (b + 1 < count) m_blocks[size_t(b) + 1].prefetch();
-            if (m_isLate[size_t(b)]) return;
-            const int first = m_firstSpeed[size_t(b)];
-            const int begin = m_firstColumn[size_t(b)], end = m_firstColumn[size_t(b) + 1];
-            Scalar* lambda = m_columnLambda.data();
-            for (int k = begin; k < end; ++k) lambda[k] = m_x[size_t(m_rows[size_t(k)])];
-            m_blocks[size_t(b)].substitute(hasResidual ? system.r.data() + first : nullptr,
-                                           lambda + begin, m_deltaU.data() + first);
-        });
         for (const LateBlock& late : m_lateBlocks)
             std::copy_n(m_x.data() + late.firstUnknown, system.blocks[size_t(late.block)].size,
                         m_deltaU.data() + m_firstSpeed[size_t(late.block)]);
-        const auto end = Clock::now();
-        m_timing.schur += std::chrono::duration<double>(substitutionStart - schurStart).count();
-        m_timing.backSubstitution +=
-            std::chrono::duration<double>((schurStart - start) + (end - substitutionStart)).count();
+        m_timing.schur += secondsSince(start);
+    }
+
+    void substitute(const System& system, int b, bool hasResidual) {
+        if (m_isLate[size_t(b)]) return;
+        const int first = m_firstSpeed[size_t(b)];
+        const int begin = m_firstColumn[size_t(b)], end = m_firstColumn[size_t(b) + 1];
+        Scalar* lambda = m_columnLambda.data();
+        for (int k = begin; k < end; ++k) lambda[k] = m_x[size_t(m_rows[size_t(k)])];
+        m_blocks[size_t(b)].substitute(hasResidual ? system.r.data() + first : nullptr,
+                                       lambda + begin, m_deltaU.data() + first);
+    }
+
+    /** Of a block that comes next; there may be none. **/
+    void prefetch(int b) const {
+        if (size_t(b) < m_blocks.size()) m_blocks[size_t(b)].prefetch();
     }
 
     const std::vector<Scalar>& getDeltaU() const { return m_deltaU; }
@@ -135,6 +151,11 @@ public:
     }
 
 private:
+    void requireFactors() const {
+        if (!m_isFactored)
+            throw std::logic_error("BlockEliminationSolver::solve() before factor()");
+    }
+
     /** A block whose speeds are unknowns of step 3: rows −J Δu − Gᵀ Δλ = r. **/
     struct LateBlock {
         int block;
@@ -353,6 +374,19 @@ void BlockElimination<Scalar>::factor(const System& system) {
 template <class Scalar>
 void BlockElimination<Scalar>::solve(const System& system) {
     m_impl->solve(system, true);
+}
+template <class Scalar>
+void BlockElimination<Scalar>::eliminate(const System& system, int block) {
+    m_impl->eliminate(system, block);
+}
+template <class Scalar>
+void BlockElimination<Scalar>::solveForMultipliers(const System& system) {
+    m_impl->solveForMultipliers(system, true);
+}
+template <class Scalar>
+void BlockElimination<Scalar>::substitute(const System& system, int block) {
+    m_impl->prefetch(block + 1);
+    m_impl->substitute(system, block, true);
 }
 template <class Scalar>
 void BlockElimination<Scalar>::solveForConstraints(const System& system) {

@@ -50,7 +50,7 @@ class BlockElimination {
 public:
     using System = BasicNewtonSystem<Scalar>;
 
-    /** Wall time of the phases since construction [s]. **/
+    /** Wall time of the phases since construction [s], without eliminate() and substitute(). **/
     struct Timing {
         double factor = 0;            ///< step 1
         double schur = 0;             ///< steps 2 and 3
@@ -81,6 +81,18 @@ public:
     /** Solves for the r and c of `system`; of its matrices only Gt is read. @pre factor().
     @throws std::logic_error if nothing was factored. **/
     void solve(const System& system);
+
+    /** @name solve() in three steps
+    for who passes over the blocks anyway and has each in cache: the first for every block, from any
+    threads, then the second, then the last for every block. **/
+    /**@{**/
+    /** z_b and G_b z_b. **/
+    void eliminate(const System& system, int block);
+    /** S Δλ = c − Σ_b G_b z_b. **/
+    void solveForMultipliers(const System& system);
+    /** The block's Δu. **/
+    void substitute(const System& system, int block);
+    /**@}**/
 
     /** The same with r = 0 whatever the system holds: the projection onto the constraints. **/
     void solveForConstraints(const System& system);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simflex/base/Chunk.h"
 #include "simflex/solver/equations/FlexibleBlock.h"
 #include "simflex/solver/equations/RigidTree.h"
 
@@ -79,17 +78,12 @@ bool Blocks::askForN() const {
                        [](const RigidTree* tree) { return tree->asksForN(); });
 }
 
-double Blocks::calcDisplacement(const double* delta, int* worst, double* u) const {
+double Blocks::calcDisplacement(const double* delta, int* worst,
+                                const std::function<void(int b)>& prepare) const {
     return findLargest(
         [&](int b) {
-            const Block& block = *all[size_t(b)];
-            const double* own = delta + block.firstU;
-            for (int i = 0; u && i < block.numU; i += ChunkSize) {
-                const int count = std::min(block.numU - i, ChunkSize);
-                double* speeds = u + block.firstU + i;
-                storeChunk(loadChunk(speeds, count) + loadChunk(own + i, count), speeds, count);
-            }
-            return block.calcDisplacement(own);
+            if (prepare) prepare(b);
+            return all[size_t(b)]->calcDisplacement(delta + all[size_t(b)]->firstU);
         },
         worst);
 }

@@ -4,6 +4,7 @@ All blocks of a system, and what is done to each of them alike (private header):
 speeds, in the solver's vectors and in Simbody's. N(q) is that of the last evaluation. **/
 
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -61,8 +62,9 @@ struct Blocks {
     bool askForN() const;
 
     /** Largest displacement over the blocks [m]; `worst` receives the block.
-    @param u  gets δ added, if given **/
-    double calcDisplacement(const double* delta, int* worst = nullptr, double* u = nullptr) const;
+    @param prepare  if given, writes a block's part of δ, from several threads **/
+    double calcDisplacement(const double* delta, int* worst = nullptr,
+                            const std::function<void(int b)>& prepare = {}) const;
     /** The largest of what size(b) gives for each block, NaN if one is; `worst` receives it. **/
     template <class Size>
     double findLargest(const Size& size, int* worst) const {

@@ -73,8 +73,9 @@ double ErrorNorm::calcSize(const double* deltaQ, const double* deltaU, double h,
         worst);
 }
 
-double ErrorNorm::calcChange(const double* deltaU, double stiffness, int* worst, double* u) const {
-    const double displacement = stiffness * m_blocks.calcDisplacement(deltaU, worst, u);
+double ErrorNorm::calcChange(const double* deltaU, double stiffness, int* worst,
+                             const std::function<void(int b)>& prepare) const {
+    const double displacement = stiffness * m_blocks.calcDisplacement(deltaU, worst, prepare);
     if (m_kind == Kind::Displacement || !std::isfinite(displacement)) return displacement;
     // N W N⁺ δq = γ N W δu, about as large as γ W δu.
     return std::max(stiffness * calcNorm(m_numU, deltaU, m_uWeights.data(), nullptr),

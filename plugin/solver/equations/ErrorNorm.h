@@ -30,9 +30,9 @@ public:
     /** Of a step's end; `worst` receives the block. **/
     double calcSize(const double* deltaQ, const double* deltaU, double h, int* worst = nullptr);
     /** Of a change of u at a step's end, and of q by stiffness times that.
-    @param u  gets the change added, if given **/
+    @param prepare  if given, writes a block's part of the change, from several threads **/
     double calcChange(const double* deltaU, double stiffness, int* worst = nullptr,
-                      double* u = nullptr) const;
+                      const std::function<void(int b)>& prepare = {}) const;
     double calcZSize(const double* deltaZ) const;
 
 private:

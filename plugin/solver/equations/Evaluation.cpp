@@ -126,38 +126,68 @@ bool Evaluation::canEvaluateByBlocks() const {
            !m_simbody->getPrescribed() && m_frictions.isEmpty();
 }
 
-void Evaluation::evaluate(double time, MotionLevel level, const NewtonFactors& factors,
-                          const std::function<void(const Block&)>& place, const double* q,
-                          const double* u, const double* uDot, const double* lambda, double* r,
-                          double* c) {
+template <class OnBatch, class OnJoint, class OnBlock>
+void Evaluation::visitGroups(const OnBatch& onBatch, const OnJoint& onJoint,
+                             const OnBlock& onBlock) const {
+    parallelFor(int(m_groups.size()), m_blocks->numThreads, [&](int g) {
+        const Group& group = m_groups[size_t(g)];
+        for (int k = group.firstBatch; k < group.endBatch; ++k) onBatch(k);
+        for (int j : group.joints) onJoint(j);
+        for (int b : group.blocks) onBlock(b);
+    });
+    parallelFor(int(m_jointsBetween.size()), m_blocks->numThreads,
+                [&](int k) { onJoint(m_jointsBetween[size_t(k)]); });
+    parallelFor(int(m_blocksBetween.size()), m_blocks->numThreads,
+                [&](int k) { onBlock(m_blocksBetween[size_t(k)]); });
+}
+
+void Evaluation::moveTo(double time) {
     m_stage = Stage::Nothing;
     m_functions->moveTo(m_functions->clampTime(time));
     m_blocks->context.timeValues = &m_functions->get();
     m_joints.forgetJacobians();
-    const auto addInJointForces = [&](int b) {
-        m_joints.addInForces(b, lambda, r + getBlock(b).firstU);
-    };
-    parallelFor(int(m_groups.size()), m_blocks->numThreads, [&](int g) {
-        const Group& group = m_groups[size_t(g)];
-        for (int k = group.firstBatch; k < group.endBatch; ++k) {
-            for (int b : m_topology->batches[size_t(k)]) place(getBlock(b));
+}
+
+void Evaluation::evaluate(double time, MotionLevel level, const NewtonFactors& factors,
+                          const BlockVisit& place, const BlockVisit& finish, const double* q,
+                          const double* u, const double* uDot, const double* lambda, double* r,
+                          double* c) {
+    moveTo(time);
+    // Forces of elements come last, from where all bodies are.
+    const bool isFinishedByJoints = m_topology->elements.empty();
+    visitGroups(
+        [&](int k) {
+            for (int b : m_topology->batches[size_t(k)]) place(b);
             realizeBatch(k, q, u);
             calcBatchResidual(k, q, u, uDot, r);
-        }
-        for (int j : group.joints) m_joints.update(j, level, c);
-        for (int b : group.blocks) addInJointForces(b);
-    });
-    parallelFor(int(m_jointsBetween.size()), m_blocks->numThreads,
-                [&](int k) { m_joints.update(m_jointsBetween[size_t(k)], level, c); });
-    parallelFor(int(m_blocksBetween.size()), m_blocks->numThreads,
-                [&](int k) { addInJointForces(m_blocksBetween[size_t(k)]); });
+        },
+        [&](int j) { m_joints.update(j, level, c); },
+        [&](int b) {
+            m_joints.addInForces(b, lambda, r + getBlock(b).firstU);
+            if (isFinishedByJoints) finish(b);
+        });
     m_joints.noteJacobians();
     if (level == MotionLevel::Position)
         for (int k = 0; k < m_topology->numMultipliers; ++k) c[k] /= factors.stiffness;
     m_loads.realize();
     m_loads.subtractForces(r);
+    if (!isFinishedByJoints) parallelFor(m_topology->numBlocks(), m_blocks->numThreads, finish);
     m_stage = Stage::Residual;
     m_hasInertia = true;
+}
+
+void Evaluation::realizePositions(double time, const BlockVisit& place, const double* q,
+                                  const double* u, double* g) {
+    moveTo(time);
+    visitGroups(
+        [&](int k) {
+            for (int b : m_topology->batches[size_t(k)]) place(b);
+            realizeBatch(k, q, u);
+        },
+        [&](int j) { m_joints.calcErrors(j, g); }, [](int) {});
+    clearFrictionRows(g);
+    m_loads.realize();
+    m_stage = Stage::Velocities;
 }
 
 void Evaluation::setZ(const double* z) {

@@ -103,12 +103,19 @@ public:
     /** True if a block can be evaluated as soon as it is known where it is: nothing is asked of
     Simbody, nothing is prescribed, and there is no friction to decide about. **/
     bool canEvaluateByBlocks() const;
+    /** What is done to one block, from several threads. **/
+    using BlockVisit = std::function<void(int b)>;
     /** realize(), calcResidual() and calcStepErrors() in one pass over the blocks.
-    @param place  writes the q, u and u̇ of a block, from several threads
+    @param place   writes the q, u and u̇ of a block
+    @param finish  a block's part of r is there
     @pre canEvaluateByBlocks() **/
     void evaluate(double time, MotionLevel level, const NewtonFactors& factors,
-                  const std::function<void(const Block&)>& place, const double* q, const double* u,
-                  const double* uDot, const double* lambda, double* r, double* c);
+                  const BlockVisit& place, const BlockVisit& finish, const double* q,
+                  const double* u, const double* uDot, const double* lambda, double* r, double* c);
+    /** realize() and calcPositionErrors() in one pass over the blocks.
+    @pre canEvaluateByBlocks() **/
+    void realizePositions(double time, const BlockVisit& place, const double* q, const double* u,
+                          double* g);
     /** Power of applied loads, damping, working constraints and prescribed motions [W]. **/
     double calcPower(const double* q, const double* u, const double* uDot, const double* lambda);
     /** False if calcPower() is zero wherever bodies are. **/
@@ -168,6 +175,14 @@ private:
     /** Without what comes from joints, Simbody and force elements. **/
     void calcBatchResidual(int batch, const double* q, const double* u, const double* uDot,
                            double* r);
+    /** One pass over the blocks: each thread has a group in its cache until all is done to it. What
+    joins groups comes after them.
+    @param onBatch, onJoint, onBlock  called with a number; a joint after all batches that it
+        joins, a block after all its joints **/
+    template <class OnBatch, class OnJoint, class OnBlock>
+    void visitGroups(const OnBatch& onBatch, const OnJoint& onJoint, const OnBlock& onBlock) const;
+    /** Functions of time stand there, and nothing is known of positions. **/
+    void moveTo(double time);
     void calcUnclearedResidual(const double* q, const double* u, const double* uDot,
                                const double* lambda, double* r);
 

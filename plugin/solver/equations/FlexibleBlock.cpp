@@ -38,13 +38,14 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
     numQ = 7 + m_n;
     numU = 6 + m_n;
     m_held.assign(size_t(m_record.numModes() - m_n), 0);
-    m_damping = m_record.damping.head(m_n);
+    m_constants = std::make_shared<Constants>(
+        Constants{m_record.damping.head(m_n), m_model.omegaSquared.cwiseSqrt().cwiseInverse()});
     m_hasDampingCoupling = m_n > 0 && m_record.dampingCoupling.size() > 0;
-    m_inverseOmega = m_model.omegaSquared.cwiseSqrt().cwiseInverse();
     m_I.setZero();
     m_IDot.setZero();
     m_CXiDot.setZero();
-    m_NXi.setZero(3 * m_n);
+    m_xi.setZero(m_n);
+    m_NXi.setZero(m_model.NTiles.paddedRows());
     if (!m_record.loads.empty()) m_loads.setZero(m_record.numModes());
     m_shapesXi.setZero(m_model.shapeTiles.paddedRows());
     m_shapesXiDot.setZero(m_model.shapeTiles.paddedRows());
@@ -59,6 +60,11 @@ FlexibleBlock::FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBo
             m_stateU.push_back(int(mobod.getFirstUIndex(state)) + k);
         }
     }
+}
+
+void FlexibleBlock::shareConstants(const FlexibleBlock& other) {
+    if (&m_model == &other.m_model && getDamping() == other.getDamping())
+        m_constants = other.m_constants;
 }
 
 int FlexibleBlock::addFrame(const FlexibleFrame& frame) {
@@ -175,11 +181,12 @@ void FlexibleBlock::calcResidual(const EvaluationContext& context, FlexibleBodyD
                                  const double* q, const double* u, const double* uDot, double* r) {
     Vector3d rotation;
     calcBodyResidual(m_model, data, toEigen(m_body.omega_B), Map<const Vector3d>(uDot), q + 7,
-                     u + 6, uDot + 6, m_damping, rotation, r + 6);
+                     u + 6, uDot + 6, getDamping(), rotation, r + 6);
     m_I = data.I;
     m_IDot = data.IDot;
     m_CXiDot = data.CXiDot;
-    std::copy_n(data.NXi.data(), 3 * m_n, m_NXi.data());
+    std::copy_n(q + 7, m_n, m_xi.data());
+    m_hasNXi = false;
     Map<Vector3d>(r, 3) = rotation;
     if (m_hasDampingCoupling)
         for (int i = 0; i < m_n; ++i)
@@ -188,6 +195,16 @@ void FlexibleBlock::calcResidual(const EvaluationContext& context, FlexibleBodyD
     const Vec3& gravity = context.gravity->atBody[m_record.frame];
     for (int a = 0; a < 3; ++a) r[3 + a] = m_model.mass * (uDot[3 + a] - gravity[a]);
     if (hasLoads()) subtractLoads(context, q, r);
+}
+
+const double* FlexibleBlock::findNXi() const {
+    if (!m_hasNXi) {
+        const double* xi = m_xi.data();
+        double* NXi = m_NXi.data();
+        m_model.NTiles.multiply(1, &xi, &NXi);
+        m_hasNXi = true;
+    }
+    return m_NXi.data();
 }
 
 void FlexibleBlock::subtractLoads(const EvaluationContext& context, const double* q, double* r) {
@@ -248,7 +265,7 @@ void FlexibleBlock::calcColumn(int frame, const SpatialVec& d, double* rigid,
 
 void FlexibleBlock::calcDiagonal(const NewtonFactors& factors, double* diagonal) const {
     Map<VectorXd> d(diagonal, m_n);
-    d = m_damping + factors.stiffness * m_model.omegaSquared;
+    d = getDamping() + factors.stiffness * m_model.omegaSquared;
     d.array() += 1 / factors.mass;
 }
 
@@ -258,7 +275,7 @@ void FlexibleBlock::formArrow(double mass, NewtonSystem::Block& block) const {
     head.setZero();
     head.topLeftCorner<3, 3>() = m_I / mass;
     head.diagonal().tail<3>().setConstant(m_model.mass / mass);
-    const double *NXi = m_NXi.data(), factor = -1 / mass;
+    const double *NXi = findNXi(), factor = -1 / mass;
     double* coupling = block.coupling.data();
     for (int i = 0; i < 3 * m_n; ++i) coupling[i] = factor * NXi[i];  // Cᵀ = −Nξ
 }
@@ -277,7 +294,7 @@ void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, co
         block.matrix.resize(size_t(numU) * size_t(numU));
         calcNewtonMatrix(m_model, *data, factors.mass, factors.stiffness, toEigen(m_body.omega_B),
                          Map<const Vector3d>(uDot), ConstModes(u + 6, m_n),
-                         ConstModes(uDot + 6, m_n), m_damping,
+                         ConstModes(uDot + 6, m_n), getDamping(),
                          Map<MatrixXd>(block.matrix.data(), numU, numU));
         if (m_hasDampingCoupling)
             Map<MatrixXd>(block.matrix.data(), numU, numU).bottomRightCorner(m_n, m_n) +=
@@ -287,7 +304,7 @@ void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, co
     if (block.part >= 0) return formArrow(factors.mass, block);
     formFullArrow(factors.mass, block);
     Map<MatrixXd>(block.matrix.data(), numU, numU).diagonal().tail(m_n) =
-        (m_damping + factors.stiffness * m_model.omegaSquared).array() + 1 / factors.mass;
+        (getDamping() + factors.stiffness * m_model.omegaSquared).array() + 1 / factors.mass;
 }
 
 void FlexibleBlock::formMassBlock(NewtonSystem::Block& block) const {
@@ -302,17 +319,17 @@ void FlexibleBlock::formFullArrow(double mass, NewtonSystem::Block& block) const
     Map<MatrixXd> J(block.matrix.data(), numU, numU);
     J.topLeftCorner<3, 3>() = m_I / mass;
     J.diagonal().segment<3>(3).setConstant(m_model.mass / mass);
-    J.topRightCorner(3, m_n) = getCTransposed().transpose() / mass;
-    J.bottomLeftCorner(m_n, 3) = getCTransposed() / mass;
+    J.topRightCorner(3, m_n) = findCTransposed().transpose() / mass;
+    J.bottomLeftCorner(m_n, 3) = findCTransposed() / mass;
 }
 
 void FlexibleBlock::addInCouplingForces(const double* uDot, Vector_<SpatialVec>& bodyForces,
                                         Vector& mobilityForces) const {
     const Map<const Vector3d> omegaDot(uDot);
     const Vector3d rotation = (m_I - m_model.inertia) * omegaDot +
-                              getCTransposed().transpose() * ConstModes(uDot + 6, m_n);
+                              findCTransposed().transpose() * ConstModes(uDot + 6, m_n);
     bodyForces[m_record.frame][0] -= m_body.R_GB * toSimTK(rotation);
-    const VectorXd modes = getCTransposed() * omegaDot;
+    const VectorXd modes = findCTransposed() * omegaDot;
     for (int i = 0; i < m_n; ++i) mobilityForces[m_stateU[size_t(i)]] -= modes[i];
 }
 
@@ -362,8 +379,8 @@ double FlexibleBlock::calcQDisplacement(const double* deltaQ) const {
 double FlexibleBlock::calcUDisplacement(const double* deltaU, double h) const {
     double modal = 0;
     for (int i = 0; i < m_n; ++i) {
-        const double displacement =
-            deltaU[6 + i] * m_model.displacementPerMode[i] * std::min(h, m_inverseOmega[i]);
+        const double displacement = deltaU[6 + i] * m_model.displacementPerMode[i] *
+                                    std::min(h, m_constants->inverseOmega[i]);
         modal += displacement * displacement;
     }
     return std::hypot(h * m_model.radius * Map<const Vector3d>(deltaU).norm(),
@@ -372,7 +389,7 @@ double FlexibleBlock::calcUDisplacement(const double* deltaU, double h) const {
 
 double FlexibleBlock::calcDampingPower(const double* u) const {
     const ConstModes xiDot(u + 6, m_n);
-    double power = -xiDot.dot(m_damping.cwiseProduct(xiDot));
+    double power = -xiDot.dot(getDamping().cwiseProduct(xiDot));
     if (m_hasDampingCoupling) power -= xiDot.dot(m_record.dampingCoupling * xiDot);
     return power;
 }
@@ -431,7 +448,7 @@ std::string FlexibleBlock::describeSpeed(int speed) const {
     if (speed < 6) return (speed < 3 ? "rotation of '" : "translation of '") + name + "'";
     char text[64];
     std::snprintf(text, sizeof text, "mode %d (%.4g Hz) of '", speed - 5,
-                  1 / (2 * SimTK::Pi * m_inverseOmega[speed - 6]));
+                  1 / (2 * SimTK::Pi * m_constants->inverseOmega[speed - 6]));
     return text + name + "'";
 }
 

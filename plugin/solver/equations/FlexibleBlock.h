@@ -23,7 +23,10 @@ public:
     const FlexibleBodyModel& getModel() const { return m_model; }
     /** True if modes that the body has are no speeds of the block. **/
     bool hasHeldModes() const { return !m_held.empty(); }
-    const Eigen::VectorXd& getDamping() const { return m_damping; }
+    const Eigen::VectorXd& getDamping() const { return m_constants->damping; }
+    /** Takes over what does not change of a block like this one, if it is: a thousand bodies of one
+    part read it once. **/
+    void shareConstants(const FlexibleBlock& other);
     /** True if some frame's shapes change with ξ (geometric stiffening): no part can share them.
      * **/
     bool hasCurvedFrames() const { return !m_curves.empty(); }
@@ -112,9 +115,12 @@ private:
     /** @pre data has the products with ξ and ξ̇. **/
     void calcResidual(const EvaluationContext& context, FlexibleBodyData& data, const double* q,
                       const double* u, const double* uDot, double* r);
+    /** Nξ of the last residual, 3n. Found when it is asked for, by one thread at a time: it is
+    three times as long as ξ, and few residuals are followed by a new matrix. **/
+    const double* findNXi() const;
     /** Cᵀ = −Nξ, n×3, of the last residual. **/
-    auto getCTransposed() const {
-        return -Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>>(m_NXi.data(), m_n, 3);
+    auto findCTransposed() const {
+        return -Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>>(findNXi(), m_n, 3);
     }
     /** Head and coupling of the arrow, mass entries divided by the mass factor. **/
     void formArrow(double mass, NewtonSystem::Block& block) const;
@@ -131,9 +137,11 @@ private:
     const FlexibleBodyRecord& m_record;
     const FlexibleBodyModel& m_model;
     int m_n;
-    Eigen::VectorXd m_damping;
+    struct Constants {
+        Eigen::VectorXd damping, inverseOmega;
+    };
+    std::shared_ptr<const Constants> m_constants;
     bool m_hasDampingCoupling = false;
-    Eigen::VectorXd m_inverseOmega;
     std::vector<int> m_stateQ, m_stateU;  ///< indices of ξ and ξ̇ in Simbody's vectors
     std::vector<double> m_held;           ///< zeros, one for each mode that is held
     int m_stateFrameU = 0;
@@ -158,7 +166,9 @@ private:
     // Of the last residual.
     Eigen::Matrix3d m_I, m_IDot;
     Eigen::Vector3d m_CXiDot;
-    Eigen::VectorXd m_NXi;
+    Eigen::VectorXd m_xi;
+    mutable Eigen::VectorXd m_NXi;
+    mutable bool m_hasNXi = false;
     mutable Eigen::VectorXd m_loads;  ///< modal forces of the body's loads; empty if it has none
 };
 

@@ -78,6 +78,12 @@ void JointTerms::calcErrors(double* g) const {
     });
 }
 
+void JointTerms::calcErrors(int k, double* g) const {
+    const Topology::Joint& joint = m_topology.joints[size_t(k)];
+    joint.record->equations->calcErrors(getDrive(k), m_workspaces[size_t(k)].motions.data(),
+                                        g + joint.firstRow);
+}
+
 void JointTerms::calcErrorDots(double* gDot) const {
     visitAll([&](const Topology::Joint& joint, const JointEquations& equations,
                  const JointEquations::Drive& drive, const FrameMotion* const* motions) {

@@ -30,6 +30,8 @@ public:
     }
 
     void calcErrors(double* g) const;
+    /** Of one joint; not while aligning. **/
+    void calcErrors(int joint, double* g) const;
     void calcErrorDots(double* gDot) const;
     void calcErrorDotDots(const double* u, const double* uDot, double* gDotDot);
     /** Errors of those that depend on time, at another one. **/

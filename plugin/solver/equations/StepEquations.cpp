@@ -58,37 +58,42 @@ void StepEquations::calcUDot(const StepFormula& formula, const std::vector<doubl
         prescribed->applyAccelerations(q.data(), uDot.data());
 }
 
-void StepEquations::complete(const StepFormula& formula, std::vector<double>& u,
-                             std::vector<double>& q, std::vector<double>& uDot) {
+void StepEquations::arrive(const StepFormula& formula, std::vector<double>& u,
+                           std::vector<double>& q, std::vector<double>& uDot,
+                           NewtonSystem& system) {
     if (m_equations.canEvaluateByBlocks()) {
-        const Blocks& blocks = m_equations.getBlocks();
-        parallelFor(int(blocks.all.size()), blocks.numThreads, [&](int b) {
-            placeBlock(formula, *blocks.all[size_t(b)], u.data(), q.data(), uDot.data());
-        });
+        const auto place = [&](int b) {
+            placeBlock(formula, m_equations.getBlock(b), u.data(), q.data(), uDot.data());
+        };
+        m_equations.realizePositions(formula.t, std::cref(place), q.data(), u.data(),
+                                     system.c.data());
         return;
     }
     calcQ(formula, u, q);
     m_equations.prescribe(formula.t, formula.factors.mass, formula.uHist.data(), q.data(),
                           u.data());
     calcUDot(formula, q, u, uDot);
+    m_equations.realize(formula.t, q.data(), u.data());
+    m_equations.calcPositionErrors(system.c.data());
 }
 
 void StepEquations::evaluate(const StepFormula& formula, MotionLevel level,
                              const std::vector<double>& lambda, const std::vector<double>& z,
-                             std::vector<double>& u, std::vector<double>& q,
-                             std::vector<double>& uDot, NewtonSystem& system) {
+                             const Evaluation::BlockVisit& finish, std::vector<double>& u,
+                             std::vector<double>& q, std::vector<double>& uDot,
+                             NewtonSystem& system) {
     if (m_equations.canEvaluateByBlocks()) {
         m_equations.setZ(z.data());
-        const auto place = [&](const Block& block) {
-            placeBlock(formula, block, u.data(), q.data(), uDot.data());
+        const auto place = [&](int b) {
+            placeBlock(formula, m_equations.getBlock(b), u.data(), q.data(), uDot.data());
         };
-        m_equations.evaluate(formula.t, level, formula.factors, std::cref(place), q.data(),
+        m_equations.evaluate(formula.t, level, formula.factors, std::cref(place), finish, q.data(),
                              u.data(), uDot.data(), lambda.data(), system.r.data(),
                              system.c.data());
         return;
     }
     realize(formula, z, u, q);
-    calcResidual(formula, level, lambda, q, u, uDot, system);
+    calcResidual(formula, level, lambda, finish, q, u, uDot, system);
 }
 
 void StepEquations::realize(const StepFormula& formula, const std::vector<double>& z,
@@ -101,12 +106,14 @@ void StepEquations::realize(const StepFormula& formula, const std::vector<double
 }
 
 void StepEquations::calcResidual(const StepFormula& formula, MotionLevel level,
-                                 const std::vector<double>& lambda, const std::vector<double>& q,
+                                 const std::vector<double>& lambda,
+                                 const Evaluation::BlockVisit& finish, const std::vector<double>& q,
                                  const std::vector<double>& u, std::vector<double>& uDot,
                                  NewtonSystem& system) {
     calcUDot(formula, q, u, uDot);
     m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), system.r.data());
     m_equations.calcStepErrors(level, formula.factors, uDot.data(), q.data(), system.c.data());
+    parallelFor(m_equations.getTopology().numBlocks(), m_equations.getBlocks().numThreads, finish);
 }
 
 }  // namespace simflex

@@ -15,15 +15,18 @@ class StepEquations {
 public:
     explicit StepEquations(Evaluation& equations);
 
-    /** Writes q and u̇ that follow from u, and u where it is prescribed. **/
-    void complete(const StepFormula& formula, std::vector<double>& u, std::vector<double>& q,
-                  std::vector<double>& uDot);
+    /** Writes q and u̇ that follow from u, and u where it is prescribed; brings the equations there
+    and writes position errors to system.c. **/
+    void arrive(const StepFormula& formula, std::vector<double>& u, std::vector<double>& q,
+                std::vector<double>& uDot, NewtonSystem& system);
 
     /** The same, and evaluates there: writes r and c.
-    @param level  of c: Velocity or Position, see Evaluation::calcStepErrors() **/
+    @param level   of c: Velocity or Position, see Evaluation::calcStepErrors()
+    @param finish  called for each block when its part of r is there, from several threads **/
     void evaluate(const StepFormula& formula, MotionLevel level, const std::vector<double>& lambda,
-                  const std::vector<double>& z, std::vector<double>& u, std::vector<double>& q,
-                  std::vector<double>& uDot, NewtonSystem& system);
+                  const std::vector<double>& z, const Evaluation::BlockVisit& finish,
+                  std::vector<double>& u, std::vector<double>& q, std::vector<double>& uDot,
+                  NewtonSystem& system);
 
     /** @name evaluate() in two steps
     between which z may be corrected, where the equations have states. **/
@@ -34,9 +37,9 @@ public:
                  std::vector<double>& q);
     /** Writes u̇, r and c. **/
     void calcResidual(const StepFormula& formula, MotionLevel level,
-                      const std::vector<double>& lambda, const std::vector<double>& q,
-                      const std::vector<double>& u, std::vector<double>& uDot,
-                      NewtonSystem& system);
+                      const std::vector<double>& lambda, const Evaluation::BlockVisit& finish,
+                      const std::vector<double>& q, const std::vector<double>& u,
+                      std::vector<double>& uDot, NewtonSystem& system);
     /**@}**/
 
     /** (u − u_hist)/mass, or what is prescribed. **/

@@ -223,6 +223,7 @@ void TopologyBuilder::makeBlocks(const State& state) {
                 *m_topology.guts, FlexibleBodyIndex(b), state,
                 isRigid ? FlexibleBlock::Modes::None : FlexibleBlock::Modes::All);
             block->setFirstScale(m_functions.add(record.loads));
+            if (!m_blocks.flexible.empty()) block->shareConstants(*m_blocks.flexible.back());
             m_blocks.flexible.push_back(block.get());
             m_blocks.all.push_back(std::move(block));
         }

@@ -25,7 +25,8 @@ ImplicitStep::ImplicitStep(Evaluation& equations, IntegratorStatistics& statisti
       m_solver(m_system),
       m_deltaZ(equations.getTopology().numZ),
       m_stepEquations(equations),
-      m_lastUDot(equations.getTopology().numU) {}
+      m_lastUDot(equations.getTopology().numU),
+      m_residuals(size_t(equations.getTopology().numBlocks())) {}
 
 double ImplicitStep::findLargest(const double* values, int size, int* where) {
     Chunk largest{}, nanOrZero{};
@@ -50,12 +51,8 @@ double ImplicitStep::findLargest(const double* values, int size, int* where) {
 }
 
 double ImplicitStep::findLargestResidual() const {
-    return m_equations.getBlocks().findLargest(
-        [&](int b) {
-            const Block& block = m_equations.getBlock(b);
-            return findLargest(m_system.r.data() + block.firstU, block.numU);
-        },
-        nullptr);
+    return m_equations.getBlocks().findLargest([&](int b) { return m_residuals[size_t(b)]; },
+                                               nullptr);
 }
 
 void ImplicitStep::setNumThreads(int most) {
@@ -190,6 +187,32 @@ void ImplicitStep::solveLinear() {
     ++m_statistics.linearSolves;
 }
 
+void ImplicitStep::finishBlock(int b, bool hasMatrix) {
+    const Block& block = m_equations.getBlock(b);
+    m_residuals[size_t(b)] = findLargest(m_system.r.data() + block.firstU, block.numU);
+    if (hasMatrix) m_solver.eliminate(m_system, b);
+}
+
+void ImplicitStep::solveForMultipliers(bool isEliminated) {
+    if (observer) observer(m_system);
+    if (!isEliminated)
+        parallelFor(m_equations.getTopology().numBlocks(), m_equations.getBlocks().numThreads,
+                    [&](int b) { m_solver.eliminate(m_system, b); });
+    m_solver.solveForMultipliers(m_system);
+    ++m_statistics.linearSolves;
+}
+
+void ImplicitStep::substituteBlock(int b, std::vector<double>& u) {
+    m_solver.substitute(m_system, b);
+    const Block& block = m_equations.getBlock(b);
+    const double* delta = m_solver.getDeltaU().data() + block.firstU;
+    double* own = u.data() + block.firstU;
+    for (int i = 0; i < block.numU; i += ChunkSize) {
+        const int count = std::min(block.numU - i, ChunkSize);
+        storeChunk(loadChunk(own + i, count) + loadChunk(delta + i, count), own + i, count);
+    }
+}
+
 void ImplicitStep::correctStates(const double* A, int numPoints, std::vector<double>& residuals) {
     const Topology& topology = m_equations.getTopology();
     if (topology.states.empty()) return;
@@ -278,13 +301,16 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         m_stepEquations.realize(formula, point.z, u, q);
         return frictions.isSettled(lambda.data());
     };
+    const auto finish = [&](int b) { finishBlock(b, !refresh); };
+    const auto substitute = [&](int b) { substituteBlock(b, u); };
     int allowed = tolerances.maxIterations;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto start = Clock::now();
         const bool hasStates = !m_equations.getTopology().states.empty();
         bool hasOtherFriction = false;
         if (!hasStates && frictions.isEmpty()) {
-            m_stepEquations.evaluate(formula, level, lambda, point.z, u, q, uDot, m_system);
+            m_stepEquations.evaluate(formula, level, lambda, point.z, std::cref(finish), u, q, uDot,
+                                     m_system);
         } else {
             m_stepEquations.realize(formula, point.z, u, q);
             if (hasStates) correctStates(formula, point);
@@ -294,7 +320,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
                 refresh = true;
                 previousChange = previousMultiplierChange = forceScale = 0;
             }
-            m_stepEquations.calcResidual(formula, level, lambda, q, u, uDot, m_system);
+            m_stepEquations.calcResidual(formula, level, lambda, std::cref(finish), q, u, uDot,
+                                         m_system);
         }
         const double zChange = point.z.empty() ? 0 : updateZ(formula, point);
         const bool hasZConverged = zChange <= tolerances.displacement * accuracy;
@@ -327,18 +354,17 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             refresh = false;
             allowed = iteration + tolerances.maxIterations;
         }
-        solveLinear();
-        if (!isRefreshed) noteDuration(secondsSince(start));
+        solveForMultipliers(!isRefreshed);
         ++m_statistics.newtonIterations;
-        const std::vector<double>& delta = m_solver.getDeltaU();
         const double* deltaLambda = m_solver.getDeltaLambda();
         double multiplierChange = 0;
         for (size_t i = 0; i < lambda.size(); ++i) {
             lambda[i] += deltaLambda[i];
             multiplierChange = std::max(multiplierChange, std::abs(deltaLambda[i]));
         }
-        const double change = m_equations.updErrorNorm().calcChange(delta.data(), stiffness,
-                                                                    &outcome.worstBlock, u.data());
+        const double change = m_equations.updErrorNorm().calcChange(
+            m_solver.getDeltaU().data(), stiffness, &outcome.worstBlock, std::cref(substitute));
+        if (!isRefreshed) noteDuration(secondsSince(start));
         outcome.displacementChange = change;
         if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
         if (iteration > 0) {
@@ -376,7 +402,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 
     if (outcome.converged) {
         const auto start = Clock::now();
-        m_stepEquations.complete(formula, u, q, uDot);
+        m_stepEquations.arrive(formula, u, q, uDot, m_system);
         m_statistics.evaluationSeconds += secondsSince(start);
         noteConvergence(point);
     } else {
@@ -426,17 +452,19 @@ void ImplicitStep::noteFailure(bool hasNewDerivatives, Outcome& outcome) {
 }
 
 double ImplicitStep::projectPositions(double t, double tolerance, std::vector<double>& q,
-                                      const std::vector<double>& u, int* worstRow) {
+                                      const std::vector<double>& u, int* worstRow, Start from) {
     const FlushDenormals flush;
     constexpr int MaxIterations = 10;
     constexpr double SlowRate = 0.1;
     double error = 0, previous = 0;
     bool isFresh = !m_reuse.hasMatrix();
     for (int iteration = 0;; ++iteration) {
-        const auto start = Clock::now();
-        m_equations.realize(t, q.data(), u.data());
-        m_equations.calcPositionErrors(m_system.c.data());
-        m_statistics.evaluationSeconds += secondsSince(start);
+        if (iteration > 0 || from == Start::Elsewhere) {
+            const auto start = Clock::now();
+            m_equations.realize(t, q.data(), u.data());
+            m_equations.calcPositionErrors(m_system.c.data());
+            m_statistics.evaluationSeconds += secondsSince(start);
+        }
         if (iteration == 0)
             m_mayLoseCount = m_equations.getTopology().mayLoseCount(m_system.c.data());
         error = findLargest(m_system.c, worstRow);

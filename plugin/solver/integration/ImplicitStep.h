@@ -45,7 +45,7 @@ public:
     void setNumThreads(int most);
 
     /** Solves the equations of a step for u, λ and z (in `point`: predictions), and with them q, u̇
-    and ż. **/
+    and ż. Leaves the equations realized there, if it converges. **/
     Outcome solve(const StepFormula& formula, Formulation formulation, SolutionPoint& point);
 
     /** The same for StabilizedIndex2 near a singular position, where G changes faster than the
@@ -64,11 +64,17 @@ public:
      * rest. **/
     bool canProject() const { return m_canProject; }
 
+    /** Where the equations are when a projection begins. **/
+    enum class Start {
+        Elsewhere,
+        AtStepsEnd  ///< as solve() has left them
+    };
     /** Moves q onto the joints in the norm of the factored matrix, M + mass·stiffness·K, until
     errors are below the tolerance. Leaves the equations realized at the projected q. @returns
     largest error left; its row goes to `worstRow`. **/
     double projectPositions(double t, double tolerance, std::vector<double>& q,
-                            const std::vector<double>& u, int* worstRow = nullptr);
+                            const std::vector<double>& u, int* worstRow = nullptr,
+                            Start from = Start::Elsewhere);
 
     /** The same for points between steps, which leaves no trace: whatever is looked at, the steps
     to come are the same. **/
@@ -138,6 +144,13 @@ protected:
     /** Counts it; where it fails there is no matrix, and the error names the body. **/
     void runFactorization(const std::function<void()>& factorize);
     void solveLinear();
+    /** The same in passes that have more to do. A block's part of r is there: notes its size, and
+    eliminates the block unless there will be a new matrix. **/
+    void finishBlock(int b, bool hasMatrix);
+    /** Δλ. **/
+    void solveForMultipliers(bool isEliminated);
+    /** A block's Δu, which is added to u. **/
+    void substituteBlock(int b, std::vector<double>& u);
     virtual void useThreads(int threads);
     bool useDense() const;
     bool mayDifferentiate() const;
@@ -220,7 +233,7 @@ private:
 
     BlockEliminationSolver::Timing m_timed;
     StepEquations m_stepEquations;
-    std::vector<double> m_lastUDot;
+    std::vector<double> m_lastUDot, m_residuals;  ///< the latter largest of r, by block
     int m_numThreads = 1;
     ThreadChoice m_threadChoice;
     bool m_canProject = false;

@@ -25,7 +25,8 @@ bool Stepper::attemptStep(double h, int order, double* error) {
     m_new.t = t;
     const SolutionHistory::Weights prediction =
         m_history.calcInterpolation(std::min(order + 1, m_history.numNodes()), t);
-    m_history.combineQ(prediction, m_new.q);
+    // Only what asks Simbody begins at q, which follows from u.
+    if (!m_equations->canEvaluateByBlocks()) m_history.combineQ(prediction, m_new.q);
     m_history.combineU(prediction, m_new.u);
     m_history.combineZ(prediction, m_new.z);
     const int pointsOfLambda =
@@ -40,7 +41,7 @@ bool Stepper::attemptStep(double h, int order, double* error) {
     }
 
     if (m_settings.formulation == Formulation::StabilizedIndex2) {
-        if (isEndAskedFor() && !projectNew()) return false;
+        if (isEndAskedFor() && !projectNew(ImplicitStep::Start::AtStepsEnd)) return false;
         if (m_solvesPositions && !m_step->projectStepSpeeds(m_formula, m_new, &m_worstProjectedRow))
             return false;
     } else {
@@ -76,9 +77,9 @@ bool Stepper::isEndAskedFor() const {
            m_equations->updErrorNorm().isInMetres() || loads.hasLoads() || loads.hasMotions();
 }
 
-bool Stepper::projectNew() {
+bool Stepper::projectNew(ImplicitStep::Start from) {
     m_new.constraintError = m_step->projectPositions(m_new.t, m_settings.constraintTolerance,
-                                                     m_new.q, m_new.u, &m_worstProjectedRow);
+                                                     m_new.q, m_new.u, &m_worstProjectedRow, from);
     return m_new.constraintError <= m_settings.constraintTolerance && !m_step->mayLoseCount();
 }
 
@@ -114,7 +115,7 @@ bool Stepper::attemptStages(double h, double* error) {
     // Without joints nothing is projected, and the error is evaluated there again.
     const bool isEvaluated =
         m_equations->getTopology().numMultipliers > 0 || m_settings.fixedStep > 0;
-    if (isEvaluated && !projectNew()) return false;
+    if (isEvaluated && !projectNew(ImplicitStep::Start::Elsewhere)) return false;
     for (size_t i = 0; i < m_errorQ.size(); ++i) m_errorQ[i] = m_new.q[i] - m_errorQ[i];
     std::fill(m_errorU.begin(), m_errorU.end(), 0.0);
     std::fill(m_errorZ.begin(), m_errorZ.end(), 0.0);

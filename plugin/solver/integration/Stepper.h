@@ -130,7 +130,7 @@ private:
     looked at. **/
     bool isEndAskedFor() const;
     /** Brings m_new's positions onto the joints. @returns false if it cannot. **/
-    bool projectNew();
+    bool projectNew(ImplicitStep::Start from);
     void acceptStep(double h, int order);
     void chooseNextStep(double error, double h, int order);
     /** Size of m_errorQ, m_errorU and m_errorZ in units of the accuracy. **/
