@@ -1,4 +1,6 @@
-// What a row of results costs beside a step, on the slider-crank of examples/ and the stator.
+// What a row of results costs beside a step, on the slider-crank of examples/ and the stator: by
+// BDF, whose steps are the cheapest, and by Radau, the default of model files. The last line is a
+// JSON object: row over step, and the same without the search for largest displacements.
 //
 //   bench_output [--repetitions N]     default: 5, of which the fastest counts
 
@@ -10,6 +12,7 @@
 #include "simflex/base/SecondsSince.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #include "support/SliderCrankModel.h"
 #include "support/StatorModel.h"
 
@@ -29,7 +32,7 @@ std::shared_ptr<const ReducedBody> readPart(const std::string& name) {
 /** What a row has: each entry a part of it. **/
 struct Column {
     const char* name;
-    std::function<double(const BdfIntegrator&, const State&)> calc;
+    std::function<double(const ImplicitIntegrator&, const State&)> calc;
 };
 
 struct Problem {
@@ -48,15 +51,17 @@ struct Seconds {
     long steps = 0;
     double sum = 0;  // so that nothing is left out
 
-    double calcRow(int rows) const {
+    /** The last column is that of largest displacements. **/
+    double calcRow(int rows, size_t numColumns) const {
         double seconds = shown;
-        for (const double column : columns) seconds += column;
+        for (size_t k = 0; k < numColumns; ++k) seconds += columns[k];
         return seconds / rows;
     }
 };
 
+template <class Integrator>
 double run(const Problem& problem, int rows, Seconds& seconds) {
-    BdfIntegrator integrator(*problem.system);
+    Integrator integrator(*problem.system);
     integrator.setNumThreads(1);
     integrator.initialize(problem.start);
     double stepping = 0;
@@ -78,21 +83,27 @@ double run(const Problem& problem, int rows, Seconds& seconds) {
     return stepping;
 }
 
+template <class Integrator>
 Seconds measure(const Problem& problem) {
     Seconds bare, seconds;
-    bare.integration = run(problem, 1, bare);
-    const double stepping = run(problem, problem.rows, seconds);
+    bare.integration = run<Integrator>(problem, 1, bare);
+    const double stepping = run<Integrator>(problem, problem.rows, seconds);
     seconds.integration = bare.integration;
     seconds.steps = bare.steps;
     seconds.shown += stepping - bare.integration;  // points between steps
     return seconds;
 }
 
-/** Returns row over step. **/
-double report(const Problem& problem, int repetitions) {
-    Seconds best = measure(problem);
+/** Row over step. **/
+struct Ratio {
+    double whole, withoutLargest;
+};
+
+template <class Integrator>
+Ratio reportOf(const char* method, const Problem& problem, int repetitions) {
+    Seconds best = measure<Integrator>(problem);
     for (int k = 1; k < repetitions; ++k) {
-        const Seconds next = measure(problem);
+        const Seconds next = measure<Integrator>(problem);
         if (next.integration < best.integration) {
             best.integration = next.integration;
         }
@@ -100,35 +111,46 @@ double report(const Problem& problem, int repetitions) {
         for (size_t c = 0; c < best.columns.size(); ++c)
             best.columns[c] = std::min(best.columns[c], next.columns[c]);
     }
-    const double step = best.integration / double(best.steps), row = best.calcRow(problem.rows);
-    std::printf("%s: %ld steps of %.1f us, %d rows of %.1f us\n", problem.name, best.steps,
-                1e6 * step, problem.rows, 1e6 * row);
+    const size_t all = best.columns.size();
+    const double step = best.integration / double(best.steps);
+    const double row = best.calcRow(problem.rows, all);
+    std::printf("%s, %s: %ld steps of %.1f us, %d rows of %.1f us\n", problem.name, method,
+                best.steps, 1e6 * step, problem.rows, 1e6 * row);
     std::printf("  %-24s %8.2f us\n", "the State between steps", 1e6 * best.shown / problem.rows);
     for (size_t c = 0; c < best.columns.size(); ++c)
         std::printf("  %-24s %8.2f us\n", problem.columns[c].name,
                     1e6 * best.columns[c] / problem.rows);
-    return row / step;
+    return {row / step, best.calcRow(problem.rows, all - 1) / step};
+}
+
+struct Ratios {
+    Ratio bdf, radau;
+};
+
+Ratios report(const Problem& problem, int repetitions) {
+    return {reportOf<BdfIntegrator>("BDF", problem, repetitions),
+            reportOf<RadauIntegrator>("Radau", problem, repetitions)};
 }
 
 double sum(const Vec3& v) {
     return v[0] + v[1] + v[2];
 }
 
-double reportSliderCrank(int repetitions) {
+Ratios reportSliderCrank(int repetitions) {
     SliderCrankModel model({}, readPart("crank"), readPart("rod"));
     const FlexibleBodySubsystem& flexible = model.flexible;
     std::vector<Column> columns{
         {"positions",
-         [&](const BdfIntegrator&, const State& s) {
+         [&](const ImplicitIntegrator&, const State& s) {
              return model.calcCrankAngle(s, 0) + model.calcSliderPosition(s) +
                     model.calcRodDeflection(s) + model.calcCrankDeflection(s);
          }},
         {"velocities",
-         [&](const BdfIntegrator&, const State& s) {
+         [&](const ImplicitIntegrator&, const State& s) {
              return model.slider.getOneU(s, 0) + sum(model.rod.getFrameVelocity(s)[1]);
          }},
         {"three reactions",
-         [&](const BdfIntegrator& integrator, const State& s) {
+         [&](const ImplicitIntegrator& integrator, const State& s) {
              double all = 0;
              for (const Joint* joint :
                   {(const Joint*)&model.mainBearing, (const Joint*)&model.crankPin,
@@ -137,21 +159,21 @@ double reportSliderCrank(int repetitions) {
              return all;
          }},
         {"strain energies",
-         [&](const BdfIntegrator&, const State& s) {
+         [&](const ImplicitIntegrator&, const State& s) {
              return model.crank.calcStrainEnergy(s) + model.rod.calcStrainEnergy(s);
          }},
         {"kinetic energy",
-         [&](const BdfIntegrator&, const State& s) { return flexible.calcKineticEnergy(s); }},
-        {"potential energy",
-         [&](const BdfIntegrator&, const State& s) { return flexible.calcPotentialEnergy(s); }},
-        {"largest displacements", [&](const BdfIntegrator&, const State& s) {
+         [&](const ImplicitIntegrator&, const State& s) { return flexible.calcKineticEnergy(s); }},
+        {"potential energy", [&](const ImplicitIntegrator&,
+                                 const State& s) { return flexible.calcPotentialEnergy(s); }},
+        {"largest displacements", [&](const ImplicitIntegrator&, const State& s) {
              return model.crank.calcLargestDisplacement(s) + model.rod.calcLargestDisplacement(s);
          }}};
     return report({"slider_crank", &model.system, model.makeInitialState(), 0.2, 960, columns},
                   repetitions);
 }
 
-double reportStator(int repetitions) {
+Ratios reportStator(int repetitions) {
     std::vector<std::shared_ptr<const ReducedBody>> parts;
     for (const char* name : StatorModel::getPartNames()) parts.push_back(readPart(name));
     examples::StatorOptions options;
@@ -161,12 +183,12 @@ double reportStator(int repetitions) {
     const FlexibleBodySubsystem& flexible = model.flexible;
     std::vector<Column> columns{
         {"positions",
-         [&](const BdfIntegrator&, const State& s) {
+         [&](const ImplicitIntegrator&, const State& s) {
              return sum(model.calcBearingDisplacement(s, StatorModel::FrontBearing)) +
                     sum(model.calcBearingDisplacement(s, StatorModel::RearBearing));
          }},
         {"three reactions",
-         [&](const BdfIntegrator& integrator, const State& s) {
+         [&](const ImplicitIntegrator& integrator, const State& s) {
              double all = 0;
              for (const Joint* joint :
                   {(const Joint*)&model.leftHinge, (const Joint*)&model.rightHinge,
@@ -175,16 +197,16 @@ double reportStator(int repetitions) {
              return all;
          }},
         {"strain energies",
-         [&](const BdfIntegrator&, const State& s) {
+         [&](const ImplicitIntegrator&, const State& s) {
              double all = 0;
              for (const FlexibleBody& body : model.getBodies()) all += body.calcStrainEnergy(s);
              return all;
          }},
         {"kinetic energy",
-         [&](const BdfIntegrator&, const State& s) { return flexible.calcKineticEnergy(s); }},
-        {"potential energy",
-         [&](const BdfIntegrator&, const State& s) { return flexible.calcPotentialEnergy(s); }},
-        {"largest displacements", [&](const BdfIntegrator&, const State& s) {
+         [&](const ImplicitIntegrator&, const State& s) { return flexible.calcKineticEnergy(s); }},
+        {"potential energy", [&](const ImplicitIntegrator&,
+                                 const State& s) { return flexible.calcPotentialEnergy(s); }},
+        {"largest displacements", [&](const ImplicitIntegrator&, const State& s) {
              double all = 0;
              for (const FlexibleBody& body : model.getBodies())
                  all += body.calcLargestDisplacement(s);
@@ -204,7 +226,14 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
     CLI11_PARSE(app, argc, argv);
-    const double crank = simflex::reportSliderCrank(repetitions);
-    const double stator = simflex::reportStator(repetitions);
-    std::printf("{\"row_over_step\": %.3f, \"row_over_step_stator\": %.3f}\n", crank, stator);
+    const simflex::Ratios crank = simflex::reportSliderCrank(repetitions);
+    const simflex::Ratios stator = simflex::reportStator(repetitions);
+    std::printf(
+        "{\"row_over_step\": %.3f, \"row_over_step_stator\": %.3f, "
+        "\"without_largest\": %.3f, \"without_largest_stator\": %.3f, "
+        "\"row_over_radau_step\": %.3f, \"row_over_radau_step_stator\": %.3f, "
+        "\"radau_without_largest\": %.3f, \"radau_without_largest_stator\": %.3f}\n",
+        crank.bdf.whole, stator.bdf.whole, crank.bdf.withoutLargest, stator.bdf.withoutLargest,
+        crank.radau.whole, stator.radau.whole, crank.radau.withoutLargest,
+        stator.radau.withoutLargest);
 }
