@@ -417,7 +417,7 @@ TEST_F(LinearModelTest, TellsSpeedsAccelerationsAndReactions) {
 }
 
 /** m ẍ = kp (w − x) + ki z − c ẋ, ż = w − x: what is wanted, w, acts on the controller's state,
-  *too.
+ *too.
  **/
 TEST_F(LinearModelTest, InputsActOnStatesOfTheModel) {
     writeModel(R"(simflex: 1
@@ -543,6 +543,44 @@ probes:
     } catch (const std::runtime_error& error) {
         EXPECT_THAT(error.what(), HasSubstr("turned by a radian"));
     }
+}
+
+TEST_F(LinearModelTest, WhatTurnsInBearingsAtRestIsNotLoadedOrObservedInAxesAtRest) {
+    // An isotropic rotor looks the same after a radian; the axes of its displacements do not.
+    writeModel(R"(simflex: 1
+bodies: {disc: {mass: 3, inertia: [0.02, 0.01, 0.01]}}
+connectors:
+  bearing: {type: bushing, between: [ground, disc], stiffness: [0, 0, 0, 0, 12000, 12000], damping: [0, 0, 0, 0, 10, 10]}
+joints: {plane: {type: planar, between: [ground, disc], axis: x}}
+motions: {spin: {joint: plane, coordinate: 0, position: 60*t}}
+initial: {start: steady}
+loads:
+  still: {on: disc, force: [0, 0, 0]}
+  turning: {on: disc, force: [0, 0, 0], axes: frame}
+probes:
+  still: {position: disc}
+  turning: {distance: [ground, {on: disc, position: [0, 1, 0]}]}
+)");
+    Session session(loadModelText(folder / "model.yaml"));
+    const auto refusal = [&](const char* input, const char* output) {
+        try {
+            session.linearize({input}, {output});
+        } catch (const std::runtime_error& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_THAT(refusal("loads.still.force.y", "turning"),
+                HasSubstr("'loads.still.force.y' is another input when the system has turned"));
+    EXPECT_THAT(refusal("loads.turning.force.y", "still.y"),
+                HasSubstr("'still.y' is another output when the system has turned"));
+    EXPECT_THAT(refusal("loads.still.force.y", "still.y"), HasSubstr("turned by a radian"));
+    // In axes that turn: m (s + iΩ)² + c (s + iΩ) + k for y + iz.
+    const LinearSystem linear = session.linearize({"loads.turning.force.y"}, {"turning"});
+    const Complex s(0, 25);
+    const double Omega = 60, m = 3, c = 10, k = 12000;
+    const Complex own = m * (s * s - Omega * Omega) + c * s + k, cross = (2 * m * s + c) * Omega;
+    expectNear(calcTransfer(linear, s)(0, 0), own / (own * own + cross * cross), 1e-6);
 }
 
 TEST_F(LinearModelTest, FrequencyResponseIsWhatAForcedMotionSettlesTo) {

@@ -306,25 +306,39 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
 
 namespace {
 
-/** Whether a motion's inputs and outputs stay what they are along it. **/
-void checkSteady(const StateSpace& now, const StateSpace& later, double rate,
-                 const std::vector<LinearSystem::Port>& inputs,
-                 const std::vector<LinearSystem::Port>& outputs) {
+/** What is observed a radian later, of the displacements that the motion has carried there. **/
+LinearOutputs bringBack(const Linearization& now, const Linearization& later,
+                        const LinearOutputs& outputs) {
+    const Matrix byQ = (outputs.byQ + outputs.byU * later.speedsByQ +
+                        outputs.byUDot * later.accelerationsByQ) *
+                       now.carried,
+                 byU = (outputs.byU + outputs.byUDot * later.accelerationsByU) * now.carried;
+    LinearOutputs back = outputs;
+    back.byUDot = outputs.byUDot * now.carried;
+    back.byU = byU - back.byUDot * now.accelerationsByU;
+    back.byQ = byQ - back.byU * now.speedsByQ - back.byUDot * now.accelerationsByQ;
+    return back;
+}
+
+LinearInputs bringBack(const Linearization& now, LinearInputs inputs) {
+    inputs.forces = ~now.carried * inputs.forces;
+    return inputs;
+}
+
+/** Of which port the response to `a` and `b` differs; −1: of none. **/
+int findDifference(const StateSpace& a, const StateSpace& b, double rate, bool isOfInputs) {
     for (const double factor : {0.31, 1.7}) {
         const Complex s(0.1 * factor * rate, factor * rate);
-        const auto a = now.calcTransfer(s), b = later.calcTransfer(s);
-        for (int i = 0; i < a.nrow(); ++i)
-            for (int k = 0; k < a.ncol(); ++k) {
-                double largest = 0;
-                for (int j = 0; j < a.ncol(); ++j) largest = std::max(largest, std::abs(a(i, j)));
-                if (std::abs(a(i, k) - b(i, k)) <= SteadyResponse * largest) continue;
-                throw std::runtime_error(
-                    "the response of '" + outputs[size_t(i)].name + "' to '" +
-                    inputs[size_t(k)].name +
-                    "' is another one when the system has turned by a radian: put both where "
-                    "nothing turns, or both in axes that turn with it");
-            }
+        const auto one = a.calcTransfer(s), other = b.calcTransfer(s);
+        for (int i = 0; i < one.nrow(); ++i) {
+            double largest = 0;
+            for (int j = 0; j < one.ncol(); ++j) largest = std::max(largest, std::abs(one(i, j)));
+            for (int k = 0; k < one.ncol(); ++k)
+                if (!(std::abs(one(i, k) - other(i, k)) <= SteadyResponse * largest))
+                    return isOfInputs ? k : i;
+        }
     }
+    return -1;
 }
 
 /** What both ways of looking at a model begin with. **/
@@ -359,14 +373,30 @@ struct ModelLinearization {
                                      "; linearise about one (about: static)");
     }
     StateSpace makeSpace(const Linearization& linear) const {
-        const StateSpace space = calcStateSpace(linear, drive(linear), observe(linear));
+        const LinearInputs driven = drive(linear);
+        const LinearOutputs observed = observe(linear);
+        const StateSpace space = calcStateSpace(linear, driven, observed);
         if (space.A.nrow() == 0) throw std::runtime_error("nothing in the model is free to move");
-        if (linear.later) {
-            const Linearization later =
-                calcLinearization(model.getSystem(), *linear.later, observer);
-            checkSteady(space, calcStateSpace(later, drive(later), observe(later)),
-                        linear.state.getU().normInf(), inputs.getPorts(), outputs.getPorts());
-        }
+        if (!linear.later) return space;
+        // Displacements are carried along by the motion: so must be what loads and observes them.
+        const Linearization later = calcLinearization(model.getSystem(), *linear.later, observer);
+        const double rate = linear.state.getU().normInf();
+        const auto refuse = [](const LinearSystem::Port& port, const char* what, const char* cure) {
+            throw std::runtime_error(
+                "'" + port.name + "' is another " + what +
+                " when the system has turned by a radian: displacements of what turns are told in "
+                "axes that turn with it: " +
+                cure +
+                " a body that does not turn, such as a hub or housing that carries the rotor, or "
+                "use axes that turn with it");
+        };
+        const int output = findDifference(
+            space, calcStateSpace(linear, driven, bringBack(linear, later, observe(later))), rate,
+            false);
+        if (output >= 0) refuse(outputs.getPorts()[size_t(output)], "output", "observe");
+        const int input = findDifference(
+            space, calcStateSpace(linear, bringBack(linear, drive(later)), observed), rate, true);
+        if (input >= 0) refuse(inputs.getPorts()[size_t(input)], "input", "load");
         return space;
     }
 };

@@ -365,10 +365,16 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     putMatrices(now, T, result);
     result.unsteady = findUnsteadiness(equations, scales, now, T, result, observer);
     if (now.motion.isAtRest()) return result;
-    SolutionPoint later = now.point;
-    moveOn(equations, now.motion, later);
+    Instant later;
+    SolutionPoint& after = later.point = now.point;
+    moveOn(equations, now.motion, after);
+    later.motion = SteadyMotion(equations, result.state, after.t, after.q, after.u, after.q);
+    const MatrixXd carried = calcCarried(equations, scales, now, later, 1 / now.motion.getRate());
+    equations.realize(after.t, after.q.data(), after.u.data());
+    result.carried =
+        toMatrix(calcSimbodyNumbering(equations, after.q.data()) * carried * T.transpose());
     result.later = result.state;
-    equations.getBlocks().putIntoState(later.t, later.q.data(), later.u.data(), *result.later);
+    equations.getBlocks().putIntoState(after.t, after.q.data(), after.u.data(), *result.later);
     system.realize(*result.later, Stage::Velocity);
     return result;
 }

@@ -58,6 +58,7 @@ struct Linearization : OperatingPoint {
     SimTK::Matrix speedsByQ, accelerationsByQ, accelerationsByU;  ///< X′, a′, 2X′ − A
     /** Of a State with speeds: the same motion a radian later, realized to Stage::Velocity. **/
     std::optional<SimTK::State> later;
+    SimTK::Matrix carried;  ///< n×n: what δ become until then, as the motion carries them along
     /** n: displacement that a unit of each δ causes, at worst [m]. **/
     SimTK::Vector metres;
     /** n: nonzero for speeds that a lock or Motion prescribes, at whatever level; their δ is zero
