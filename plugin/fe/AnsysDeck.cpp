@@ -461,13 +461,13 @@ private:
             return {"C3D10", all(10)};
         }
         if (kind == 181) {
-            if (optionOf(element, 1) != 0)
-                refuse(element.line,
-                       "SHELL181 with KEYOPT(1) is a membrane, which is hinged at its "
-                       "nodes");
+            const int use = optionOf(element, 1);  // 1: a membrane
+            if (use != 0 && use != 1)
+                refuse(element.line, "SHELL181 with KEYOPT(1) = " + std::to_string(use) +
+                                         " is not known to simflex: 0 and 1 are");
             needs(4);
-            if (n[2] == n[3]) return {"S3", all(3)};
-            return {"S4", all(4)};
+            if (n[2] == n[3]) return {use == 1 ? "M3D3" : "S3", all(3)};
+            return {use == 1 ? "M3D4" : "S4", all(4)};
         }
         if (kind == 281) {
             needs(8);
@@ -501,7 +501,7 @@ private:
         std::map<std::pair<std::string, std::string>,
                  std::vector<std::pair<const Element*, std::vector<int>>>>
             blocks;
-        std::map<std::string, const Element*> solids, shells, masses;
+        std::map<std::string, const Element*> solids, shells, masses, springs, trusses;
         std::set<int> numbers;
         for (const Element& element : m_elements) {
             const auto kind = m_kinds.find(element.type);
@@ -514,14 +514,16 @@ private:
                 if (entry.second++ == 0) entry.first = element.line;
                 continue;
             }
-            static const std::set<int> Solids = {185, 45, 186, 95, 187, 92}, Shells = {181, 281};
-            if (!Solids.count(number) && !Shells.count(number) && number != 21)
+            static const std::set<int> Solids = {185, 45, 186, 95, 187, 92}, Shells = {181, 281},
+                                       Lines = {14, 180, 8};
+            if (!Solids.count(number) && !Shells.count(number) && !Lines.count(number) &&
+                number != 21)
                 refuse(
                     element.line,
                     "element " + std::to_string(element.number) + " is of type " +
                         std::to_string(number) +
                         ", which simflex does not know: solids 185, 186, 187, 45, 92, 95, shells "
-                        "181, 281, masses 21");
+                        "181, 281, masses 21, springs 14, trusses 180, 8");
             if (!numbers.insert(element.number).second)
                 refuse(element.line,
                        "element " + std::to_string(element.number) + " is given twice");
@@ -529,6 +531,18 @@ private:
                 const std::string set = "MASS_" + std::to_string(element.real);
                 masses.emplace(set, &element);
                 blocks[{"MASS", set}].push_back({&element, {element.nodes[0]}});
+                continue;
+            }
+            if (Lines.count(number)) {
+                if (element.nodes.size() < 2)
+                    refuse(element.line,
+                           "element " + std::to_string(element.number) + " has one node, needs 2");
+                std::string set =
+                    (number == 14 ? "SPRING_" : "TRUSS_") + std::to_string(element.real);
+                if (number != 14) set += "_MAT_" + std::to_string(element.material);
+                (number == 14 ? springs : trusses).emplace(set, &element);
+                blocks[{number == 14 ? "SPRINGA" : "T3D2", set}].push_back(
+                    {&element, {element.nodes[0], element.nodes[1]}});
                 continue;
             }
             const auto [type, order] = chooseElement(element, number);
@@ -540,7 +554,7 @@ private:
             std::string set = "MAT_" + std::to_string(element.material);
             if (Shells.count(number)) {
                 set += "_SEC_" + std::to_string(element.section) + "_R_" +
-                       std::to_string(element.real);
+                       std::to_string(element.real) + (type[0] == 'M' ? "_MEMBRANE" : "");
                 shells.emplace(set, &element);
             } else {
                 solids.emplace(set, &element);
@@ -561,6 +575,41 @@ private:
                     {{"ELSET", set}, {"MATERIAL", writeMaterial(*element, element->material)}});
         for (const auto& [set, element] : shells) writeShellSection(set, *element);
         for (const auto& [set, element] : masses) writeMass(set, *element);
+        for (const auto& [set, element] : springs) writeSpring(set, *element);
+        for (const auto& [set, element] : trusses) {
+            const double area = getReal(*element, 0);
+            if (!(area > 0))
+                refuse(element->line, "element " + std::to_string(element->number) +
+                                          ", a truss, has no area by R");
+            addLine(
+                addCard(element->line, "*SOLID SECTION",
+                        {{"ELSET", set}, {"MATERIAL", writeMaterial(*element, element->material)}}),
+                {writeGeneral(area)});
+        }
+    }
+
+    /** One of its constants R, 0 where it is not given. **/
+    double getReal(const Element& element, size_t k) const {
+        const auto real = m_reals.find(element.real);
+        return real == m_reals.end() || k >= real->second.size() ? 0 : real->second[k];
+    }
+
+    /** COMBIN14 along the line of its nodes; R is stiffness, damping. **/
+    void writeSpring(const std::string& set, const Element& element) {
+        for (const int option : {1, 2, 3})
+            if (optionOf(element, option) != 0)
+                refuse(element.line, "COMBIN14 with KEYOPT(" + std::to_string(option) +
+                                         ") is not known to simflex: its springs pull along the "
+                                         "line of their nodes; put it into the multibody model");
+        if (!(getReal(element, 0) > 0))
+            refuse(element.line, "element " + std::to_string(element.number) +
+                                     ", a COMBIN14, has no stiffness by R; put dampers into the "
+                                     "multibody model");
+        addLine(addCard(element.line, "*SPRING", {{"ELSET", set}}),
+                {writeGeneral(getReal(element, 0))});
+        if (getReal(element, 1) == 0) return;
+        auto& entry = m_leftOut["damping of COMBIN14"];
+        if (entry.second++ == 0) entry.first = element.line;
     }
 
     std::string writeMaterial(const Element& element, int number) {
@@ -622,8 +671,11 @@ private:
         }
         std::map<std::string, std::string> parameters = {
             {"ELSET", set}, {"MATERIAL", writeMaterial(element, material)}};
-        if (offset != 0) parameters["OFFSET"] = writeGeneral(offset);
-        addLine(addCard(element.line, "*SHELL SECTION", parameters), {writeGeneral(thickness)});
+        const bool isMembrane = set.back() == 'E';
+        if (offset != 0 && !isMembrane) parameters["OFFSET"] = writeGeneral(offset);
+        addLine(
+            addCard(element.line, isMembrane ? "*MEMBRANE SECTION" : "*SHELL SECTION", parameters),
+            {writeGeneral(thickness)});
     }
 
     /** KEYOPT(3) = 0: masses along x, y, z and inertias; 2: one mass. **/

@@ -5,17 +5,17 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "BeamMatrices.h"
 #include "CalculixRun.h"
 #include "DeckBuilder.h"
 #include "IncompatibleModes.h"
+#include "IntegratedSolids.h"
 #include "simflex/base/Archive.h"
 #include "simflex/base/Hash.h"
 
 namespace simflex {
 namespace {
 
-/** Has ccx assemble all but the solids of beams. **/
+/** Has ccx assemble all but the solids that are integrated here. **/
 void assembleByCalculix(const DeckModel& deck, const std::string& program,
                         const ProgressCallback& progress, FeModel& model) {
     const std::string job = "part";
@@ -32,7 +32,7 @@ void assembleByCalculix(const DeckModel& deck, const std::string& program,
     for (const auto& [type, solids] : deck.solids)
         for (const auto& solid : solids)
             for (const int node : solid.nodes)
-                if (type != BeamSolid) expected[size_t(deck.mesh.indexOf(node))] = 1;
+                if (!isIntegratedSolid(type)) expected[size_t(deck.mesh.indexOf(node))] = 1;
     std::fill(expected.end() - deck.mesh.numInternalNodes, expected.end(), char(1));
     runCalculix(program, folder.path(), job, progress);
     readCalculixMatrices(folder.path(), job, expected, model, progress);
@@ -64,7 +64,8 @@ void assemble(const DeckModel& deck, const std::string& program, const ProgressC
         model.K = SymmetricMatrix::fromEntries(3 * model.mesh.numNodes(), {}, {}, {});
         model.m = SymmetricMatrix::fromEntries(model.mesh.numNodes(), {}, {}, {});
     }
-    addBeamMatrices(deck, model);
+    addIntegratedSolids(deck, model);
+    addHingedElements(deck, model);
     addPointMasses(deck, model);
     addSprings(deck, model);
 }

@@ -11,12 +11,16 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
   *SOLID SECTION, *INCLUDE. The internal degrees of freedom of C3D8I become three more nodes of
   each, with numbers behind all others (IncompatibleModes.h). Types of Abaqus that CalculiX does
   not have (C3D10M, hybrid ones, S3R …) are taken as the nearest it has, with a warning.
+- Orthotropic and anisotropic materials in axes of *ORIENTATION, also those that a *DISTRIBUTION
+  gives element by element; of shells turned into their plane (DeckOrientations.h).
+- Trusses T3D2, T3D3 with *SOLID SECTION, membranes M3D3 … M3D8R with *MEMBRANE SECTION, by their
+  nodes alone (HingedElements.h). *PARAMETER (DeckParameters.h).
 - *PART, *INSTANCE, *ASSEMBLY: flattened (DeckAssembly.h). *NGEN, *NFILL, *NCOPY, *ELGEN, *ELCOPY
   (DeckGenerators.h).
-- Shells S3, S4, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS)
-  and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC; of B32R PIPE and BOX, by *BEAM GENERAL
-  SECTION, too; OFFSET1, OFFSET2), isotropic, become
-  solids as ccx expands them (ThinElements.h), with new nodes that have numbers behind the deck's.
+- Shells S3, S4, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS,
+  of S8R and S6 COMPOSITE), *NORMAL, and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC; of
+  B32R PIPE and BOX, by *BEAM GENERAL SECTION, too; OFFSET1, OFFSET2) become solids as ccx expands
+  them (ThinElements.h), with new nodes that have numbers behind the deck's.
   The deck's own node stays as a place between its expanded nodes; node sets take both in, so that
   an interface on the edge of a shell holds rotation too. Where normals, thicknesses or kinds
   differ, the node is a knot. A shell or beam that shares one row of nodes with solids is hinged
@@ -40,8 +44,7 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
   stiffen nothing), surface and line elements that Gmsh writes, nodes of no element that nothing
   ties.
 - Refused, with file and line: what makes K or M other than that of free solids, such as
-  contact, springs that are not linear, membranes, equations of rotations, composite shells,
-  other beam sections, and B31R (in ccx without inertia about its axis);
+  contact, springs that are not linear, equations of rotations, other beam sections, and B31R (in ccx without inertia about its axis);
   keywords and parameters that are not known; elements without material, materials without
   *ELASTIC or *DENSITY; nodes given twice at different places; elements with swapped nodes.
   DeckVocabulary.h decides on every keyword of CalculiX 2.20.

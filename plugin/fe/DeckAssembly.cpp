@@ -9,6 +9,7 @@
 
 #include "DeckGenerators.h"
 #include "DeckVocabulary.h"
+#include "HingedElements.h"
 #include "PointElements.h"
 #include "ThinElements.h"
 #include "Vec3d.h"
@@ -200,7 +201,8 @@ private:
         if (const std::string* nearest = findNearestElement(type)) type = *nearest;
         if (const ThinType* thin = findThinType(type)) return size_t(thin->numNodes);
         if (const ElementType* solid = findSolid(type)) return size_t(numNodesOf(*solid));
-        if (const int count = numPointNodesOf(type)) return size_t(count);
+        for (const int count : {numPointNodesOf(type), numHingedNodesOf(type)})
+            if (count > 0) return size_t(count);
         return size_t(numSkinNodesOf(type));
     }
 
@@ -301,7 +303,8 @@ private:
             rename(parameter);
         rename("REFNODE", NumberKind::Node);
         rename("ROTNODE", NumberKind::Node);
-        if (keyword == "SURFACE" || keyword == "ORIENTATION") rename("NAME");
+        if (keyword == "SURFACE" || keyword == "ORIENTATION" || keyword == "DISTRIBUTION")
+            rename("NAME");
 
         const Placement& placement = scope.placement;
         if (isGenerator(keyword))
@@ -345,9 +348,37 @@ private:
         } else if ((keyword == "ORIENTATION" || keyword == "TRANSFORM") && !card.data.empty()) {
             const char* kind = keyword == "ORIENTATION" ? "SYSTEM" : "TYPE";
             const bool isRectangular = !card.has(kind) || card.get(kind)[0] == 'R';
+            std::string& given = card.data[0].fields[0];
+            if (keyword == "ORIENTATION" && !given.empty() && isLetter(given[0])) {
+                if (!isRectangular && placement.isMoved())
+                    refuseCard(card,
+                               "a *DISTRIBUTION gives axes that are not rectangular, and its "
+                               "instance is moved, which simflex does not do");
+                refer(card, card.data[0].line, owner ? *owner : m_assembly, NumberKind::Name,
+                      given);
+                return;
+            }
             for (const size_t first : {size_t(0), size_t(3)})
                 if (placement.isMoved()) move(card, card.data[0], first, placement, isRectangular);
-        } else if (keyword == "BEAMSECTION" && placement.isTurned()) {
+        } else if (keyword == "DISTRIBUTION") {
+            for (DeckLine& data : card.data) {
+                refer(card, data.line, scope, NumberKind::Element, data.fields[0]);
+                for (const size_t first : {size_t(1), size_t(4)})
+                    if (placement.isTurned()) move(card, data, first, placement, true);
+            }
+        } else if (keyword == "NORMAL") {
+            for (DeckLine& data : card.data) {
+                refer(card, data.line, scope, NumberKind::Element, data.fields[0]);
+                if (data.fields.size() > 1)
+                    refer(card, data.line, scope, NumberKind::Node, data.fields[1]);
+                if (placement.isTurned()) move(card, data, 2, placement, true);
+            }
+        } else if (keyword == "SHELLSECTION" && card.has("COMPOSITE")) {
+            for (DeckLine& data : card.data)
+                if (data.fields.size() > 3 && !isDeckNumber(data.fields[3]))
+                    refer(card, data.line, scope, NumberKind::Name, data.fields[3]);
+        } else if ((keyword == "BEAMSECTION" || keyword == "BEAMGENERALSECTION") &&
+                   placement.isTurned()) {
             if (card.data.size() < 2)
                 refuseCard(card, "the instance is turned; give the axis n1 of the section");
             move(card, card.data[1], 0, placement, true);

@@ -19,11 +19,14 @@
 #include "DeckConstraints.h"
 #include "DeckGenerators.h"
 #include "DeckMaterials.h"
+#include "DeckOrientations.h"
+#include "DeckParameters.h"
 #include "DeckRigidBodies.h"
 #include "DeckVocabulary.h"
 #include "ElasticLaw.h"
 #include "ElementShapes.h"
 #include "IncompatibleModes.h"
+#include "IntegratedSolids.h"
 #include "NastranDeck.h"
 #include "PointElements.h"
 #include "ThinSections.h"
@@ -109,8 +112,16 @@ public:
                 card.parameters.erase("DEFINITION");
                 keepNumbers(card);
                 m_model.sections.push_back(card);
+            } else if (keyword == "DISTRIBUTION") {
+                if (card.has("LOCATION") && card.get("LOCATION") != "ELEMENT")
+                    refuseCard(card, card.title + " with LOCATION=" + card.get("LOCATION") +
+                                         " is not known to simflex; known is ELEMENT");
+                m_model.sections.push_back(card);
+            } else if (keyword == "NORMAL") {
+                m_normalCards.push_back(card);
             } else if (keyword == "SOLIDSECTION" || keyword == "SHELLSECTION" ||
-                       keyword == "BEAMSECTION" || keyword == "BEAMGENERALSECTION") {
+                       keyword == "BEAMSECTION" || keyword == "BEAMGENERALSECTION" ||
+                       keyword == "MEMBRANESECTION") {
                 m_model.sections.push_back(card);
                 if (keyword == "BEAMGENERALSECTION")
                     m_model.sections.back().keyword = "BEAMSECTION";
@@ -149,21 +160,19 @@ public:
                                      (proposal.empty() ? "; take it out of the deck" : proposal));
             }
         }
-        if (m_numSolids == 0 && m_thin.empty())
-            throw std::invalid_argument(
-                m_model.path + ": the deck has no solid elements" +
-                (m_skinTypes.empty() ? ""
-                                     : ", but " + *m_skinTypes.begin() +
-                                           ": mesh the part in space, by solids, shells or beams"));
+        if (m_numSolids == 0 && m_thin.empty() && m_hinged.empty()) refuseEmpty();
         if (coupling)
             refuseCard(coupling->card, "*COUPLING needs *KINEMATIC or *DISTRIBUTING below it");
         finishSections();
+        readNormals();
+        settleAxes();
         expandThin();
         readTemperatures();
         readPointCards();
         checkRigidNodes();
         readEquationCards();
         finishSprings();
+        dropLooseNodes();
         finishMesh();
         addInternalNodes(m_model);
         finishElementSets();
@@ -191,6 +200,27 @@ public:
     }
 
 private:
+    /** A deck without a part. **/
+    [[noreturn]] void refuseEmpty() const {
+        std::string why = "the deck has no solid elements";
+        const bool isRestarted = std::any_of(
+            m_cards.begin(), m_cards.end(),
+            [](const DeckCard& card) { return card.keyword == "RESTART" && card.has("READ"); });
+        if (isRestarted) {
+            why +=
+                ": its model is in the files of the run that *RESTART, READ names; give the deck "
+                "of that run";
+        } else if (!m_skinTypes.empty()) {
+            why += ", but " + *m_skinTypes.begin() +
+                   ": mesh the part in space, by solids, shells or beams";
+        } else if (!m_pointElements.empty()) {
+            why += ", shells or beams, but " + m_pointElements.begin()->second.type +
+                   ": springs and masses alone make no flexible part; put them into the multibody "
+                   "model";
+        }
+        throw std::invalid_argument(m_model.path + ": " + why);
+    }
+
     using Sets = std::map<std::string, std::vector<int>>;
 
     /** Cards of one kind. **/
@@ -339,13 +369,15 @@ private:
         const ThinType* thin = findThinType(type);
         const ElementType* solid = thin ? nullptr : findSolid(type);
         const int skinNodes = numSkinNodesOf(type);
-        const int pointNodes = numPointNodesOf(type);
-        if (!solid && !skinNodes && !thin && !pointNodes)
+        const int pointNodes = numPointNodesOf(type), hingedNodes = numHingedNodesOf(type);
+        if (!solid && !skinNodes && !thin && !pointNodes && !hingedNodes)
             refuseCard(card, findElementRefusal(type));
-        const int size = solid        ? numNodesOf(*solid)
-                         : thin       ? thin->numNodes
-                         : pointNodes ? pointNodes
-                                      : skinNodes;
+        const int size = solid         ? numNodesOf(*solid)
+                         : thin        ? thin->numNodes
+                         : pointNodes  ? pointNodes
+                         : hingedNodes ? hingedNodes
+                                       : skinNodes;
+        const bool hasMore = hasMoreNodes(card, size, type);
         std::vector<int> numbers;
         int firstLine = 0;
         std::vector<int>* set = card.has("ELSET") ? &m_elementSets[card.get("ELSET")] : nullptr;
@@ -354,6 +386,7 @@ private:
             for (const std::string& field : data.fields)
                 if (!field.empty()) numbers.push_back(parseDeckInteger(field, card, data));
             if (int(numbers.size()) < size + 1) continue;
+            if (hasMore) numbers.resize(size_t(size) + 1);
             if (int(numbers.size()) > size + 1)
                 refuseCard(card,
                            "element " + std::to_string(numbers[0]) + " has more than the " +
@@ -363,6 +396,13 @@ private:
             if (pointNodes) {
                 m_pointElements[numbers[0]] = {
                     type, {numbers.begin() + 1, numbers.end()}, card.where(firstLine)};
+            } else if (hingedNodes) {
+                HingedElement& element = m_hinged[numbers[0]];
+                element.number = numbers[0];
+                element.type = type;
+                element.nodes.assign(numbers.begin() + 1, numbers.end());
+                element.where = card.where(firstLine);
+                m_skinTypes.insert(type);
             } else if (solid || thin) {
                 if (!m_solidNumbers.insert({numbers[0], type}).second)
                     refuseCard(card, "element " + std::to_string(numbers[0]) + " is given twice",
@@ -401,6 +441,25 @@ private:
                            std::to_string(numbers.size() - 1) + " nodes, a " + type + " has " +
                            std::to_string(size),
                        firstLine);
+    }
+
+    /** Whether all hexahedra have so many nodes more on their line than their type has: of those
+    CalculiX takes the first, the corners. Where it is but some, lines go on below. **/
+    bool hasMoreNodes(const DeckCard& card, int size, const std::string& type) {
+        const auto countOf = [](const DeckLine& data) {
+            return std::count_if(data.fields.begin(), data.fields.end(),
+                                 [](const std::string& field) { return !field.empty(); });
+        };
+        if (type.compare(0, 4, "C3D8") != 0 || card.data.empty()) return false;
+        const auto count = countOf(card.data[0]);
+        if (count <= size + 1) return false;
+        for (const DeckLine& data : card.data)
+            if (countOf(data) != count) return false;
+        m_model.warnings.push_back(card.where() + "elements " + type + " have " +
+                                   std::to_string(count - 1) +
+                                   " nodes on their lines; as in CalculiX the first " +
+                                   std::to_string(size) + " are taken; is their type another?");
+        return true;
     }
 
     void addSet(const DeckCard& card, const std::string& kind, Sets& sets) {
@@ -503,8 +562,77 @@ private:
         equation.terms = std::move(terms);
     }
 
+    /** Areas and thicknesses of trusses and membranes, whose sections go; lines without section, as
+    meshers write them along edges, are left out. **/
+    void finishHinged() {
+        std::vector<DeckCard> sections;
+        for (const DeckCard& card : m_model.sections) {
+            const bool isMembrane = card.keyword == "MEMBRANESECTION";
+            const auto members = m_elementSets.find(card.has("ELSET") ? card.get("ELSET") : "");
+            if (members == m_elementSets.end() || !(isMembrane || card.keyword == "SOLIDSECTION")) {
+                if (isMembrane)
+                    refuseCard(card, "the deck has no element set " + card.get("ELSET"));
+                sections.push_back(card);
+                continue;
+            }
+            size_t numHinged = 0;
+            for (const int number : members->second) {
+                const auto found = m_hinged.find(number);
+                if (found == m_hinged.end()) {
+                    if (isMembrane)
+                        refuseCard(card, card.title + " does not fit element " +
+                                             std::to_string(number) + ", which is no membrane");
+                    continue;
+                }
+                HingedElement& element = found->second;
+                if (isTruss(element.type) == isMembrane)
+                    refuseCard(card, card.title + " does not fit element " +
+                                         std::to_string(number) + ", a " + element.type);
+                if (card.data.empty())
+                    refuseCard(card, card.title + " of " + element.type + " needs their " +
+                                         (isMembrane ? "thickness" : "area"));
+                element.size =
+                    readDeckNumber(card, card.data[0], 0, isMembrane ? "a thickness" : "an area");
+                if (!(element.size > 0))
+                    refuseCard(card,
+                               card.title + " is " + card.data[0].fields[0] + ", must be positive",
+                               card.data[0].line);
+                element.material = card.get("MATERIAL");
+                ++numHinged;
+            }
+            if (numHinged == 0) {
+                sections.push_back(card);
+            } else if (numHinged < members->second.size()) {
+                refuseCard(card, card.title +
+                                     " is of trusses and of others; give the trusses a "
+                                     "section of their own, with their area");
+            }
+        }
+        m_model.sections = std::move(sections);
+        for (const auto& [number, element] : m_hinged) {
+            if (element.size > 0) {
+                for (const int node : element.nodes)
+                    if (!m_nodes.count(node))
+                        throw std::invalid_argument(
+                            element.where + "element " + std::to_string(number) + " uses node " +
+                            std::to_string(node) + ", which the deck does not define");
+                m_extraNodes.insert(m_extraNodes.end(), element.nodes.begin(), element.nodes.end());
+                m_model.hinged.push_back(element);
+            } else if (isTruss(element.type)) {
+                m_skin.insert(number);
+                LeftOut& entry = m_leftOut["surface or line elements " + element.type];
+                if (entry.count++ == 0)
+                    entry.where = " (" + element.where.substr(0, element.where.size() - 2) + ")";
+            } else {
+                throw std::invalid_argument(element.where + "element " + std::to_string(number) +
+                                            ", a " + element.type + ", has no *MEMBRANE SECTION");
+            }
+        }
+    }
+
     /** Thicknesses and axes of shells and beams; their cards become those of solids. **/
     void finishSections() {
+        finishHinged();
         for (DeckCard& card : m_model.sections) {
             if (card.keyword != "SOLIDSECTION" && card.keyword != "SHELLSECTION" &&
                 card.keyword != "BEAMSECTION")
@@ -515,7 +643,7 @@ private:
                 refuseCard(card, "the deck has no element set " + set);
             const bool isSolid = card.keyword == "SOLIDSECTION";
             ThinElement section;
-            if (!isSolid) section = readThinSection(card, m_model.materials);
+            if (!isSolid) section = readThinSection(card);
             for (const int number : members->second) {
                 const auto found = m_thinIndex.find(number);
                 const bool fits =
@@ -533,6 +661,11 @@ private:
                     refuseCard(card, "beam " + std::to_string(number) +
                                          " is linear, which can have no section but RECT; use "
                                          "B32R");
+                if (section.isLayered && element.type != "S8R" && element.type != "S6")
+                    refuseCard(card,
+                               "shell " + std::to_string(number) + " is a " + element.type +
+                                   ", which has no layers in CalculiX; use S8R or S6, or mesh "
+                                   "each layer by solids");
                 const bool hasWalls = section.walls[0] > 0;
                 if (hasWalls && element.type != "B32R")
                     refuseCard(card, "beam " + std::to_string(number) + " is a " + element.type +
@@ -548,8 +681,18 @@ private:
             }
             if (isSolid) continue;
             if (section.walls[0] > 0) m_model.walls.push_back(makeWallPoints(section));
-            const std::map<std::string, std::string> kept = {{"ELSET", set},
-                                                             {"MATERIAL", card.get("MATERIAL")}};
+            std::map<std::string, std::string> kept = {{"ELSET", set}};
+            if (card.has("ORIENTATION")) kept["ORIENTATION"] = card.get("ORIENTATION");
+            const bool isComposite = card.has("COMPOSITE");
+            if (isComposite && section.isLayered) {
+                card.keyword = LayersCard;
+                card.parameters = kept;
+                continue;
+            }
+            kept["MATERIAL"] =
+                isComposite ? layerMaterial(card, card.data[0]) : card.get("MATERIAL");
+            if (isComposite && card.data[0].fields.size() > 3 && !card.data[0].fields[3].empty())
+                kept["ORIENTATION"] = card.data[0].fields[3];
             card.keyword = "SOLIDSECTION";
             card.title = "*SOLID SECTION";
             card.parameters = kept;
@@ -560,6 +703,176 @@ private:
                 throw std::invalid_argument(element.where + "element " +
                                             std::to_string(element.number) + ", a " + element.type +
                                             ", has no section");
+    }
+
+    static const std::string& layerMaterial(const DeckCard& card, const DeckLine& layer) {
+        if (layer.fields.size() < 3 || layer.fields[2].empty())
+            refuseCard(card,
+                       "a layer needs its thickness, a number of points (or nothing) and its "
+                       "material",
+                       layer.line);
+        return layer.fields[2];
+    }
+
+    /** *NORMAL cards go to their elements. **/
+    void readNormals() {
+        for (const DeckCard& card : m_normalCards)
+            for (const DeckLine& data : card.data) {
+                const char* what = "an element, a node and three numbers";
+                Vec3d normal{};
+                for (size_t a = 0; a < 3; ++a)
+                    if (a == 0 || (a + 2 < data.fields.size() && !data.fields[a + 2].empty()))
+                        normal[a] = readDeckNumber(card, data, a + 2, what);
+                if (!(normOf(normal) > 0)) refuseCard(card, "a *NORMAL is zero", data.line);
+                const int node = parseDeckInteger(data.fields[1], card, data);
+                for (const int number : findElements(card, data)) {
+                    const auto found = m_thinIndex.find(number);
+                    if (found == m_thinIndex.end())
+                        refuseCard(card,
+                                   "*NORMAL of element " + std::to_string(number) +
+                                       ", which is no shell or beam of the deck",
+                                   data.line);
+                    ThinElement& element = m_thin[found->second];
+                    if (!std::count(element.nodes.begin(), element.nodes.end(), node))
+                        refuseCard(card,
+                                   "*NORMAL of element " + std::to_string(number) + " at node " +
+                                       std::to_string(node) + ", which is none of its nodes",
+                                   data.line);
+                    element.normals[node] = scaled(normal, 1 / normOf(normal));
+                }
+            }
+    }
+
+    bool isIsotropic(const std::string& material) const {
+        bool isInside = false;
+        for (const DeckCard& card : m_model.materials) {
+            if (card.keyword == "MATERIAL") isInside = card.get("NAME") == material;
+            if (isInside && card.keyword == "ELASTIC" && card.has("TYPE"))
+                return card.get("TYPE").compare(0, 3, "ISO") == 0;
+        }
+        return true;
+    }
+
+    void noteDistribution(const DeckCard& section) {
+        if (!m_distributed.insert(section.line).second) return;
+        m_model.notes.push_back(
+            section.where() +
+            "each shell or beam has the axes that *DISTRIBUTION gives it, as in "
+            "Abaqus; CalculiX takes those of its first line for all");
+    }
+
+    /** The *ORIENTATION of one element, in the plane of a shell; null: the deck's axes.
+    @param turn  about a shell's normal [rad] **/
+    std::optional<DeckCard> findElementAxes(const DeckOrientations& orientations,
+                                            const DeckCard& section, const std::string& name,
+                                            int number, double turn = 0) {
+        std::optional<DeckCard> card;
+        if (!name.empty()) card = orientations.find(section, name, number);
+        const auto thin = m_thinIndex.find(number);
+        if (thin == m_thinIndex.end()) return card;
+        if (orientations.isDistributed(name)) noteDistribution(section);
+        if (findThinType(m_thin[thin->second].type)->isBeam) return card;
+        std::vector<Vec3d> positions;
+        for (const int node : m_thin[thin->second].nodes) positions.push_back(m_nodes.at(node));
+        Axes axes = turnIntoShell(positions, [&](const Vec3d& place) {
+            return card ? Orientation(*card).calcAxes(place)
+                        : Axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+        });
+        for (auto& row : axes)
+            row = {std::cos(turn) * row[0] + std::sin(turn) * row[1],
+                   std::cos(turn) * row[1] - std::sin(turn) * row[0], row[2]};
+        return makeOrientationCard("", axes);
+    }
+
+    /** The name of an orientation with these numbers, which becomes one of the deck's. **/
+    std::string nameAxes(const std::optional<DeckCard>& axes, std::vector<DeckCard>& sections) {
+        if (!axes) return "";
+        std::string key = axes->has("SYSTEM") ? axes->get("SYSTEM") : "";
+        for (const DeckLine& data : axes->data)
+            for (const std::string& field : data.fields) key += "," + field;
+        const auto [found, isNew] =
+            m_axesNames.emplace(key, "SIMFLEX_AXES_" + std::to_string(m_axesNames.size() + 1));
+        if (isNew) {
+            sections.push_back(*axes);
+            sections.back().parameters["NAME"] = found->second;
+        }
+        return found->second;
+    }
+
+    /** Sections of elements with axes of their own are divided; where a material is isotropic, axes
+    are no matter. **/
+    void settleAxes() {
+        const DeckOrientations orientations(m_model.sections, m_elementSets);
+        std::vector<DeckCard> sections;
+        for (const DeckCard& card : m_model.sections) {
+            if (card.keyword == "DISTRIBUTION" ||
+                (card.keyword == "ORIENTATION" && orientations.isDistributed(card.get("NAME"))))
+                continue;
+            if (card.keyword == LayersCard) settleLayers(orientations, card, sections);
+            if (card.keyword != "SOLIDSECTION") {
+                sections.push_back(card);
+                continue;
+            }
+            const std::vector<int>& members = m_elementSets.at(card.get("ELSET"));
+            const bool isThin = !members.empty() && m_thinIndex.count(members[0]);
+            const std::string name = card.has("ORIENTATION") ? card.get("ORIENTATION") : "";
+            const bool isDistributed = orientations.isDistributed(name);
+            DeckCard bare = card;
+            if (isThin || isDistributed) bare.parameters.erase("ORIENTATION");
+            if (!(isThin || isDistributed) || isIsotropic(card.get("MATERIAL"))) {
+                if (!name.empty() && !members.empty()) orientations.find(card, name, members[0]);
+                sections.push_back(bare);
+                continue;
+            }
+            std::map<std::string, std::vector<int>> groups;
+            for (const int number : members)
+                groups[nameAxes(findElementAxes(orientations, card, name, number), sections)]
+                    .push_back(number);
+            for (auto& [axes, numbers] : groups) {
+                DeckCard part = bare;
+                if (!axes.empty()) {
+                    part.parameters["ORIENTATION"] = axes;
+                    part.parameters["ELSET"] = axes + "_" + std::to_string(m_elementSets.size());
+                    m_elementSets[part.parameters["ELSET"]] = std::move(numbers);
+                }
+                sections.push_back(part);
+            }
+        }
+        m_model.sections = std::move(sections);
+    }
+
+    /** Layers of each element: thickness, points, material, and an *ORIENTATION or the angle [°]
+    from that of the section. **/
+    void settleLayers(const DeckOrientations& orientations, const DeckCard& card,
+                      std::vector<DeckCard>& sections) {
+        const std::string common = card.has("ORIENTATION") ? card.get("ORIENTATION") : "";
+        bool hasNamed = false;
+        for (const int number : m_elementSets.at(card.get("ELSET"))) {
+            std::vector<DeckLayer>& layers = m_model.layersOf[number];
+            layers.clear();
+            for (const DeckLine& data : card.data) {
+                DeckLayer layer;
+                layer.thickness = readDeckNumber(card, data, 0, "the thickness of each layer");
+                layer.material = layerMaterial(card, data);
+                const std::string own = data.fields.size() > 3 ? data.fields[3] : "";
+                if (own.empty() && hasNamed && common.empty() && !isIsotropic(layer.material))
+                    refuseCard(card,
+                               "a layer without ORIENTATION is below one that has it: CalculiX "
+                               "takes that of the layer before, Abaqus that of the section; give "
+                               "each layer its own",
+                               data.line);
+                const bool isAngle = isDeckNumber(own);
+                hasNamed |= !own.empty() && !isAngle;
+                if (!isIsotropic(layer.material))
+                    layer.orientation = nameAxes(
+                        findElementAxes(
+                            orientations, card, own.empty() || isAngle ? common : own, number,
+                            isAngle ? parseDeckNumber(own, card, data) * M_PI / 180 : 0),
+                        sections);
+                layers.push_back(std::move(layer));
+            }
+            hasNamed = false;
+        }
     }
 
     std::map<int, std::array<double, 2>> readNodalThickness() const {
@@ -813,15 +1126,21 @@ private:
                                                        "FLUIDVELOCITY", "MASSFLOW", "TOTALPRESSURE",
                                                        "PRESSURE",      "SOLUTION"};
         const std::string& type = card.get("TYPE");
+        if (card.has("USER") && type == "TEMPERATURE")
+            refuseCard(card, card.title +
+                                 " with USER: simflex cannot know what its routine gives; "
+                                 "write the numbers out");
         if (type == "TEMPERATURE") {
             m_temperatureCards.push_back(card);
         } else if (Harmless.count(type)) {
             noteLeftOut(card.title + ", TYPE=" + type, card);
         } else {
-            refuseCard(card, card.title + ", TYPE=" + type +
-                                 (type == "STRESS" ? " cannot be part of a flexible body: stress "
-                                                     "makes the part stiffer or softer"
-                                                   : " is not known to simflex"));
+            refuseCard(card,
+                       card.title + ", TYPE=" + type +
+                           (type == "STRESS" ? " cannot be part of a flexible body: stress "
+                                               "makes the part stiffer or softer; if it is to "
+                                               "be as without it, take the card out"
+                                             : " is not known to simflex"));
         }
     }
 
@@ -918,18 +1237,87 @@ private:
         });
     }
 
-    /** A spring to a node of nothing else, as one that a *BOUNDARY held, pulls nothing. **/
-    void finishSprings() {
-        std::vector<DeckSpring>& springs = m_model.springs;
-        if (springs.empty()) return;
-        std::set<int> held(m_extraNodes.begin(), m_extraNodes.end());
+    /** Nodes of elements and rigid bodies. **/
+    std::set<int> listHeldNodes() const {
+        std::set<int> held;
         for (const auto& [type, solids] : m_model.solids)
             for (const auto& solid : solids) held.insert(solid.nodes.begin(), solid.nodes.end());
+        for (const auto& [node, expanded] : m_constraints.thin.expandedOf) held.insert(node);
+        for (const HingedElement& element : m_model.hinged)
+            held.insert(element.nodes.begin(), element.nodes.end());
         for (const DeckRigidCard& body : m_rigidCards) {
             held.insert({body.reference, body.rotation});
             const auto set = m_nodeSets.find(body.nodeSet);
             if (set != m_nodeSets.end()) held.insert(set->second.begin(), set->second.end());
         }
+        return held;
+    }
+
+    /** A node that nothing but equations knows, and they in some directions alone, moves freely in
+    the others: it is taken out of the equations, so that they say of the other nodes what they
+    said. **/
+    void dropLooseNodes() {
+        std::vector<DeckEquation>& equations = m_constraints.equations;
+        if (equations.empty()) return;
+        std::set<int> held = listHeldNodes();
+        for (const auto& [node, mass] : m_model.masses) held.insert(node);
+        for (const DeckSpring& spring : m_model.springs)
+            held.insert(spring.nodes.begin(), spring.nodes.end());
+        std::map<int, std::set<int>> axesOf;
+        for (const DeckEquation& equation : equations)
+            for (const auto& term : equation.terms)
+                if (!held.count(term.node)) axesOf[term.node].insert(term.axis);
+        std::set<int> dropped;
+        for (const auto& [node, axes] : axesOf) {
+            if (axes.size() == 3) continue;
+            dropped.insert(node);
+            for (const int axis : axes) eliminate(equations, node, axis);
+        }
+        if (dropped.empty()) return;
+        m_extraNodes.erase(std::remove_if(m_extraNodes.begin(), m_extraNodes.end(),
+                                          [&](int node) { return dropped.count(node) > 0; }),
+                           m_extraNodes.end());
+        m_model.notes.push_back(
+            plural(dropped.size(), "node") + " of equations alone left out, the first is " +
+            std::to_string(*dropped.begin()) + ": what holds them is no part of it");
+    }
+
+    /** Takes a translation out of all equations but the one where it counts most, which goes. **/
+    static void eliminate(std::vector<DeckEquation>& equations, int node, int axis) {
+        const auto coefficientOf = [&](const DeckEquation& equation) {
+            double sum = 0;
+            for (const auto& term : equation.terms)
+                if (term.node == node && term.axis == axis) sum += term.coefficient;
+            return sum;
+        };
+        const auto isLess = [&](const DeckEquation& a, const DeckEquation& b) {
+            return std::abs(coefficientOf(a)) < std::abs(coefficientOf(b));
+        };
+        const auto most = std::max_element(equations.begin(), equations.end(), isLess);
+        if (most == equations.end() || coefficientOf(*most) == 0) return;
+        const DeckEquation rule = *most;
+        equations.erase(most);
+        for (DeckEquation& equation : equations) {
+            const double factor = -coefficientOf(equation) / coefficientOf(rule);
+            if (factor == 0) continue;
+            std::map<std::pair<int, int>, double> sums;
+            for (const auto& term : equation.terms)
+                sums[{term.node, term.axis}] += term.coefficient;
+            for (const auto& term : rule.terms)
+                sums[{term.node, term.axis}] += factor * term.coefficient;
+            sums.erase({node, axis});
+            equation.terms.clear();
+            for (const auto& [at, coefficient] : sums)
+                if (coefficient != 0) equation.terms.push_back({at.first, at.second, coefficient});
+        }
+    }
+
+    /** A spring to a node of nothing else, as one that a *BOUNDARY held, pulls nothing. **/
+    void finishSprings() {
+        std::vector<DeckSpring>& springs = m_model.springs;
+        if (springs.empty()) return;
+        std::set<int> held = listHeldNodes();
+        held.insert(m_extraNodes.begin(), m_extraNodes.end());
         for (size_t before = 0; before != springs.size();) {
             before = springs.size();
             std::map<int, int> uses;
@@ -1213,8 +1601,9 @@ private:
                 if (m_solidNumbers.count(number)) solids.push_back(number);
             if (!solids.empty()) m_model.elementSets[name] = std::move(solids);
         }
-        bool hasSection = false;
+        bool hasSection = m_model.solids.empty();
         for (const DeckCard& card : m_model.sections) {
+            hasSection |= card.keyword == LayersCard;
             if (card.keyword != "SOLIDSECTION") continue;
             hasSection = true;
             const std::string& set = card.get("ELSET");
@@ -1241,8 +1630,10 @@ private:
     std::unordered_map<int, std::string> m_solidNumbers;
     std::unordered_map<int, size_t> m_thinIndex;
     std::vector<ThinElement> m_thin;
-    std::vector<DeckCard> m_thicknessCards, m_equationCards, m_tieCards, m_surfaceCards,
-        m_temperatureCards;
+    std::map<std::string, std::string> m_axesNames;  ///< by their numbers
+    std::set<int> m_distributed;                     ///< lines of sections told of
+    std::vector<DeckCard> m_normalCards, m_thicknessCards, m_equationCards, m_tieCards,
+        m_surfaceCards, m_temperatureCards;
     std::vector<DeckRigidCard> m_rigidCards;
     std::set<int> m_rotationNodes;
     DeckTemperatures m_temperatures;
@@ -1257,6 +1648,7 @@ private:
     std::map<int, PointElement> m_pointElements;
     std::map<int, std::vector<int>> m_inertiaNodes;  ///< by the reference node they follow
     std::vector<std::pair<DeckCard, int>> m_averagedNodes;
+    std::map<int, HingedElement> m_hinged;  ///< by number
     std::set<int> m_skin;
     std::set<std::string> m_skinTypes;
     size_t m_numSolids = 0;
@@ -1270,7 +1662,9 @@ std::vector<DeckCard> readModelCards(const std::string& path, const ProgressCall
     for (const char* bulk : {".bdf", ".nas", ".dat"})
         if (suffix == bulk) return readNastranCards(path);
     if (suffix == ".cdb") return readAnsysCards(path);
-    return readDeckCards(path, progress);
+    std::vector<DeckCard> cards = readDeckCards(path, progress);
+    applyParameters(cards);
+    return cards;
 }
 
 DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards, ContactUse contact) {

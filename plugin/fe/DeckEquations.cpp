@@ -194,6 +194,10 @@ std::vector<DeckEquation> readMultiPointConstraints(
         } else if (list.kind == "MEANROT") {
             needNodes(2);
             averaged.push_back(list.nodes.back());
+        } else if (list.kind == "DIST") {
+            refuse(card, list.line,
+                   "DIST keeps nodes no farther apart than a distance, which is not linear: where "
+                   "they stay at it, write BEAM; else take it out");
         } else {
             refuse(card, list.line,
                    list.kind +

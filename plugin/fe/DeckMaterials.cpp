@@ -181,11 +181,31 @@ void takeTemperature(const DeckTemperatures& temperatures, int element,
     }
 }
 
+/** The same, of one element that the material makes. **/
+void settleTemperature(const DeckTemperatures& temperatures, const DeckModel::Solid& solid,
+                       MaterialCards& material) {
+    if (temperatures.inStep)
+        refuseCard(*temperatures.inStep,
+                   "*TEMPERATURE of a step, but material " + material.card.get("NAME") +
+                       " depends on temperature, and the part is taken as it is before all steps; "
+                       "give its temperature by *INITIAL CONDITIONS, TYPE=TEMPERATURE and take "
+                       "*TEMPERATURE out");
+    const auto thin = temperatures.thinNodes.find(solid.number);
+    takeTemperature(temperatures, solid.number,
+                    thin == temperatures.thinNodes.end() ? solid.nodes : thin->second, material);
+}
+
 }  // namespace
 
 void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
     std::map<std::string, MaterialCards> materials = readMaterials(deck.materials);
     std::unordered_map<int, MaterialCards*> materialOf;
+    std::unordered_map<int, std::vector<MaterialCards*>> materialsOf;  // of layered shells
+    const auto findMaterial = [&](const DeckCard& section, const std::string& name) {
+        const auto material = materials.find(name);
+        if (material == materials.end()) refuseCard(section, "the deck has no material " + name);
+        return &material->second;
+    };
     const auto checkOrientation = [&](const DeckCard& section) {
         for (const DeckCard& card : deck.sections)
             if (card.keyword == "ORIENTATION" && card.get("NAME") == section.get("ORIENTATION"))
@@ -195,14 +215,31 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
     for (const DeckCard& card : deck.sections) {
         if (card.keyword != "SOLIDSECTION") continue;
         if (card.has("ORIENTATION")) checkOrientation(card);
-        const auto material = materials.find(card.get("MATERIAL"));
-        if (material == materials.end())
-            refuseCard(card, "the deck has no material " + card.get("MATERIAL"));
+        MaterialCards* material = findMaterial(card, card.get("MATERIAL"));
         const auto set = deck.elementSets.find(card.get("ELSET"));
         if (set == deck.elementSets.end()) continue;  // of no solids
-        for (const int number : set->second) materialOf[number] = &material->second;
+        for (const int number : set->second) materialOf[number] = material;
+    }
+    for (const DeckCard& card : deck.sections) {
+        if (card.keyword != LayersCard) continue;
+        for (const int number : deck.elementSets.at(card.get("ELSET"))) {
+            const auto layers = deck.layersOf.find(number);
+            if (layers == deck.layersOf.end()) continue;
+            materialsOf[number].clear();
+            for (const DeckLayer& layer : layers->second)
+                materialsOf[number].push_back(findMaterial(card, layer.material));
+        }
+    }
+    for (const HingedElement& element : deck.hinged) {
+        const auto material = materials.find(element.material);
+        if (material == materials.end())
+            throw std::invalid_argument(element.where + "the deck has no material " +
+                                        element.material);
+        material->second.isUsed = true;
     }
     for (auto& [number, material] : materialOf) material->isUsed = true;
+    for (auto& [number, all] : materialsOf)
+        for (MaterialCards* material : all) material->isUsed = true;
     for (auto& [name, material] : materials) {
         if (!material.isUsed) continue;
         for (const auto& [property, what] :
@@ -221,24 +258,22 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
     int bare = 0;
     for (const auto& [type, solids] : deck.solids)
         for (const auto& solid : solids) {
+            const auto layered = materialsOf.find(solid.number);
             const auto found = materialOf.find(solid.number);
-            if (found == materialOf.end()) {
+            if (layered != materialsOf.end()) {
+                for (MaterialCards* material : layered->second)
+                    if (depends[material]) settleTemperature(temperatures, solid, *material);
+            } else if (found == materialOf.end()) {
                 if (numBare++ == 0) bare = solid.number;
-                continue;
+            } else if (depends[found->second]) {
+                settleTemperature(temperatures, solid, *found->second);
             }
-            MaterialCards& material = *found->second;
-            if (!depends[&material]) continue;
-            if (temperatures.inStep)
-                refuseCard(*temperatures.inStep,
-                           "*TEMPERATURE of a step, but material " + material.card.get("NAME") +
-                               " depends on temperature, and the part is taken as it is before "
-                               "all steps; give its temperature by *INITIAL CONDITIONS, "
-                               "TYPE=TEMPERATURE and take *TEMPERATURE out");
-            const auto thin = temperatures.thinNodes.find(solid.number);
-            takeTemperature(temperatures, solid.number,
-                            thin == temperatures.thinNodes.end() ? solid.nodes : thin->second,
-                            material);
         }
+    for (const HingedElement& element : deck.hinged) {
+        MaterialCards& material = materials.at(element.material);
+        if (depends[&material])
+            settleTemperature(temperatures, {element.number, element.nodes}, material);
+    }
     if (numBare)
         throw std::invalid_argument(
             deck.path + ": element " + std::to_string(bare) +

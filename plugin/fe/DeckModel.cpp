@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "BeamMatrices.h"
+#include "IntegratedSolids.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -22,7 +22,7 @@ void writeNumbers(std::ostream& out, const std::vector<int>& numbers, size_t fir
 
 bool DeckModel::isForCalculix() const {
     return std::any_of(solids.begin(), solids.end(),
-                       [](const auto& entry) { return entry.first != BeamSolid; });
+                       [](const auto& entry) { return !isIntegratedSolid(entry.first); });
 }
 
 void DeckModel::write(std::ostream& out, const std::set<int>& leftOut) const {
@@ -34,6 +34,7 @@ void DeckModel::write(std::ostream& out, const std::set<int>& leftOut) const {
     }
     for (const auto& [type, elements] : solids) {
         if (elements.empty() || leftOut.count(elements.front().number)) continue;
+        if (isIntegratedSolid(type) && type != BeamSolid) continue;
         out << "*ELEMENT, TYPE=" << (type == BeamSolid ? "C3D20" : type) << "\n";
         for (const Solid& solid : elements) {
             out << solid.number << ",";
@@ -50,6 +51,7 @@ void DeckModel::write(std::ostream& out, const std::set<int>& leftOut) const {
     for (const DeckCard& card : materials) writeCard(out, card);
     for (const DeckCard& card : sections) {
         DeckCard bare = card;
+        if (card.keyword == LayersCard) continue;
         if (card.keyword == "SOLIDSECTION") {
             if (!written.count(card.get("ELSET"))) continue;
             bare.data.clear();
@@ -63,11 +65,11 @@ void DeckModel::writeModel(std::ostream& out) const {
 }
 
 void DeckModel::writeClean(std::ostream& out) const {
-    std::set<int> beams;
-    const auto found = solids.find(BeamSolid);
-    if (found != solids.end())
-        for (const Solid& solid : found->second) beams.insert(solid.number);
-    write(out, beams);
+    std::set<int> leftOut;
+    for (const auto& [type, elements] : solids)
+        if (isIntegratedSolid(type))
+            for (const Solid& solid : elements) leftOut.insert(solid.number);
+    write(out, leftOut);
     out << "*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n*END STEP\n";
 }
 

@@ -9,12 +9,22 @@ buildDeckModel(). Internal to fe. **/
 #include <string>
 #include <vector>
 
+#include "HingedElements.h"
 #include "InpCards.h"
 #include "PointElements.h"
 #include "SolidElements.h"
 #include "simflex/fe/FeModel.h"
 
 namespace simflex {
+
+/** The keyword of the section of layered shells in DeckModel::sections. **/
+constexpr const char* LayersCard = "LAYERS";
+
+/** A layer of a shell. **/
+struct DeckLayer {
+    double thickness = 0;
+    std::string material, orientation;  ///< names; no orientation: the deck's axes
+};
 
 /** The solid part of a deck, by the deck's own numbers; shells and beams as solids. **/
 struct DeckModel {
@@ -28,20 +38,21 @@ struct DeckModel {
     std::map<std::string, std::vector<Solid>> solids;     ///< by CalculiX type, C3D8R …
     std::map<std::string, std::vector<int>> elementSets;  ///< element numbers, solids only
     std::map<int, double> masses;                         ///< of points, by node [kg]
+    std::vector<HingedElement> hinged;                    ///< trusses and membranes
     std::vector<DeckSpring> springs;
-    std::vector<std::vector<SectionPoint>> walls;  ///< of pipes and boxes …
-    std::map<int, size_t> wallsOf;                 ///< … that beams are, by number
-    NodalConstraints constraints;                  ///< what ties nodes to each other
-    std::vector<DeckCard> materials;               ///< *MATERIAL with its properties
-    std::vector<DeckCard> sections;                ///< *ORIENTATION, *SOLID SECTION
-    std::vector<std::string> notes;                ///< see FeModel
-    std::vector<std::string> warnings;             ///< see FeModel
+    std::vector<std::vector<SectionPoint>> walls;    ///< of pipes and boxes …
+    std::map<int, size_t> wallsOf;                   ///< … that beams are, by number
+    std::map<int, std::vector<DeckLayer>> layersOf;  ///< of layered shells, from below; by number
+    NodalConstraints constraints;                    ///< what ties nodes to each other
+    std::vector<DeckCard> materials;                 ///< *MATERIAL with its properties
+    std::vector<DeckCard> sections;                  ///< *ORIENTATION, *SOLID SECTION, "LAYERS"
+    std::vector<std::string> notes;                  ///< see FeModel
+    std::vector<std::string> warnings;               ///< see FeModel
 
-    /** Writes nodes, elements, sets, materials and sections; the solids of B32R beams as C3D20. No
-    field is longer than the 20 characters that ccx reads. **/
+    /** Writes nodes, elements, sets, materials and sections; the solids of B32R beams as C3D20,
+    none of layered shells. No field is longer than the 20 characters that ccx reads. **/
     void writeModel(std::ostream& out) const;
-    /** The same without the solids of B32R beams (see BeamMatrices.h), and a step that stores K and
-    M. **/
+    /** The same without the solids of IntegratedSolids.h, and a step that stores K and M. **/
     void writeClean(std::ostream& out) const;
 
     /** True if there are elements whose matrices CalculiX assembles. **/

@@ -3,7 +3,7 @@
 #include <map>
 #include <set>
 
-#include "BeamMatrices.h"
+#include "IntegratedSolids.h"
 #include "ThinElements.h"
 #include "simflex/base/NameDistance.h"
 
@@ -45,7 +45,11 @@ const std::set<std::string> ReadCards = {"NODE",
                                          "NFILL",
                                          "NCOPY",
                                          "ELGEN",
-                                         "ELCOPY"};
+                                         "ELCOPY",
+                                         "NORMAL",
+                                         "PARAMETER",
+                                         "MEMBRANESECTION",
+                                         "DISTRIBUTION"};
 
 /** Parameters of those whose readers do not check them. **/
 const std::map<std::string, std::set<std::string>> Parameters = {
@@ -67,12 +71,15 @@ const std::map<std::string, std::set<std::string>> Parameters = {
     {"GAP", {"ELSET"}},
     {"DISTRIBUTINGCOUPLING", {"ELSET"}},
     {"NODALTHICKNESS", {}},
+    {"NORMAL", {}},
+    {"MEMBRANESECTION", {"ELSET", "MATERIAL", "ORIENTATION", "CONTROLS"}},
+    {"DISTRIBUTION", {"NAME", "LOCATION", "TABLE"}},
     {"MPC", {}},
     {"RIGIDBODY", {"NSET", "TIENSET", "ELSET", "REFNODE", "ROTNODE"}},
     {"COUPLING", {"REFNODE", "SURFACE", "CONSTRAINTNAME", "ORIENTATION"}},
     {"KINEMATIC", {}},
     {"DISTRIBUTING", {"WEIGHTINGMETHOD", "COUPLING"}},
-    {"INITIALCONDITIONS", {"TYPE"}}};
+    {"INITIALCONDITIONS", {"TYPE", "USER"}}};
 
 /** Cards that the deck of a free solid part can have, but that do not belong to K and M: output,
 control of the solution, loads and supports, heat, fluids, optimization, and procedures that ccx
@@ -145,6 +152,7 @@ const std::set<std::string> LeftOutCards = {"AMPLITUDE",
                                             "SENSITIVITY",
                                             "STATIC",
                                             "STEADYSTATEDYNAMICS",
+                                            "SUBMODEL",
                                             "SUBSTRUCTUREGENERATE",
                                             "SUBSTRUCTUREMATRIXOUTPUT",
                                             "SURFACEBEHAVIOR",
@@ -161,35 +169,35 @@ const std::set<std::string> ContactCards = {"CONTACT", "CONTACTPAIR", "CLEARANCE
 
 constexpr const char *Generates =
                          "simflex does not make nodes and elements; write the deck out with them",
-                     *MaterialCards = "the material is not linear",
-                     *Changes = "simflex takes the part as it is before all steps";
+                     *MaterialCards =
+                         "the material is not linear; give its *ELASTIC about the state you "
+                         "need instead",
+                     *Changes =
+                         "simflex takes the part as it is before all steps; if that is what "
+                         "you want, take the card out";
 
 /** Cards that change K or M in a way that simflex does not do, and why each is refused. **/
 const std::map<std::string, std::string> RefusedCards = {
     {"NETWORKMPC", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
     {"TRANSFORMF", "it turns the axes of nodes, so that K is not one of plain nodal translations"},
-    {"MEMBRANESECTION",
-     "membranes are hinged at their nodes, so that the part is a mechanism; use shells"},
-    {"NORMAL", "simflex finds the normals of shells and the axes of beams itself"},
-    {"DISTRIBUTION", "it gives each element axes of its own; use *ORIENTATION by element sets"},
     {"FLUIDSECTION", "fluid elements have no place in a solid part"},
     {"GASKETSECTION", "gaskets are not linear"},
-    {"PRE-TENSIONSECTION", "a pre-tension section ties degrees of freedom"},
+    {"PRE-TENSIONSECTION",
+     "it cuts the bolt in two; mesh the bolt in one piece (its tension is a load)"},
     {"CYCLICSYMMETRYMODEL", "cyclic symmetry ties degrees of freedom; mesh the whole part"},
-    {"SUBMODEL", "a submodel is driven by another model"},
-    {"MATRIXASSEMBLE", "it adds matrices from files to those of the elements"},
+    {"MATRIXASSEMBLE", "it adds matrices from files to those of the elements; reduce the matrices"},
     {"NMAP", Generates},
     {"SYSTEM", "it moves the nodes that follow; write them in the axes of the part"},
     {"IMPERFECTION", "it moves nodes by files of other runs; write the deck with the nodes moved"},
-    {"PARAMETER", "simflex does not compute numbers that have names; write them out"},
     {"CONNECTORSECTION", "put connectors into the multibody model"},
     {"CONNECTORBEHAVIOR", "put connectors into the multibody model"},
     {"EMBEDDEDELEMENT", "it ties degrees of freedom in a way that simflex does not do"},
     {"TRANSVERSESHEARSTIFFNESS", "it makes shells and beams other than the solids they become"},
     {"HYPERELASTIC", MaterialCards},
     {"HYPERFOAM", MaterialCards},
-    {"DEFORMATIONPLASTICITY", "the material is not linear; give its *ELASTIC instead"},
-    {"USERMATERIAL", "the material's stiffness is not known to be linear"},
+    {"DEFORMATIONPLASTICITY", MaterialCards},
+    {"USERMATERIAL",
+     "simflex cannot know what its routine does; give the material's *ELASTIC instead"},
     {"USERELEMENT", "its degrees of freedom are not known"},
     {"USERSECTION", "its stiffness is not known"},
     {"REFINEMESH", "it makes another mesh; refine the mesh before"},
@@ -239,10 +247,13 @@ const std::map<std::string, std::string> Consequences = {
 
 /** The solids of the deck, and their place in Mesh. **/
 const std::map<std::string, ElementType> SolidElements = {
-    {"C3D4", ElementType::Tet4},    {"C3D6", ElementType::Wedge6},   {"C3D8", ElementType::Hex8},
-    {"C3D8R", ElementType::Hex8},   {"C3D8I", ElementType::Hex8},    {"C3D10", ElementType::Tet10},
-    {"C3D10T", ElementType::Tet10}, {"C3D15", ElementType::Wedge15}, {"C3D20", ElementType::Hex20},
-    {"C3D20R", ElementType::Hex20}, {BeamSolid, ElementType::Hex20},
+    {"C3D4", ElementType::Tet4},          {"C3D6", ElementType::Wedge6},
+    {"C3D8", ElementType::Hex8},          {"C3D8R", ElementType::Hex8},
+    {"C3D8I", ElementType::Hex8},         {"C3D10", ElementType::Tet10},
+    {"C3D10T", ElementType::Tet10},       {"C3D15", ElementType::Wedge15},
+    {"C3D20", ElementType::Hex20},        {"C3D20R", ElementType::Hex20},
+    {BeamSolid, ElementType::Hex20},      {LayeredHex, ElementType::Hex20},
+    {LayeredWedge, ElementType::Wedge15},
 };
 
 /** Elements that are refused, and why. **/
@@ -258,7 +269,7 @@ const std::map<std::string, std::string> NearestElements = {
     {"C3D10M", "C3D10"}, {"C3D10MH", "C3D10"},  {"C3D15H", "C3D15"},  {"C3D20H", "C3D20"},
     {"S3R", "S3"},       {"C3D20RH", "C3D20R"}, {"STRI3", "S3"},      {"STRI65", "S6"},
     {"S4R5", "S4R"},     {"S4RS", "S4R"},       {"S8R5", "S8R"},      {"B31H", "B31"},
-    {"B32H", "B32"}};
+    {"B32H", "B32"},     {"M3D4R", "M3D4"}};
 
 constexpr const char *InSpace = "mesh the part in space, by solids, shells or beams",
                      *IsNoPart =
@@ -276,9 +287,9 @@ const std::map<std::string, std::pair<const char*, const char*>> RefusedFamilies
     {"B2", {"plane beams", InSpace}},
     {"B33", {"beams without shear", "use B31 or B32R"}},
     {"PIPE3", {"pipes", "use B32R with *BEAM SECTION, SECTION=PIPE, or shells"}},
-    {"T2D", {"trusses", "they are hinged at their nodes; use beams"}},
-    {"T3D", {"trusses", "they are hinged at their nodes; use beams"}},
-    {"M3D", {"membranes", "they are hinged at their nodes; use shells"}},
+    {"T2D", {"plane trusses", InSpace}},
+    {"T3D", {"trusses of this kind", "use T3D2 or beams"}},
+    {"M3D", {"membranes of this kind", "use M3D4 or shells"}},
     {"SPRING", {"springs", "those that it knows are SPRINGA and SPRING2"}},
     {"DASHPOT", {"dashpots", IsNoPart}},
     {"CONN", {"connectors", IsNoPart}},
@@ -297,8 +308,8 @@ const std::map<std::string, std::pair<const char*, const char*>> RefusedFamilies
 
 /** Elements that meshers write along the skin of a solid; number of nodes of each. **/
 const std::map<std::string, int> SkinElements = {
-    {"CPS3", 3}, {"CPS4", 4}, {"CPS4R", 4}, {"CPS6", 6}, {"CPS8", 8}, {"CPS8R", 8}, {"CPE3", 3},
-    {"CPE4", 4}, {"CPE6", 6}, {"CPE8", 8},  {"T3D2", 2}, {"T3D3", 3}, {"CPS9", 9}};
+    {"CPS3", 3}, {"CPS4", 4}, {"CPS4R", 4}, {"CPS6", 6}, {"CPS8", 8}, {"CPS8R", 8},
+    {"CPE3", 3}, {"CPE4", 4}, {"CPE6", 6},  {"CPE8", 8}, {"CPS9", 9}};
 
 }  // namespace
 
@@ -354,7 +365,8 @@ std::string findElementRefusal(const std::string& type) {
                    " are not known to simflex: " + family->second.second;
     }
     std::vector<std::string> known;
-    for (const auto& solid : SolidElements) known.push_back(solid.first);
+    for (const auto& solid : SolidElements)
+        if (!isIntegratedSolid(solid.first)) known.push_back(solid.first);
     for (const std::string& thin : listThinTypes()) known.push_back(thin);
     const std::string nearest = findNearestName(type, known);
     std::string text = "element type " + type + " is none that simflex knows";
@@ -374,8 +386,16 @@ std::string proposeCard(const std::string& keyword) {
          {&ReadCards, &MaterialCardsKept, &MaterialCardsLeftOut, &LeftOutCards, &ContactCards})
         known.insert(known.end(), cards->begin(), cards->end());
     for (const auto& card : RefusedCards) known.push_back(card.first);
-    const std::string nearest = findNearestName(keyword, known);
-    return nearest.empty() ? "" : "; did you mean *" + nearest + "?";
+    std::string nearest = findNearestName(keyword, known);
+    if (nearest.empty()) return "";
+    // As people write it.
+    for (const std::string last :
+         {"SECTION", "BODY", "INERTIA", "CONDITIONS", "COUPLING", "THICKNESS", "PRINT", "FILE",
+          "OUTPUT", "PAIR", "INTERACTION", "BEHAVIOR", "STEP", "HEAT", "CONTROLS", "POINTS"})
+        if (nearest.size() > last.size() &&
+            nearest.compare(nearest.size() - last.size(), last.size(), last) == 0)
+            nearest.insert(nearest.size() - last.size(), " ");
+    return "; did you mean *" + nearest + "?";
 }
 
 }  // namespace simflex

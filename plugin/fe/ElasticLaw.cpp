@@ -9,6 +9,9 @@
 namespace simflex {
 namespace {
 
+/** Share of a modulus that counts as none. **/
+constexpr double NoModulus = 1e-12;
+
 [[noreturn]] void refuse(const DeckCard& card, const std::string& why) {
     throw std::invalid_argument(card.where() + card.title + ": " + why);
 }
@@ -87,6 +90,26 @@ ElasticMatrix makeAnisotropic(const DeckCard& card) {
     return D;
 }
 
+/** D = L Lᵀ, or no solid. **/
+ElasticMatrix checkIsPositive(const DeckCard& card, const ElasticMatrix& D) {
+    ElasticMatrix L{};
+    for (size_t j = 0; j < 6; ++j) {
+        double rest = D[j][j];
+        for (size_t k = 0; k < j; ++k) rest -= L[j][k] * L[j][k];
+        if (!(rest > NoModulus * D[j][j]))
+            refuse(card,
+                   "its constants make no solid: some strain has no stiffness (their matrix is not "
+                   "positive definite); are all of them there?");
+        L[j][j] = std::sqrt(rest);
+        for (size_t i = j + 1; i < 6; ++i) {
+            L[i][j] = D[i][j];
+            for (size_t k = 0; k < j; ++k) L[i][j] -= L[i][k] * L[j][k];
+            L[i][j] /= L[j][j];
+        }
+    }
+    return D;
+}
+
 }  // namespace
 
 ElasticMatrix parseElasticLaw(const DeckCard& elastic) {
@@ -97,9 +120,9 @@ ElasticMatrix parseElasticLaw(const DeckCard& elastic) {
         const auto c = readConstants(elastic, {8, 1});
         std::array<double, 9> constants{};
         for (size_t k = 0; k < 9; ++k) constants[k] = c[k];
-        return makeOrthotropic(constants);
+        return checkIsPositive(elastic, makeOrthotropic(constants));
     }
-    if (type == "ANI") return makeAnisotropic(elastic);
+    if (type == "ANI") return checkIsPositive(elastic, makeAnisotropic(elastic));
     refuse(elastic, "TYPE=" + elastic.get("TYPE") +
                         " is not known; known are ISO, ENGINEERING CONSTANTS, ORTHO and ANISO");
 }

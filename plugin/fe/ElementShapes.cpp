@@ -6,6 +6,7 @@
 
 #include "DeckVocabulary.h"
 #include "FaceShapes.h"
+#include "IntegratedSolids.h"
 #include "SolidElements.h"
 #include "simflex/base/ParallelFor.h"
 
@@ -75,7 +76,10 @@ void checkElementShapes(const DeckModel& deck) {
     for (const auto& typed : deck.solids) {
         const std::string& type = typed.first;  // names that parallel loops and lambdas may take
         const auto& solids = typed.second;
-        const ShapeCheck check(type, getSolid(type));
+        const ShapeCheck check(type == LayeredHex     ? "C3D20R"
+                               : type == LayeredWedge ? "C3D15"
+                                                      : type,
+                               getSolid(type));
         const auto find = [&](size_t k) {
             std::vector<Vec3d> x;
             for (const int node : solids[k].nodes)

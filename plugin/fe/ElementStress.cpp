@@ -8,6 +8,7 @@
 
 #include "DeckBuilder.h"
 #include "DeckVocabulary.h"
+#include "IntegratedSolids.h"
 #include "Vec3d.h"
 #include "simflex/base/ParallelFor.h"
 
@@ -39,6 +40,11 @@ ElementStress::ElementStress(const FeModel& model) : m_model(model) {
         throw std::runtime_error(model.source +
                                  ": the deck's nodes are not those that K and M were assembled "
                                  "for; the file has changed in between. Reduce it again.");
+
+    if (!deck.hinged.empty())
+        throw std::invalid_argument(model.source +
+                                    ": stress of a part with trusses or membranes is not known; "
+                                    "reduce without stress, or use beams and shells");
 
     std::map<std::string, ElasticMatrix> laws;
     std::string name;
@@ -84,7 +90,11 @@ ElementStress::ElementStress(const FeModel& model) : m_model(model) {
     for (const auto& [calculixType, solids] : deck.solids) {
         const ElementType shape = getSolid(calculixType);
         Type& type = m_types[calculixType];
-        if (calculixType == "B32R")
+        if (calculixType == LayeredHex || calculixType == LayeredWedge)
+            throw std::invalid_argument(model.source +
+                                        ": stress of layered shells is not known; reduce without "
+                                        "stress, or mesh each layer by solids");
+        if (calculixType == BeamSolid)
             throw std::invalid_argument(model.source +
                                         ": stress of B32R beams is not known; use B32, or reduce "
                                         "without stress");

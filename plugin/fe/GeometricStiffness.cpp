@@ -217,11 +217,12 @@ void calcGeometricStiffness(const FeModel& model, const std::vector<PrestressLoa
         throw std::runtime_error(model.source +
                                  ": the deck's nodes are not those that K and M were assembled "
                                  "for; the file has changed in between. Reduce it again.");
-    if (!deck.springs.empty())
+    if (!deck.springs.empty() || !deck.hinged.empty())
         throw std::invalid_argument(model.source +
-                                    ": geometric stiffness of a part with springs is not possible: "
-                                    "CalculiX would load it without them. Put them into the "
-                                    "multibody model, or leave --stiffening out.");
+                                    ": geometric stiffness of a part with springs, trusses or "
+                                    "membranes is not possible: CalculiX would load it without "
+                                    "them. Put them into the multibody model, or leave "
+                                    "--stiffening out.");
     const Elements elements(deck);
     const std::string program = chooseCalculixProgram(options.program);
     const std::string supports = makeSupports(model.mesh);

@@ -74,7 +74,10 @@ public:
 
     bool next() {
         if (m_at >= m_text.size()) return false;
-        const size_t end = std::min(m_text.find_first_of("\n\r", m_at), m_text.size());
+        if (m_at > m_feed || m_feed == 0) m_feed = std::min(m_text.find('\n', m_at), m_text.size());
+        const size_t end = std::min(
+            m_feed, m_at + std::min(std::string_view(m_text).substr(m_at, m_feed - m_at).find('\r'),
+                                    m_text.size()));
         m_line = std::string_view(m_text).substr(m_at, end - m_at);
         m_at = end + (m_text.compare(end, 2, "\r\n") == 0 ? 2 : 1);
         ++m_number;
@@ -88,7 +91,7 @@ public:
 
 private:
     const std::string m_text;
-    size_t m_at = 0;
+    size_t m_at = 0, m_feed = 0;  ///< the next LF, once known
     std::string_view m_line;
     int m_number = 0;
 };

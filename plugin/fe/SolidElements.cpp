@@ -219,6 +219,24 @@ std::vector<IntegrationPoint> makeBeamIntegrationPoints(const std::vector<Sectio
     return makePoints(rule, ElementType::Hex20);
 }
 
+std::vector<IntegrationPoint> makeLayerPoints(ElementType type, double from, double to) {
+    constexpr double Sixth = 1.0 / 6;
+    std::vector<WeightedPoint> rule;
+    if (type == ElementType::Hex20) {
+        rule = makeRule("C3D20R");
+    } else {
+        for (const double z : {-1 / std::sqrt(3.0), 1 / std::sqrt(3.0)})
+            for (const auto& [x, y] : {std::pair(Sixth, Sixth), std::pair(4 * Sixth, Sixth),
+                                       std::pair(Sixth, 4 * Sixth)})
+                rule.push_back({{x, y, z}, Sixth});
+    }
+    for (WeightedPoint& at : rule) {
+        at.xi[2] = 0.5 * (from + to + (to - from) * at.xi[2]);
+        at.weight *= 0.5 * (to - from);
+    }
+    return makePoints(rule, type);
+}
+
 std::vector<double> makeExtrapolation(const std::string& calculixType, ElementType type) {
     const auto rule = makeRule(calculixType);
     const auto nodes = getNodes(type);

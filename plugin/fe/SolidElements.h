@@ -35,6 +35,10 @@ struct SectionPoint {
 coordinate, and those of the section across. **/
 std::vector<IntegrationPoint> makeBeamIntegrationPoints(const std::vector<SectionPoint>& section);
 
+/** The points of a layer of a Hex20 or Wedge15, from…to along its last natural coordinate: 2×2 or 3
+in its plane, 2 through it. **/
+std::vector<IntegrationPoint> makeLayerPoints(ElementType type, double from, double to);
+
 /** 5×5 points of a section that fills its square. **/
 std::vector<SectionPoint> makeFullSection();
 

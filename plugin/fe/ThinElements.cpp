@@ -5,15 +5,17 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "IntegratedSolids.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {
 
-constexpr double SameNormal = 0.939693;  // cosine of 20°, CalculiX's digits
-constexpr double SameThickness = 1e-10;  // thicknesses [m] and offsets, CalculiX's too
-constexpr double NearlyParallel = 1e-4;  // sine of the angle between normals of a knot
-constexpr double Flat = 1e-8;            // share of the largest moment that counts as none
+constexpr double SameNormal = 0.939693;   // cosine of 20°, CalculiX's digits
+constexpr double SameAsGiven = 0.999962;  // of half a degree, from a *NORMAL
+constexpr double SameThickness = 1e-10;   // thicknesses [m] and offsets, CalculiX's too
+constexpr double NearlyParallel = 1e-4;   // sine of the angle between normals of a knot
+constexpr double Flat = 1e-8;             // share of the largest moment that counts as none
 
 const std::map<std::string, ThinType> Thin = {
     {"S3", {false, 3, "C3D6"}},  {"S4", {false, 4, "C3D8I"}}, {"S4R", {false, 4, "C3D8R"}},
@@ -41,6 +43,7 @@ struct Corner {
     Vec3d normal{};   ///< shell: normal; beam: n₂
     Vec3d tangent{};  ///< beams
     std::array<double, 2> thickness{};
+    bool isGiven = false;  ///< by a *NORMAL
     int expansion = -1;
 };
 
@@ -115,6 +118,8 @@ private:
                     " has thickness " + writeGeneral(corner.thickness[size_t(k)], 6) + " at node " +
                     std::to_string(node) + ", must be positive");
         const auto x = positionsOf(element);
+        const auto given = element.normals.find(node);
+        corner.isGiven = given != element.normals.end();
         if (isBeam(element)) {
             const double xi = local - 1;
             corner.tangent =
@@ -123,17 +128,28 @@ private:
                     : sumOf(sumOf(sumOf({0, 0, 0}, xi - 0.5, x[0]), -2 * xi, x[1]), xi + 0.5, x[2]);
             check(corner.tangent, element, node, "tangent");
             corner.tangent = unit(corner.tangent);
-            corner.normal = cross(corner.tangent, unit(element.n1));
-            if (normOf(corner.normal) < 1e-6)
+            corner.normal =
+                corner.isGiven ? given->second : cross(corner.tangent, unit(element.n1));
+            if (normOf(cross(corner.tangent, corner.normal)) < 1e-6)
                 throw std::invalid_argument(
                     element.where + "beam " + std::to_string(element.number) +
-                    " points along the first axis n1 of its section; give another n1 on the second "
-                    "line of *BEAM SECTION (0, 0, -1 where there is none)");
+                    (corner.isGiven
+                         ? " points along its *NORMAL at node " + std::to_string(node)
+                         : " points along the first axis n1 of its section; give another n1 on the "
+                           "second line of *BEAM SECTION (0, 0, -1 where there is none)"));
         } else {
             const auto at = getFaceNodeCoordinates(int(x.size()), local);
             const FacePoint point = calcFacePoint(x, at[0], at[1]);
             corner.normal = cross(point.tangentXi, point.tangentEta);
             check(corner.normal, element, node, "normal");
+            if (corner.isGiven) {
+                if (!(dot(corner.normal, given->second) > 0))
+                    throw std::invalid_argument(
+                        element.where + "the *NORMAL of element " + std::to_string(element.number) +
+                        " at node " + std::to_string(node) +
+                        " points to the other side than the order of its nodes; turn it around");
+                corner.normal = given->second;
+            }
         }
         corner.normal = unit(corner.normal);
         return corner;
@@ -146,26 +162,36 @@ private:
                                     "; do its nodes coincide?");
     }
 
+    /** Indices of the corners, those with a *NORMAL first. **/
+    static std::vector<size_t> listLeads(const std::vector<Corner>& corners) {
+        std::vector<size_t> leads;
+        for (const bool isGiven : {true, false})
+            for (size_t k = 0; k < corners.size(); ++k)
+                if (corners[k].isGiven == isGiven) leads.push_back(k);
+        return leads;
+    }
+
     static bool isSame(double a, double b) { return std::abs(a - b) < SameThickness; }
 
     /** Groups of shells with nearly the same normal; corners come by element number. **/
     void groupShells(int node, std::vector<Corner>& corners) {
-        for (size_t first = 0; first < corners.size(); ++first) {
+        for (const size_t first : listLeads(corners)) {
             const Corner& lead = corners[first];
             if (isBeam(*lead.element) || lead.expansion >= 0) continue;
             Expansion expansion;
+            const double near = lead.isGiven ? SameAsGiven : SameNormal;
             const int index = int(m_expansions[node].size());
-            for (size_t k = first; k < corners.size(); ++k) {
+            for (size_t k = 0; k < corners.size(); ++k) {
                 Corner& other = corners[k];
                 if (isBeam(*other.element) || other.expansion >= 0) continue;
-                if (k != first && !(dot(other.normal, lead.normal) > SameNormal &&
+                if (k != first && !(dot(other.normal, lead.normal) > near &&
                                     isSame(other.thickness[0], lead.thickness[0]) &&
                                     isSame(other.element->offset[0], lead.element->offset[0])))
                     continue;
                 expansion.normal = sumOf(expansion.normal, 1, other.normal);
                 other.expansion = index;
             }
-            expansion.normal = unit(expansion.normal);
+            expansion.normal = lead.isGiven ? lead.normal : unit(expansion.normal);
             expansion.thickness = lead.thickness;
             expansion.offset = lead.element->offset;
             // A knot whose nodes lie on a line but for the digits of the mesh has them on it.
@@ -180,17 +206,18 @@ private:
 
     /** The same for beams: axes and sections must agree. **/
     void groupBeams(int node, std::vector<Corner>& corners) {
-        for (size_t first = 0; first < corners.size(); ++first) {
+        for (const size_t first : listLeads(corners)) {
             const Corner& lead = corners[first];
             if (!isBeam(*lead.element) || lead.expansion >= 0) continue;
             Expansion expansion;
             Vec3d tangent{};
+            const double near = lead.isGiven ? SameAsGiven : SameNormal;
             const int index = int(m_expansions[node].size());
             for (size_t k = 0; k < corners.size(); ++k) {
                 Corner& other = corners[k];
                 if (!isBeam(*other.element)) continue;
-                if (k != first && !(dot(other.normal, lead.normal) > SameNormal &&
-                                    dot(other.tangent, lead.tangent) > SameNormal &&
+                if (k != first && !(dot(other.normal, lead.normal) > near &&
+                                    dot(other.tangent, lead.tangent) > near &&
                                     isSame(other.thickness[0], lead.thickness[0]) &&
                                     isSame(other.thickness[1], lead.thickness[1]) &&
                                     isSame(other.element->offset[0], lead.element->offset[0]) &&
@@ -203,6 +230,7 @@ private:
                 other.expansion = index;
             }
             tangent = unit(tangent);
+            if (lead.isGiven) expansion.normal = lead.normal;
             expansion.normal =
                 unit(sumOf(expansion.normal, -dot(expansion.normal, tangent), tangent));
             expansion.first = cross(expansion.normal, tangent);
@@ -249,6 +277,7 @@ private:
                                 })->expansion);
         }
         ThinExpansion::Solid solid{element.number, findThinType(element.type)->solid, {}};
+        if (element.isLayered) solid.type = count == 6 ? LayeredWedge : LayeredHex;
         const auto add = [&](size_t node, int place) {
             solid.nodes.push_back(numberOf(element.nodes[node], expansion[node], place));
         };

@@ -7,7 +7,9 @@ x + (½−o) t n. Its normals n are averaged at each node over elements of the s
 offset whose normals are within 20° of that of the lowest element number. A beam becomes a
 hexahedron about its axis, its section spanned by n₁ (as given) and n₂ = tangent × n₁, averaged
 likewise; a circle becomes a quadratic hexahedron with its sides on the circle. A pipe or box fills
-the square or rectangle about it, of which its walls alone are integrated (BeamMatrices.h).
+the square or rectangle about it, of which its walls alone are integrated (IntegratedSolids.h). A
+*NORMAL stands as it is given for its element, and for those whose normals are within half a degree
+(of beams CalculiX 2.20 then loses n₁, and with it mass; here it is what the others have).
 
 Where the elements of one node need several normals, thicknesses or offsets, or beams and shells
 meet, the node is a *knot*: its expanded nodes move with it as one,
@@ -43,13 +45,15 @@ struct ThinElement {
     BeamSection section = BeamSection::Rectangle;
     std::array<double, 4> walls{};  ///< [m]; of a box at +n₁, +n₂, −n₁, −n₂, of a pipe its one
     Vec3d n1{0, 0, -1};             ///< of beams, as given
+    bool isLayered = false;         ///< of S8R and S6
+    std::map<int, Vec3d> normals;  ///< *NORMAL, by deck node; of beams n₂
 };
 
 /** What a shell or beam type of CalculiX becomes. **/
 struct ThinType {
     bool isBeam;
     int numNodes;
-    const char* solid;  ///< "C3D20R"; "B32R" for the hexahedron of B32R, see BeamMatrices.h
+    const char* solid;  ///< "C3D20R"; "B32R" for the hexahedron of B32R, see IntegratedSolids.h
 };
 /** Null if it is none that simflex expands. **/
 const ThinType* findThinType(const std::string& type);

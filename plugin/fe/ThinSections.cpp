@@ -7,21 +7,6 @@
 namespace simflex {
 namespace {
 
-/** CalculiX turns the axes of a material into each shell; only without axes is that no matter.
- * **/
-void checkIsotropic(const DeckCard& section, const std::vector<DeckCard>& materials) {
-    const std::string& name = section.get("MATERIAL");
-    bool isInside = false;
-    for (const DeckCard& card : materials) {
-        if (card.keyword == "MATERIAL") isInside = card.get("NAME") == name;
-        if (!isInside || card.keyword != "ELASTIC" || !card.has("TYPE")) continue;
-        if (card.get("TYPE") != "ISO" && card.get("TYPE") != "ISOTROPIC")
-            refuseCard(section, "material " + name +
-                                    " is not isotropic, which simflex does not do in shells and "
-                                    "beams; mesh the part with solids");
-    }
-}
-
 const std::map<std::string, BeamSection> BeamShapes = {{"RECT", BeamSection::Rectangle},
                                                        {"CIRC", BeamSection::Circle},
                                                        {"PIPE", BeamSection::Pipe},
@@ -51,26 +36,30 @@ void readWalls(const DeckCard& card, ThinElement& section) {
 
 }  // namespace
 
-ThinElement readThinSection(const DeckCard& card, const std::vector<DeckCard>& materials) {
+ThinElement readThinSection(const DeckCard& card) {
     const bool isBeam = card.keyword == "BEAMSECTION";
     ThinElement section;
     for (const auto& [parameter, value] : card.parameters) {
         const std::string where = card.where();
-        if (parameter == "ELSET" || parameter == "MATERIAL" || parameter == "SECTION") continue;
+        if (parameter == "ELSET" || parameter == "MATERIAL" || parameter == "SECTION" ||
+            parameter == "ORIENTATION")
+            continue;
         if (parameter == "NODALTHICKNESS") {
             section.hasNodalThickness = true;
         } else if (parameter == (isBeam ? "OFFSET1" : "OFFSET")) {
             section.offset[0] = parseDeckNumber(value, where);
         } else if (isBeam && parameter == "OFFSET2") {
             section.offset[1] = parseDeckNumber(value, where);
-        } else if (parameter == "COMPOSITE") {
-            refuseCard(card,
-                       "composite shells are not known to simflex; mesh the layers as solids");
+        } else if (!isBeam && parameter == "COMPOSITE") {
+            section.isLayered = true;
+        } else if (!isBeam && (parameter == "LAYUP" || parameter == "SYMMETRIC" ||
+                               parameter == "STACKDIRECTION")) {
+            if (parameter == "SYMMETRIC")
+                refuseCard(card, card.title + " with SYMMETRIC: write out all layers");
         } else {
             refuseCard(card, card.title + " with " + parameter + " is not known to simflex");
         }
     }
-    checkIsotropic(card, materials);
     if (isBeam) {
         const std::string shape = card.get("SECTION").substr(0, 4);  // as ccx: RECTANGULAR too
         const auto known = BeamShapes.find(shape);
@@ -83,6 +72,25 @@ ThinElement readThinSection(const DeckCard& card, const std::vector<DeckCard>& m
         if (section.hasNodalThickness && section.section != BeamSection::Rectangle &&
             section.section != BeamSection::Circle)
             refuseCard(card, card.title + " of a " + shape + " takes no NODAL THICKNESS");
+    }
+    if (section.isLayered) {
+        if (section.hasNodalThickness || card.has("MATERIAL"))
+            refuseCard(card, card.title +
+                                 " with COMPOSITE takes thickness and material of its "
+                                 "layers; take " +
+                                 (section.hasNodalThickness ? "NODAL THICKNESS" : "MATERIAL") +
+                                 " out");
+        if (card.data.empty()) refuseCard(card, card.title + " with COMPOSITE needs its layers");
+        section.thickness.fill(0);
+        for (const DeckLine& data : card.data) {
+            const double thickness = readDeckNumber(card, data, 0, "the thickness of each layer");
+            if (!(thickness > 0))
+                refuseCard(card, "a layer has thickness " + data.fields[0] + ", must be positive",
+                           data.line);
+            section.thickness[0] += thickness;
+        }
+        section.isLayered = card.data.size() > 1;
+        return section;
     }
     size_t line = 0;
     if (!section.hasNodalThickness) {

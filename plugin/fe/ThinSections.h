@@ -10,10 +10,9 @@ What a *SHELL SECTION or *BEAM SECTION says of its elements. Internal to fe. **/
 
 namespace simflex {
 
-/** Thickness, offset, section and axes; number, type and nodes are left empty. `materials` are the
-deck's *MATERIAL cards with their properties.
+/** Thickness (of layers together), offset, section and axes; number, type and nodes are left empty.
 @throws std::invalid_argument naming file and line for what simflex does not know or do. **/
-ThinElement readThinSection(const DeckCard& card, const std::vector<DeckCard>& materials);
+ThinElement readThinSection(const DeckCard& card);
 
 /** The integration points of a pipe, 8 on the circle of its radius of gyration, or of a box, by
 Simpson's rule along the middles of its walls, as CalculiX has them. **/

@@ -13,6 +13,7 @@ import collections
 import csv
 import gzip
 import json
+import math
 import os
 import re
 import subprocess
@@ -24,6 +25,9 @@ from pathlib import Path
 
 RIGID = 6
 FAR = 300  # times a zero mode, the square of which is the error of an eigenvalue
+SOFT = 1e-8  # of the lowest free frequency, squared: what soft springs change
+NODES_OF = {"C3D4": 4, "C3D6": 6, "C3D8": 8, "C3D10": 10, "C3D15": 15, "C3D20": 20, "S3": 3, "S4": 4, "S6": 6, "S8": 8,
+            "B31": 2, "B32": 3, "SPRINGA": 2, "SPRING2": 2}
 COLUMNS = ["deck", "class", "frequency", "mass", "seconds", "message"]
 
 
@@ -32,20 +36,36 @@ def read_text(path):
     return data.decode("latin-1")
 
 
-def free_deck(text, num_modes):
-    """The model of a deck, without what holds it, and a step for its lowest modes and its mass."""
-    kept, is_left_out, is_element, largest = [], False, False, 1
+def free_deck(text, num_modes, soft=0):
+    """The model of a deck, without what holds it, and a step for its lowest modes and its mass; with springs of a stiffness
+    to the ground in all directions at up to nine nodes of its elements, so that K can be factored."""
+    kept, is_left_out, size, numbers, held, springs = [], False, 0, [], [], []
+    elements = [0]
     for line in text.splitlines():
         keyword = re.sub(r"\s", "", line.split(",")[0]).upper()
         if keyword == "*STEP":
             break
         if line.startswith("*") and not line.startswith("**"):
             is_left_out = keyword == "*BOUNDARY"
-            is_element = keyword == "*ELEMENT"
-        elif is_element and keyword.isdigit():
-            largest = max(largest, int(keyword))
+            found = re.search(r"TYPE=([A-Z0-9]*)", re.sub(r"\s", "", line).upper()) if keyword == "*ELEMENT" else None
+            size, numbers = NODES_OF.get(re.sub("[IRTM]+$", "", found[1]), 0) if found else 0, []
+        elif size and not line.startswith("**"):
+            numbers += [int(word) for word in line.split(",") if word.strip().isdigit()]
+            if len(numbers) > size:
+                elements.append(numbers[0])
+                (springs if size == 2 else held).extend(numbers[1:size + 1])
+                numbers = []
         if not is_left_out:
             kept.append(line)
+    largest = max(elements)
+    if soft:
+        number = largest
+        held = sorted(set(held))
+        for node in sorted(set(held[::max(1, len(held) // 8)] + springs)):
+            for axis in (1, 2, 3):
+                number += 1
+                kept.append(f"*ELEMENT, TYPE=SPRING1, ELSET=SOFT{axis}\n{number}, {node}")
+        kept += [f"*SPRING, ELSET=SOFT{axis}\n{axis}\n{soft:.12g}" for axis in (1, 2, 3)]
     return "\n".join(kept) + (f"\n*ELSET, ELSET=TRIED, GENERATE\n1, {largest}\n*STEP\n*FREQUENCY\n{num_modes}\n"
                               "*EL PRINT, ELSET=TRIED, TOTALS=ONLY\nEMAS\n*END STEP\n")
 
@@ -72,10 +92,10 @@ def run(command, folder, seconds, threads="1"):
         return None, "not ready after the time allowed"
 
 
-def calculix_answer(text, folder, num_modes, arguments):
+def calculix_answer(text, folder, num_modes, arguments, soft=0):
     """Frequencies of the flexible modes [Hz], the largest of those that should be zero, and the mass; None where CalculiX
     has none."""
-    (folder / "free.inp").write_text(free_deck(text, num_modes + RIGID), encoding="latin-1")
+    (folder / "free.inp").write_text(free_deck(text, num_modes + RIGID, soft), encoding="latin-1")
     run([arguments.ccx, "free"], folder, arguments.seconds)
     output = folder / "free.dat"
     lines = output.read_text(errors="replace").splitlines() if output.exists() else []
@@ -124,10 +144,13 @@ def try_deck(path, arguments):
             return row
         row["class"] = "reduced"
         info = json.loads(run([arguments.simflex, "info", "part.h5", "--json"], folder, arguments.seconds)[1])
-        # With six zero modes its solver now and then finds some that are none: it is asked for other numbers of them.
+        # With six zero modes its solver now and then finds some that are none: it is asked for other numbers of them (of few
+        # elements fewer), and at last with soft springs that hold the part.
         answers = []
-        for more in (0, 5, 11):
-            answer = calculix_answer(text, folder, arguments.modes + more, arguments)
+        soft = SOFT * info["mass"] * (2 * math.pi * info["frequencies"][0])**2 if info["frequencies"] else 0
+        few = 3 - arguments.modes
+        for more, stiffness in ((0, 0), (5, 0), (11, 0), (few, 0), (5, soft), (few, soft), (few, 100 * soft)):
+            answer = calculix_answer(text, folder, arguments.modes + more, arguments, stiffness)
             if answer:
                 frequencies, zero, mass = answer
                 row["mass"] = f"{abs(info['mass'] / mass - 1):.1e}" if mass else ""

@@ -2,6 +2,8 @@
 #include <sys/stat.h>
 
 #include <cmath>
+#include <functional>
+#include <iomanip>
 #include <sstream>
 
 #include "fe/FreeModes.h"
@@ -270,13 +272,14 @@ INSTANTIATE_TEST_SUITE_P(
         BadCard{"TieOfCycles", "*TIE, NAME=T, CYCLIC SYMMETRY\nA,B\n", "CYCLICSYMMETRY"},
         BadCard{"Transform", "*TRANSFORM,NSET=ALL\n1,0,0,2,0,0\n", "on one line"},
         BadCard{"Shell", "*SHELL SECTION,ELSET=BODY,MATERIAL=METAL\n0.01\n", "does not fit"},
-        BadCard{"Membrane", "*MEMBRANE SECTION,ELSET=BODY,MATERIAL=METAL\n0.01\n", "hinged"},
+        BadCard{"Membrane", "*MEMBRANE SECTION,ELSET=BODY,MATERIAL=METAL\n0.01\n",
+                "does not fit element 1"},
         BadCard{"Spring", "*SPRING,ELSET=S\n1\n1e6\n", "*SPRING"},
         BadCard{"Mass", "*MASS,ELSET=S\n1\n", "element set S"},
         BadCard{"Contact", "*CONTACT PAIR,INTERACTION=I\nA,B\n", "contact"},
         BadCard{"ContactOfAll", "*CONTACT\n", "*TIE"},
         BadCard{"Unknown", "*FLUX CAPACITOR\n", "not known to simflex"},
-        BadCard{"Misspelt", "*SOLID SECTON,ELSET=BODY\n", "did you mean *SOLIDSECTION?"},
+        BadCard{"Misspelt", "*SOLID SECTON,ELSET=BODY\n", "did you mean *SOLID SECTION?"},
         BadCard{"Axisymmetric", "*ELEMENT,TYPE=CAX4\n9001,1,2,11,10\n", "axisymmetric"},
         BadCard{"Plane", "*ELEMENT,TYPE=CPE4H\n9001,1,2,11,10\n", "plane elements"},
         BadCard{"SpringElement", "*ELEMENT,TYPE=SPRINGA\n9001,1,2\n", "has no *SPRING"},
@@ -313,7 +316,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "node 5 is given twice, at (0.1, -0.015, -0.01) and at (0.1, 0.2, 0.3)"},
         BadCard{"CommaForPoint", "*NODE\n9001,0,1,0,25,3\n", "behind its three coordinates"},
         BadCard{"UnknownParameter", "*NSET,NSET=X,INSTANCE=I\n1\n", "*NSET with INSTANCE"},
-        BadCard{"Distribution", "*DISTRIBUTION,NAME=D\n", "axes of its own"},
+        BadCard{"DistributionOverNodes", "*DISTRIBUTION,NAME=D,LOCATION=NODE\n",
+                "LOCATION=NODE is not known"},
         BadCard{"InitialStress", "*INITIAL CONDITIONS,TYPE=STRESS\n1,1,0\n", "stiffer or softer"},
         BadCard{"ModelChange", "*STEP\n*MODEL CHANGE,TYPE=ELEMENT,REMOVE\n1\n*END STEP\n",
                 "cannot be left out"},
@@ -542,6 +546,191 @@ TEST_F(CalculixDeckTest, AnInertiaOfAPointIsThatOfMassesWhichHaveIt) {
                         "*ROTARY INERTIA,ELSET=R\n1.,1.,3.\n"),
                 HasSubstr("*ROTARY INERTIA has principal moments 1, 1, 3, which no body has"));
 }
+
+TEST_F(CalculixDeckTest, ElementsHaveTheAxesOfTheirDistribution) {
+    const std::string ply =
+        "*MATERIAL, NAME=PLY\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
+        "140e9,10e9,9e9,.3,.25,.4,5e9,4e9,\n3e9\n*DENSITY\n1600\n";
+    brick.type = "C3D20R";
+    const std::string mesh = brick.meshText() + ply;
+    const std::string distributed =
+        mesh +
+        "*ELSET, ELSET=HALF, GENERATE\n1,4\n*DISTRIBUTION, NAME=D, LOCATION=ELEMENT\n"
+        ", 1., 0., 0., 0., 1., 0.\nHALF, 1., 1., 0., -1., 1., .5\n"
+        "6, 0., 1., 0., -1., 0., 0.\n"
+        "*ORIENTATION, NAME=O, SYSTEM=RECTANGULAR\nD\n3, 20.\n"
+        "*SOLID SECTION, ELSET=BODY, MATERIAL=PLY, ORIENTATION=O\n";
+    const FeModel model = read(distributed);
+    const FeModel divided =
+        read(mesh +
+             "*ELSET, ELSET=HALF, GENERATE\n1,4\n*ELSET, ELSET=SIX\n6\n"
+             "*ORIENTATION, NAME=A\n1,0,0,0,1,0\n3,20.\n*ORIENTATION, NAME=B\n1,1,0,-1,1,.5\n"
+             "3,20.\n*ORIENTATION, NAME=C\n0,1,0,-1,0,0\n3,20.\n"
+             "*SOLID SECTION, ELSET=BODY, MATERIAL=PLY, ORIENTATION=A\n"
+             "*SOLID SECTION, ELSET=HALF, MATERIAL=PLY, ORIENTATION=B\n"
+             "*SOLID SECTION, ELSET=SIX, MATERIAL=PLY, ORIENTATION=C\n");
+    EXPECT_EQ(model.K.values, divided.K.values);
+
+    // CalculiX 2.20 turns by the angle what the first line gives, and nothing else.
+    std::string straight = distributed;
+    straight.erase(straight.find("3, 20.\n"), 7);
+    const auto own = testing::calcFreeFrequencies(read(straight), 12);
+    const auto calculix = testing::calcCalculixFrequencies(folder, folder / "deck.inp", {}, 12);
+    for (size_t k = 6; k < 12; ++k) EXPECT_NEAR(own[k], calculix[k], 1e-5 * calculix[k]);
+}
+
+TEST_F(CalculixDeckTest, ParametersStandForTheirValues) {
+    const FeModel plain = read(brick.text());
+    std::string text = brick.text();
+    const auto replace = [&](const std::string& what, const std::string& with) {
+        const size_t at = text.find(what);
+        ASSERT_NE(at, std::string::npos) << what;
+        text.replace(at, what.size(), with);
+    };
+    replace("*ELASTIC\n", "*ELASTIC\n<modulus>, <Nu>\n*CUT\n");
+    const size_t cut = text.find("*CUT\n"), end = text.find('\n', cut + 5);
+    std::istringstream numbers(text.substr(cut + 5, end - cut - 5));
+    std::string E, nu;
+    std::getline(numbers, E, ',');
+    std::getline(numbers, nu);
+    text.erase(cut, end + 1 - cut);
+    replace("MATERIAL=METAL", "MATERIAL=<name>");
+    text = "*PARAMETER\n# of the metal\nhalf = " + nu + "/2.\nNu = 2*(half + 0*max(3, 4, 7/2.))\n" +
+           "modulus = -(-" + E + ")*2**3/8. # Pa\nname = 'METAL'\nx_1 = sqrt(abs(-4.)) - 8/4\n" +
+           text;
+    EXPECT_EQ(read(text).K.values, plain.K.values);
+}
+
+TEST_F(CalculixDeckTest, NodesThatAreHeldByTheirEquationsAloneAreLeftOut) {
+    const FeModel plain = read(brick.text());
+    // It follows the brick along x, another joins three nodes of it along z.
+    const FeModel loose = read(brick.text() +
+                               "*NODE\n9001,0.,0.,0.\n*EQUATION\n"
+                               "3\n9001,1,1.,1,1,-.5,2,1,-.5\n");
+    EXPECT_EQ(loose.mesh.nodeNumbers, plain.mesh.nodeNumbers);
+    EXPECT_TRUE(loose.constraints.empty());
+    const FeModel joined = read(brick.text() +
+                                "*NODE\n9002,0.,0.,0.\n*EQUATION\n3\n9002,3,1.,1,3,-.5,3,3,-.5\n"
+                                "2\n9002,3,2.,2,3,-2.\n"),
+                  direct = read(brick.text() + "*EQUATION\n3\n1,3,1.,3,3,1.,2,3,-2.\n");
+    EXPECT_EQ(joined.mesh.nodeNumbers, plain.mesh.nodeNumbers);
+    EXPECT_EQ(joined.constraints.numCoordinates, direct.constraints.numCoordinates);
+}
+
+TEST_F(CalculixDeckTest, OfMoreNodesThanATypeHasTheFirstAreTaken) {
+    std::string warnings;
+    CalculixOptions options;
+    options.warn = [&](const std::string& text) { warnings += text; };
+    std::string text = brick.text();
+    const size_t first = text.find("*ELEMENT"), begin = text.find('\n', first) + 1;
+    for (size_t at = begin; at < text.size() && text[at] != '*';) {
+        const size_t end = text.find('\n', at);
+        text.insert(end, ", 1, 2");
+        at = text.find('\n', end) + 1;
+    }
+    EXPECT_EQ(read(text, options).K.values, read(brick.text()).K.values);
+    EXPECT_THAT(warnings, HasSubstr("as in CalculiX the first 8 are taken"));
+}
+
+/** What cards add to K and m of the brick. **/
+struct AddedMatrices {
+    FeModel with, without;
+
+    double energyOf(
+        const std::function<std::array<double, 3>(const std::array<double, 3>&)>& u) const {
+        double energy = 0;
+        for (const FeModel* model : {&with, &without}) {
+            std::vector<double> x;
+            for (int node = 0; node < model->mesh.numNodes(); ++node)
+                for (const double value : u(model->mesh.position(node))) x.push_back(value);
+            const SymmetricMatrix& K = model->K;
+            double sum = 0;
+            for (int column = 0; column < K.size; ++column)
+                for (auto k = K.columnStarts[size_t(column)];
+                     k < K.columnStarts[size_t(column) + 1]; ++k)
+                    sum += (K.rows[size_t(k)] == column ? 0.5 : 1.0) * K.values[size_t(k)] *
+                           x[size_t(column)] * x[size_t(K.rows[size_t(k)])];
+            energy += model == &with ? sum : -sum;
+        }
+        return energy;
+    }
+};
+
+class EveryMembrane : public CalculixDeckTest, public ::testing::WithParamInterface<const char*> {};
+
+TEST_P(EveryMembrane, HasTheEnergyOfPlaneStressAndItsMass) {
+    const std::string type = GetParam();
+    // A face of the brick at z = 0 of 0.02 × 0.01, its nodes given anew and tied to nothing else.
+    constexpr double E = 70e9, nu = 0.3, t = 0.002, rho = 2700, a = 0.02, b = 0.01;
+    const double x[8][2] = {{0, 0},     {a, 0},     {a, b},     {0, b},
+                            {a / 2, 0}, {a, b / 2}, {a / 2, b}, {0, b / 2}};
+    const bool isTriangle = type[3] == '3' || type[3] == '6';
+    std::ostringstream cards;
+    cards << "*NODE\n";
+    for (int k = 0; k < 9; ++k)
+        cards << 9001 + k << "," << (k < 8 ? x[k][0] : a / 2) << "," << (k < 8 ? x[k][1] : b / 2)
+              << ",0.\n";
+    cards << "*ELEMENT, TYPE=" << type << ", ELSET=SKIN\n";
+    if (type == "M3D3") cards << "901,9001,9002,9003\n902,9001,9003,9004\n";
+    if (type == "M3D6")
+        cards << "901,9001,9002,9003,9005,9006,9009\n902,9001,9003,9004,9009,9007,9008\n";
+    if (!isTriangle && type[3] == '4') cards << "901,9001,9002,9003,9004\n";
+    if (!isTriangle && type[3] == '8') cards << "901,9001,9002,9003,9004,9005,9006,9007,9008\n";
+    cards << "*MATERIAL, NAME=FOIL\n*ELASTIC\n70e9,.3\n*DENSITY\n2700.\n"
+             "*MEMBRANE SECTION, ELSET=SKIN, MATERIAL=FOIL\n.002\n";
+    // Springs to the brick, so that all is one piece.
+    for (int k = 0; k < 9; ++k)
+        cards << "*ELEMENT, TYPE=SPRINGA, ELSET=JOIN\n" << 950 + k << ",27," << 9001 + k << "\n";
+    cards << "*SPRING, ELSET=JOIN\n\n1e-9\n";
+    AddedMatrices added;
+    added.with = read(brick.text() + cards.str());
+    added.without = read(brick.text());
+    EXPECT_NEAR(added.with.calcMass() - added.without.calcMass(), rho * t * a * b, 1e-12);
+    const double plane = E / (1 - nu * nu) * t * a * b / 2;
+    const double exx = 1e-3, eyy = -4e-4, gxy = 7e-4;
+    const double energy = added.energyOf([&](const std::array<double, 3>& at) {
+        return std::array<double, 3>{exx * at[0] + gxy * at[1], eyy * at[1], 3e-3 * at[0]};
+    });
+    const double turning = added.energyOf([&](const std::array<double, 3>& at) {
+        return std::array<double, 3>{0, 0, 1e-3 * at[0] - 2e-3 * at[1]};
+    });
+    EXPECT_NEAR(energy,
+                plane * (exx * exx + eyy * eyy + 2 * nu * exx * eyy + (1 - nu) / 2 * gxy * gxy),
+                1e-9 * plane * exx * exx);
+    EXPECT_NEAR(turning, 0, 1e-9 * plane * exx * exx);
+}
+
+class EveryTruss : public CalculixDeckTest, public ::testing::WithParamInterface<const char*> {};
+
+TEST_P(EveryTruss, IsASpringWithAMass) {
+    // From the brick's first node to its last, EA/L.
+    const std::string type = GetParam();
+    const FeModel plain = read(brick.text());
+    const int last = plain.mesh.nodeNumbers.back();
+    const auto from = plain.mesh.position(0), to = plain.mesh.position(plain.mesh.numNodes() - 1);
+    const double length = std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    std::ostringstream truss, spring;
+    truss << "*NODE\n9001," << (from[0] + to[0]) / 2 << "," << (from[1] + to[1]) / 2 << ","
+          << (from[2] + to[2]) / 2 << "\n*ELEMENT, TYPE=" << type << ", ELSET=TIES\n901,1,"
+          << (type == "T3D3" ? "9001," : "") << last
+          << "\n*SOLID SECTION, ELSET=TIES, MATERIAL=METAL\n1e-4\n";
+    spring << "*ELEMENT, TYPE=SPRINGA, ELSET=TIES\n901,1," << last << "\n*SPRING, ELSET=TIES\n\n"
+           << std::setprecision(17) << brick.E * 1e-4 / length << "\n";
+    AddedMatrices added;
+    added.with = read(brick.text() + truss.str());
+    added.without = read(brick.text() + spring.str());
+    EXPECT_NEAR(added.with.calcMass() - added.without.calcMass(), brick.rho * 1e-4 * length, 1e-12);
+    const double scale = brick.E * 1e-4 * length * 1e-6;
+    EXPECT_NEAR(added.energyOf([&](const std::array<double, 3>& at) {
+        return std::array<double, 3>{1e-3 * at[0] + 3e-4 * at[1], 2e-3 * at[2], -5e-4 * at[1]};
+    }),
+                0, 1e-9 * scale);
+}
+
+INSTANTIATE_TEST_SUITE_P(Types, EveryTruss, ::testing::Values("T3D2", "T3D3"));
+
+INSTANTIATE_TEST_SUITE_P(Types, EveryMembrane,
+                         ::testing::Values("M3D3", "M3D4", "M3D4R", "M3D6", "M3D8", "M3D8R"));
 
 TEST(DeckVocabulary, DecidesOnEveryKeywordOfCalculix) {
     std::istringstream keywords(kKeywords);

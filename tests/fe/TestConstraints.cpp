@@ -194,7 +194,8 @@ TEST_F(ConstraintsTest, MultiPointConstraintsAreTheirLinearEquations) {
 TEST_F(ConstraintsTest, NodesOffTheirLineOrUnknownKindsAreRefused) {
     EXPECT_THAT(errorOf(Brick().text() + "*MPC\nSTRAIGHT,1,9,12\n"), HasSubstr("off the line"));
     EXPECT_THAT(errorOf(Brick().text() + "*MPC\nPLANE,1,2,3,4\n"), HasSubstr("on a line"));
-    EXPECT_THAT(errorOf(Brick().text() + "*MPC\nDIST,1,9,12\n"), HasSubstr("*MPC DIST is not"));
+    EXPECT_THAT(errorOf(Brick().text() + "*MPC\nDIST,1,9,12\n"),
+                HasSubstr("*MPC DIST keeps nodes no farther"));
     EXPECT_THAT(errorOf(Brick().text() + "*MPC\nMEANROT,1,9,12\n"),
                 HasSubstr("something else uses that node"));
 }
@@ -517,7 +518,8 @@ TEST_F(ConstraintsTest, LoosePiecesUnderATieAreConnected) {
 
 TEST_F(ConstraintsTest, ANodeOfNoElementMustBeHeldByWhatItIsTiedTo) {
     EXPECT_THAT(errorOf(Brick().text() + "*NODE\n500,1,0,0\n501,1,0,0\n"
-                                         "*EQUATION\n2\n500,1,1.,501,1,-1.\n"),
+                                         "*EQUATION\n2\n500,1,1.,501,1,-1.\n2\n"
+                                         "500,2,1.,501,2,-1.\n2\n500,3,1.,501,3,-1.\n"),
                 AllOf(HasSubstr("node 500"), HasSubstr("leaves it free")));
 }
 

@@ -407,6 +407,49 @@ TEST_F(ModelSource, ShellsAndMassesOfAnsysAreThoseOfNastran) {
         EXPECT_NEAR(own[i], other[i], 1e-8 * other[i]) << "mode " << i + 1;
 }
 
+TEST_F(ModelSource, SpringsTrussesAndMembranesOfAnsysAreThoseOfADeck) {
+    const testing::DistortedCube cube("C3D8");
+    AnsysModel model(cube.nodes);
+    model.add(
+        "ET,1,185\nET,2,14\nET,3,180\nET,4,181\nKEYOPT,4,1,1\nKEYOPT,1,2,1\n"
+        "R,5,1e6,3.\nR,6,1e-4\nR,7,.002\n");
+    model.beginElements();
+    std::string deck = cube.meshText();
+    deck.replace(deck.find("C3D8"), 4, "C3D8R");
+    for (size_t e = 0; e < cube.elements.size(); ++e) {
+        std::vector<int> nodes;
+        for (const int node : cube.elements[e]) nodes.push_back(node + 1);
+        model.addElement(int(e) + 1, 1, 1, nodes);
+    }
+    const auto& n = cube.elements[0];
+    model.addElement(101, 2, 5, {n[0] + 1, n[6] + 1});
+    model.addElement(102, 3, 6, {n[1] + 1, n[7] + 1});
+    model.addElement(103, 4, 7, {n[0] + 1, n[1] + 1, n[2] + 1, n[3] + 1});
+    model.endElements();
+    model.add(kAnsysMetal);
+    const auto line = [&](const char* type, const char* set, int number, std::vector<size_t> of) {
+        deck += std::string("*ELEMENT, TYPE=") + type + ", ELSET=" + set + "\n" +
+                std::to_string(number);
+        for (const size_t k : of) deck += "," + std::to_string(n[k] + 1);
+        deck += "\n";
+    };
+    line("SPRINGA", "S", 101, {0, 6});
+    line("T3D2", "T", 102, {1, 7});
+    line("M3D4", "M", 103, {0, 1, 2, 3});
+    deck += testing::Brick().materialText() +
+            "*SPRING, ELSET=S\n\n1e6\n*SOLID SECTION, ELSET=T, MATERIAL=METAL\n1e-4\n"
+            "*MEMBRANE SECTION, ELSET=M, MATERIAL=METAL\n.002\n";
+    SourceOptions ansys, plain;
+    ansys.path = write("cube.cdb", model.text());
+    plain.path = write("cube.inp", deck);
+    const FeModel a = readModelSource(ansys), b = readModelSource(plain);
+    ASSERT_EQ(a.K.rows, b.K.rows);
+    for (size_t k = 0; k < b.K.values.size(); ++k)
+        EXPECT_NEAR(a.K.values[k], b.K.values[k], 1e-9 * b.K.values[0]);
+    EXPECT_NEAR(a.calcMass(), b.calcMass(), 1e-12 * b.calcMass());
+    EXPECT_THAT(a.notes, Contains(HasSubstr("left out damping of COMBIN14")));
+}
+
 TEST_F(ModelSource, SurfacesWithAThicknessAreTheShellsOfADeck) {
     SourceOptions options;
     options.path = write("bracket.geo",
