@@ -31,9 +31,13 @@ class ModelTrigger;
 struct ModelSystem;
 
 struct ModelOptions {
-    enum class Bodies { AsGiven, Rigid };
-    Bodies bodies = Bodies::AsGiven;  ///< Rigid: every flexible body is held rigid
-    bool allowsScripts = false;       ///< of Gmsh, outside the sandbox: see GmshOptions
+    enum class Bodies {
+        AsGiven,
+        Rigid,  ///< every flexible body is held rigid
+        Finer   ///< every part has further modes, see ReducedBody::finer
+    };
+    Bodies bodies = Bodies::AsGiven;
+    bool allowsScripts = false;  ///< of Gmsh, outside the sandbox: see GmshOptions
     /** Folder of reduced parts, by content; empty: $SIMFLEX_CACHE, else $XDG_CACHE_HOME/simflex,
     else
     ~/.cache/simflex. **/

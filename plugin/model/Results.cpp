@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "simflex/model/analyses/ModelRun.h"
+#include "simflex/model/analyses/ErrorBars.h"
 #include "simflex/model/file/NearestName.h"
 
 namespace simflex {
@@ -25,7 +25,13 @@ const Results::Analysis& Results::findAnalysis(const std::string& analysis) cons
 Results runAnalyses(const ModelText& text, const RunOptions& options) {
     ModelRun run(text, ModelOptions::Bodies::AsGiven, options);
     if (options.onlyChecks) return {};
-    run.perform();
+    if (options.hasErrorBars) {
+        ErrorBarRun twin(run, options);
+        twin.perform(run);
+        twin.keep(run);
+    } else {
+        run.perform();
+    }
     run.refuseFailures();
     return readResults(run.getResultPath());
 }

@@ -11,7 +11,7 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
                    of the run), complete (1 once the analysis has reached its end)
         time              n    [s]; transient
         probes/PROBE      n×k  attributes unit, columns (comma-separated; empty for k = 1), index;
-                               static: n = 1
+                               static: n = 1; "PROBE error" of runs with error bars
         states/q, u       n×…  Simbody's numbering; left out where states are not kept
         statistics             attributes: steps, iterations …, of transient integration_seconds and
                                output_seconds: what each took by the clock
@@ -99,6 +99,9 @@ struct Results {
     /** @throws std::out_of_range naming those there are. **/
     const Analysis& findAnalysis(const std::string& analysis) const;
 };
+
+/** Behind a probe's name: that of its error, see analyses/ErrorBars.h. **/
+constexpr const char* ErrorSuffix = " error";
 
 enum class ReadStates { Yes, No };
 /** Reads; checks every shape. @throws std::runtime_error naming file and object. **/

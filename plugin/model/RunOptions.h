@@ -31,6 +31,8 @@ struct RunOptions {
     /** Of the longest step that an analysis chooses by itself, its interval: what verifies it has
     shorter ones. **/
     double longestStep = 1;
+    /** The finer twin of every part runs beside, and each probe has its error: ErrorBars.h. **/
+    bool hasErrorBars = false;
     bool allowsScripts = false;  ///< of Gmsh, outside the sandbox
     bool onlyChecks = false;     ///< the model is built, nothing is run
     Listener listener;

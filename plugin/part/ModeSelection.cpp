@@ -61,6 +61,8 @@ ReducedBody selectModes(ReducedBody part, std::vector<int> modes) {
     keepColumns(modes, 1, part.omegaSquared);
     keepColumns(modes, 6, part.I1);
     keepColumns(modes, 3 * size_t(part.mesh.numNodes()), part.Phi);
+    if (part.further)
+        keepColumns(modes, part.further->displacements.size(), part.further->coordinates);
     keepSquares(modes, n, part.I2);
     keepSquares(modes, n, part.N);
     for (ReducedBody::Interface& interface : part.interfaces) {

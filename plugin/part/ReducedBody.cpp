@@ -145,6 +145,8 @@ ReducedBody ReducedBody::withScaledStiffness(double factor) const {
     if (scaled.modalStress)
         for (float& value : scaled.modalStress->stress) value = float(value * factor);
     scaled.report.reset();  // its frequencies are of the original
+    scaled.finer.reset();   // so is its stiffness
+    scaled.further.reset();
     return scaled;
 }
 

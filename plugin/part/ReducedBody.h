@@ -78,6 +78,14 @@ public:
         std::vector<float> strain;  ///< the same [1 per unit ξ]
     };
 
+    /** Of a finer twin: what its motion has of the shapes that the part itself lacks, its further
+    normal modes in ascending frequency, then its further static shapes. They are orthonormal in
+    energy and orthogonal to all others, φ_jᵀKφ_k = δ_jk with interfaces held. **/
+    struct Further {
+        std::vector<double> coordinates;    ///< m×n_f: φᵀKΦ, of a motion ξ [√J per unit ξ]
+        std::vector<double> displacements;  ///< m, largest of each shape [m/√J]
+    };
+
     std::string name;
     double mass = 0;  ///< m [kg]
     std::array<double, 3>
@@ -93,6 +101,11 @@ public:
     std::optional<Stiffening> stiffening;    ///< if the part was reduced with it
     std::optional<ModalStress> modalStress;  ///< if the part was reduced with it
     std::optional<ReductionReport> report;   ///< how good the reduction is
+
+    /** The same part with further modes, by which a run knows what the modes left out would change;
+    if the part was reduced with it. **/
+    std::shared_ptr<const ReducedBody> finer;
+    std::optional<Further> further;  ///< of a finer twin
 
     Mesh mesh;                ///< positions are s: from the centre of mass, in B [m]
     std::vector<double> Phi;  ///< (3·numNodes)×n_f mode shapes on the mesh; row 3·node + axis
@@ -111,9 +124,9 @@ public:
     /** The same part with its stiffness multiplied: Ω² ← factor·Ω². **/
     ReducedBody withScaledStiffness(double factor) const;
 
-    /** Checks sizes, finiteness, positive mass and inertia, symmetry of I₂ and K, antisymmetry of N,
-    that the modes ascend and are mass-normalised (½ tr I₂ᵢⱼ = δᵢⱼ), that node numbers and lists of
-    nodes ascend.
+    /** Checks sizes, finiteness, positive mass and inertia, symmetry of I₂ and K, antisymmetry of
+    N, that the modes ascend and are mass-normalised (½ tr I₂ᵢⱼ = δᵢⱼ), that node numbers and lists
+    of nodes ascend.
     @throws std::invalid_argument that names the part, the quantity, the value found and the value
     allowed. **/
     void validate() const;

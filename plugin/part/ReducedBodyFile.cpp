@@ -72,6 +72,7 @@ void readSquares(hid_t parent, const std::string& name, hsize_t n,
 
 /** The oldest version that can hold the part. **/
 int findVersion(const ReducedBody& body) {
+    if (body.finer || body.further || (body.report && !body.report->staticErrors.empty())) return 4;
     for (const auto& interface : body.interfaces)
         if (interface.tie != TieType::Rigid) return 3;
     if (body.modalStress || body.report) return 3;
@@ -92,6 +93,15 @@ void writeReport(hid_t file, const ReductionReport& report) {
     hdf5::write(group, "residuals", {5}, residuals);
     hdf5::write(group, "full_frequencies", {report.fullFrequencies.size()},
                 report.fullFrequencies.data());
+    if (report.staticErrors.empty()) return;
+    std::vector<std::string> loads;
+    std::vector<double> errors;
+    for (const StaticError& error : report.staticErrors) {
+        loads.push_back(error.load);
+        errors.push_back(error.error);
+    }
+    hdf5::writeTexts(group, "static_loads", loads);
+    hdf5::write(group, "static_errors", {errors.size()}, errors.data());
 }
 
 void writeModalStress(hid_t file, const ReducedBody::ModalStress& modal, hsize_t numModes) {
@@ -143,7 +153,14 @@ void writeBody(hid_t file, const ReducedBody& body) {
         for (const auto& matrices : body.stiffening->interfaces)
             writeSquares(perInterface, std::to_string(index++), matrices, n);
     }
+    if (body.further) {
+        const auto further = hdf5::createGroup(file, "further");
+        const hsize_t m = body.further->displacements.size();
+        hdf5::write(further, "coordinates", {n, m}, body.further->coordinates.data());
+        hdf5::write(further, "displacements", {m}, body.further->displacements.data());
+    }
     writeMesh(file, body.mesh);
+    if (body.finer) writeBody(hdf5::createGroup(file, "finer"), *body.finer);
 }
 
 template <size_t size>
@@ -200,6 +217,10 @@ ReductionReport readReport(hid_t file) {
     report.rigidEnergy = residuals[3];
     report.conditionNumber = residuals[4];
     report.fullFrequencies = hdf5::readNumbers(group, "full_frequencies", {0});
+    if (!hdf5::hasLink(group, "static_loads")) return report;
+    const auto loads = hdf5::readTexts(group, "static_loads");
+    const auto errors = hdf5::readNumbers(group, "static_errors", {loads.size()});
+    for (size_t k = 0; k < loads.size(); ++k) report.staticErrors.push_back({loads[k], errors[k]});
     return report;
 }
 
@@ -272,6 +293,15 @@ ReducedBody readBody(hid_t file) {
         for (size_t k = 0; k < body.stiffening->interfaces.size(); ++k)
             readSquares(perInterface, std::to_string(k), n, body.stiffening->interfaces[k]);
     }
+    if (version >= 4 && hdf5::hasLink(file, "further")) {
+        const auto further = hdf5::openGroup(file, "further");
+        body.further.emplace();
+        body.further->displacements = hdf5::readNumbers(further, "displacements", {0});
+        body.further->coordinates =
+            hdf5::readNumbers(further, "coordinates", {n, body.further->displacements.size()});
+    }
+    if (version >= 4 && hdf5::hasLink(file, "finer"))
+        body.finer = std::make_shared<const ReducedBody>(readBody(hdf5::openGroup(file, "finer")));
     body.validate();
     return body;
 }

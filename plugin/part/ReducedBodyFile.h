@@ -2,7 +2,7 @@
 /** @file
 The HDF5 file of a reduced part, one file per part.
 
-Layout, version 3 (SI units; numbers are 64-bit floats, indices 32-bit integers, little-endian;
+Layout, version 4 (SI units; numbers are 64-bit floats, indices 32-bit integers, little-endian;
 matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r data set):
 
     /                 attributes: format = "simflex reduced body", version, name, units,
@@ -21,7 +21,11 @@ matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r dat
     /report           since version 3, if there is: attributes num_constraint_modes,
                       num_attachment_modes; normal_frequencies, effective_masses modes×6,
                       rigid_masses 6, residuals 5 (mass and stiffness orthogonality, rigid residual,
-                      rigid energy, condition number), full_frequencies (see ReductionReport)
+                      rigid energy, condition number), full_frequencies; since version 4, if they
+                      were checked: static_loads (texts), static_errors (see ReductionReport)
+    /finer            since version 4, if there is: the part with further modes, a whole part with
+                      attributes and data sets as above; and further/coordinates n_f×m,
+                      displacements m (see ReducedBody::Further)
     /mesh             node_numbers, positions nodes×3 from the centre of mass
     /mesh/elements/K  attribute type ("Hex8" …); nodes elements×(nodes per element)
     /mesh/node_sets/K attribute name; nodes
@@ -42,8 +46,8 @@ namespace simflex {
 /** Newest version of the layout; the library reads this one and all before. A file gets the oldest
 version that can hold its part, so that older programs read it or refuse it, but never leave part of
 it out: 1 without anything optional, 2 with geometric stiffness, 3 with distributing ties,
-modal stress or a report. **/
-constexpr int ReducedBodyFileVersion = 3;
+modal stress or a report, 4 with a finer twin or static errors. **/
+constexpr int ReducedBodyFileVersion = 4;
 
 /** Writes a part. The file appears under its name only when it is complete: it is written beside
 it first and then renamed; nothing is left behind after an error. The same part gives the same

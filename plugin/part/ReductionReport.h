@@ -3,13 +3,20 @@
 How good a reduction is: what `simflex info` shows beside the part itself. Standard types only. **/
 
 #include <array>
+#include <string>
 #include <vector>
 
 namespace simflex {
 
+/** What is left out of the part's static deflection under a load. **/
+struct StaticError {
+    std::string load;  ///< "force x on interface 'pin'"
+    double error = 0;  ///< share of the compliance, fᵀu, of the full model; not below 0
+};
+
 struct ReductionReport {
     int numConstraintModes = 0;  ///< one per boundary degree of freedom
-    int numAttachmentModes = 0;  ///< static shapes of load points
+    int numAttachmentModes = 0;  ///< shapes of load points, inertia relief and frequencies
     /** Normal modes with every interface held (free-free ones of a part without), ascending [Hz].
      **/
     std::vector<double> normalFrequencies;
@@ -31,6 +38,10 @@ struct ReductionReport {
     /** Lowest free-free frequencies of the full model with its interfaces tied, the six rigid ones
     left out [Hz]; to be compared with those of the part one by one. Empty if not asked for. **/
     std::vector<double> fullFrequencies;
+    /** Of the free part, which the load accelerates: under its turning (six products of angular
+    velocities), unit forces and moments on each interface, and unit forces at each load point; at
+    interfaces and load points the compliance is the deflection there. Empty if not asked for. **/
+    std::vector<StaticError> staticErrors;
 };
 
 }  // namespace simflex

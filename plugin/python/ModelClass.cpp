@@ -42,13 +42,14 @@ ModelText makeFromDict(const py::dict& keys, const Path& folder) {
 
 Results run(ModelText model, const std::optional<Path>& output,
             const std::vector<std::string>& only, int threads, bool resumes, bool draws,
-            const py::object& progress) {
+            const py::object& progress, bool hasErrorBars) {
     RunOptions options;
     if (output) options.output = output->string();
     options.only = only;
     options.threads = threads;
     options.resumes = resumes;
     options.drawsPictures = draws;
+    options.hasErrorBars = hasErrorBars;
     Callables callables(model);
     callables.setProgress(progress);
     options.listener = makeListener(&callables);
@@ -67,7 +68,7 @@ Results::Analysis analyse(ModelText model, const std::string& type, const py::kw
     setKey(model, "analyses." + type, entry);
     const TemporaryFolder folder;
     const Results results =
-        run(model, folder.path() / "results.h5", {type}, 0, false, false, py::none());
+        run(model, folder.path() / "results.h5", {type}, 0, false, false, py::none(), false);
     return results.findAnalysis(type);
 }
 
@@ -109,11 +110,12 @@ void addModel(py::module_& module) {
         .def("run", &run, py::arg("output") = py::none(),
              py::arg("analyses") = std::vector<std::string>(), py::arg("threads") = 0,
              py::arg("resume") = false, py::arg("pictures") = false,
-             py::arg("progress") = py::none(),
+             py::arg("progress") = py::none(), py::arg("error_bar") = false,
              "Does the analyses (all, or those named) as `simflex run` does, and writes the file\n"
              "of results: beside the model unless `output` says where. Ctrl-C keeps what is done, "
              "and so\n"
-             "does progress(what, fraction), told now and then, by returning False: Cancelled.")
+             "does progress(what, fraction), told now and then, by returning False: Cancelled.\n"
+             "With `error_bar` each probe has its error, 'tip error', by what parts have left out.")
         .def("analyse", &analyse, py::arg("type"),
              "Does one analysis that the file need not have, with the keys of `analyses`, and\n"
              "returns its Analysis: analyse('campbell', parameter='speed', speeds=[0, 50, 100]).")

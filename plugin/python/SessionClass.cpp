@@ -21,10 +21,13 @@ namespace {
 
 using Path = std::filesystem::path;
 
-std::unique_ptr<Session> makeSession(const ModelText& text, bool isRigid,
+std::unique_ptr<Session> makeSession(const ModelText& text, bool isRigid, bool isFiner,
                                      const Callables& callables) {
     ModelOptions options;
     if (isRigid) options.bodies = ModelOptions::Bodies::Rigid;
+    if (isRigid && isFiner)
+        throw std::invalid_argument("bodies are rigid or have further modes: give one of both");
+    if (isFiner) options.bodies = ModelOptions::Bodies::Finer;
     options.listener = makeListener(&callables);
     return callables.watch([&] {
         const py::gil_scoped_release unlocked;
@@ -35,10 +38,11 @@ std::unique_ptr<Session> makeSession(const ModelText& text, bool isRigid,
 /** A Session of one thread at a time: others may run while it moves, and may not touch it. **/
 class OwnSession {
 public:
-    OwnSession(ModelText text, bool isRigid)
+    OwnSession(ModelText text, bool isRigid, bool isFiner)
         : m_isRigid(isRigid),
+          m_isFiner(isFiner),
           m_callables(text),
-          m_session(makeSession(text, isRigid, m_callables)) {}
+          m_session(makeSession(text, isRigid, isFiner, m_callables)) {}
 
     /** work(session), which makes no objects of Python. @param isLong  others may run meanwhile **/
     template <class Work>
@@ -63,7 +67,7 @@ public:
 
     std::unique_ptr<OwnSession> copy() {
         auto other = std::make_unique<OwnSession>(
-            use([](const Session& session) { return session.getText(); }), m_isRigid);
+            use([](const Session& session) { return session.getText(); }), m_isRigid, m_isFiner);
         use([&](const Session& session) { other->m_session->restore(session.save()); });
         return other;
     }
@@ -98,7 +102,7 @@ private:
         Events& operator=(const Events&) = delete;
     };
 
-    bool m_isRigid;
+    bool m_isRigid, m_isFiner;
     Callables m_callables;
     std::unique_ptr<Session> m_session;
     std::vector<std::pair<std::string, double>> m_events;
@@ -433,8 +437,11 @@ void addSession(py::module_& module) {
         "Quantities have names as at the prompt: session['joints.pin.angle'] is\n"
         "a number, session['tip'] a probe, and session['bodies.rod.position'] =\n"
         "[0, 1, 0] sets; joints stay closed. Other threads run while it moves.")
-        .def(py::init<const ModelText&, bool>(), py::arg("model"), py::arg("rigid") = false,
-             "Builds the model and goes to its start; `rigid` holds all flexible bodies rigid.")
+        .def(py::init<const ModelText&, bool, bool>(), py::arg("model"), py::arg("rigid") = false,
+             py::arg("finer") = false,
+             "Builds the model and goes to its start; `rigid` holds all flexible bodies rigid,\n"
+             "`finer` gives them further modes: the error of one without is the difference of two\n"
+             "that are moved alike.")
         .def_property_readonly(
             "time",
             [](OwnSession& own) {

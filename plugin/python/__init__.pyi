@@ -191,10 +191,11 @@ class Model:
     def settings(self) -> List[str]:
         ...
 
-    def run(self, output: Optional[Union[PathLike[str], str]] = None, analyses: List[str] = [], threads: int = 0, resume: bool = False, pictures: bool = False, progress: Any = None) -> Results:
+    def run(self, output: Optional[Union[PathLike[str], str]] = None, analyses: List[str] = [], threads: int = 0, resume: bool = False, pictures: bool = False, progress: Any = None, error_bar: bool = False) -> Results:
         """Does the analyses (all, or those named) as `simflex run` does, and writes the file
         of results: beside the model unless `output` says where. Ctrl-C keeps what is done, and so
-        does progress(what, fraction), told now and then, by returning False: Cancelled."""
+        does progress(what, fraction), told now and then, by returning False: Cancelled.
+        With `error_bar` each probe has its error, 'tip error', by what parts have left out."""
 
     def analyse(self, type: str, **kwargs) -> Analysis:
         """Does one analysis that the file need not have, with the keys of `analyses`, and
@@ -398,8 +399,10 @@ class Session:
     a number, session['tip'] a probe, and session['bodies.rod.position'] =
     [0, 1, 0] sets; joints stay closed. Other threads run while it moves."""
 
-    def __init__(self, model: Model, rigid: bool = False) -> None:
-        """Builds the model and goes to its start; `rigid` holds all flexible bodies rigid."""
+    def __init__(self, model: Model, rigid: bool = False, finer: bool = False) -> None:
+        """Builds the model and goes to its start; `rigid` holds all flexible bodies rigid,
+        `finer` gives them further modes: the error of one without is the difference of two
+        that are moved alike."""
 
     @property
     def time(self) -> float:

@@ -9,8 +9,8 @@
 #include "FixedInterfaces.h"
 #include "MeanAxis.h"
 #include "OneBlasThread.h"
+#include "StaticLoads.h"
 #include "simflex/base/Archive.h"
-#include "simflex/base/AsciiText.h"
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/Hash.h"
 #include "simflex/fe/NodeSelection.h"
@@ -80,39 +80,6 @@ private:
     Shapes m_static;
 };
 
-/** Unit forces at the load points, a column for each direction. **/
-Shapes makeLoads(const FeModel& model, const InterfaceTies& ties, const ReductionOptions& options) {
-    std::vector<std::pair<std::vector<int>, int>> loads;
-    for (const LoadPoint& point : options.loadPoints) {
-        const std::string where = "load point '" + point.nodes + "': ";
-        std::vector<int> nodes;
-        try {
-            nodes = selectNodes(model.mesh, point.nodes);
-        } catch (const std::invalid_argument& error) {
-            refuse(options, where + error.what());
-        }
-        for (const int node : nodes)
-            if (ties.rigidTieOf(node) >= 0)
-                refuse(options, where + "node " +
-                                    std::to_string(model.mesh.nodeNumbers[size_t(node)]) +
-                                    " is tied to interface '" +
-                                    ties.ties()[size_t(ties.rigidTieOf(node))].name +
-                                    "', whose constraint modes carry loads already");
-        if (point.axes.empty()) refuse(options, where + "has no direction; give some of xyz");
-        for (const char letter : point.axes) {
-            const size_t axis = std::string("xyz").find(toLower(letter));
-            if (axis == std::string::npos)
-                refuse(options, where + "'" + point.axes + "' are no directions; give some of xyz");
-            loads.emplace_back(nodes, int(axis));
-        }
-    }
-    Shapes f = Shapes::Zero(model.K.size, Index(loads.size()));
-    for (size_t k = 0; k < loads.size(); ++k)
-        for (const int node : loads[k].first)
-            f(3 * node + loads[k].second, Index(k)) = 1 / double(loads[k].first.size());
-    return f;
-}
-
 /** Deflections u under the loads less what the normal modes hold of them, orthonormal in energy:
 u_iᵀKu_j = f_iᵀu_j, as long as the interfaces are held in all. **/
 Shapes makeAttachments(const Shapes& loads, Shapes u, const Shapes& normal) {
@@ -129,6 +96,17 @@ Shapes makeAttachments(const Shapes& loads, Shapes u, const Shapes& normal) {
     const MatrixXd orthonormal = scale.asDiagonal() * energy.vectors.rightCols(kept) *
                                  energy.values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
     return u * orthonormal;
+}
+
+void checkFrequencies(const ReductionOptions& options) {
+    for (const double hertz : options.frequencies)
+        if (!(hertz > 0) || !std::isfinite(hertz))
+            refuse(options, "modes are asked for at " + std::to_string(hertz) +
+                                " Hz; a frequency must be positive");
+    if (!options.frequencies.empty() && options.interfaces.empty() && options.loadPoints.empty())
+        refuse(options,
+               "modes at a frequency are of motions of interfaces and forces at load points, and "
+               "the part has neither; give one of them");
 }
 
 /** Keeps the results of phases, and takes those that were kept. **/
@@ -159,6 +137,9 @@ public:
         }
         m_key.add(double(options.numModes));
         m_key.add(options.highestFrequency.value_or(-1));
+        m_key.add(double(options.hasInertiaRelief));
+        m_key.add(options.frequencies);
+        m_key.add(double(options.numFurtherModes));
         m_key.add(options.solver ? 1.0 : 0.0);
     }
 
@@ -213,7 +194,8 @@ ModeRange chooseNormalModes(const ReductionOptions& options, int numStatic, Inde
     if (options.numModes < std::max(7, numStatic))
         refuse(options,
                std::to_string(options.numModes) +
-                   (hasInterfaces ? " modes are too few: interfaces and load points need " +
+                   (hasInterfaces ? " modes are too few: interfaces, load points, inertia relief "
+                                    "and frequencies need " +
                                         std::to_string(numStatic) +
                                         " static modes, and six rigid modes are taken out"
                                   : std::string(" modes are too few: the six rigid modes are among "
@@ -242,25 +224,47 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
                                 ReductionTimings& timings) {
     auto lap = std::chrono::steady_clock::now();
     reportProgress(progress, "ordering K", -1);
-    const Shapes loads = makeLoads(model, ties, options);
-    if (options.solver && options.numCheckedModes > 0)
+    const Shapes pointLoads = makePointLoads(model, ties, options);
+    if (options.solver && (options.numCheckedModes > 0 || !options.frequencies.empty()))
         refuse(options,
-               "frequencies of the full model are checked by the library's own solver "
-               "alone; leave the check out");
+               std::string(options.numCheckedModes > 0 ? "frequencies of the full model are checked"
+                                                       : "modes at a frequency are found") +
+                   " by the library's own solver alone; leave that out");
+    checkFrequencies(options);
     const auto held = std::make_shared<FixedInterfaces>(options.name, model, products, rigid, ties);
     const bool hasInterfaces = !ties.ties().empty();
     const int numConstraint = hasInterfaces ? ties.numBoundaryDofs() : 6;
-    held->factor(options.numModes, options, progress);
+    const int numPerFrequency = ties.numBoundaryDofs() + int(pointLoads.cols());
+    const int numInertia = options.hasInertiaRelief ? countInertiaLoads(hasInterfaces) : 0;
+    const int numLoads =
+        int(pointLoads.cols()) + numInertia + int(options.frequencies.size()) * numPerFrequency;
+    const bool isFiner = options.numFurtherModes > 0;
+    const int numFurtherLoads =
+        isFiner && !options.hasInertiaRelief ? countInertiaLoads(hasInterfaces) : 0;
+    held->factor(options.numModes + options.numFurtherModes + numFurtherLoads, options, progress);
     const ModeRange wanted =
-        chooseNormalModes(options, numConstraint + int(loads.cols()), held->size(), hasInterfaces);
+        chooseNormalModes(options, numConstraint + numLoads, held->size(), hasInterfaces);
     timings.factor = lapTime(lap);
     timings.numFactorEntries = held->numFactorEntries();
 
     reportProgress(progress, "constraint modes", -1);
     const Stages stages(model, options);
-    Shapes constraint, deflection;
-    stages.run("constraint modes", {&constraint, &deflection}, {}, [&] {
+    Shapes constraint, loads, deflection;
+    stages.run("constraint modes", {&constraint, &loads, &deflection}, {}, [&] {
         constraint = hasInterfaces ? held->calcConstraintModes() : rigid.R;
+        loads.resize(model.K.size, numLoads + numFurtherLoads);
+        Index next = 0;
+        const auto add = [&](const Shapes& some) {
+            loads.middleCols(next, some.cols()) = some;
+            next += some.cols();
+        };
+        add(pointLoads);
+        if (numInertia > 0) add(makeInertiaLoads(model, products, rigid, hasInterfaces));
+        for (const double hertz : options.frequencies)
+            add(makeFrequencyLoads(options.name, products, *held,
+                                   constraint.leftCols(ties.numBoundaryDofs()), pointLoads, hertz,
+                                   progress));
+        if (numFurtherLoads > 0) add(makeInertiaLoads(model, products, rigid, hasInterfaces));
         deflection = held->solve(loads);
     });
     timings.constraintModes = lapTime(lap);
@@ -275,29 +279,61 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
         refuse(options, std::to_string(wanted.count) +
                             " normal modes are asked for, but the mesh has only " +
                             std::to_string(numNormal) + ": ask for fewer modes or refine the mesh");
-    const Shapes attachments = makeAttachments(loads, deflection, normal.shapes);
-
-    ModeBasis basis;
-    const Index numModes = numConstraint + attachments.cols() + numNormal;
-    if (numModes < 7)
-        refuse(options,
-               "no elastic mode is left; raise the highest frequency or the number of "
-               "modes");
-    basis.numConstraint = numConstraint;
-    basis.numAttachment = int(attachments.cols());
-    basis.normalOmegaSquared = normal.omegaSquared;
-    basis.Psi.resize(model.K.size, numModes);
-    basis.Psi << constraint, attachments, normal.shapes;
-    basis.boundary = Shapes::Zero(ties.numBoundaryDofs(), numModes);
-    basis.boundary.leftCols(ties.numBoundaryDofs()).setIdentity();
-    basis.held = held;
-    if (hasInterfaces) {
-        const Shapes MR = products.m.multiplyPerAxis(rigid.R);
-        const MatrixXd shares = MR.transpose() * basis.Psi.rightCols(numNormal);
-        basis.effectiveMasses = shares.cwiseAbs2() * basis.normalOmegaSquared.asDiagonal();
+    const auto join = [&](Index loadsTaken, const FixedInterfaces::NormalModes& modes) {
+        const Shapes attachments = makeAttachments(loads.leftCols(loadsTaken),
+                                                   deflection.leftCols(loadsTaken), modes.shapes);
+        ModeBasis basis;
+        const Index numModes = numConstraint + attachments.cols() + modes.shapes.cols();
+        if (numModes < 7)
+            refuse(options,
+                   "no elastic mode is left; raise the highest frequency or the number of "
+                   "modes");
+        basis.numConstraint = numConstraint;
+        basis.numAttachment = int(attachments.cols());
+        basis.normalOmegaSquared = modes.omegaSquared;
+        basis.Psi.resize(model.K.size, numModes);
+        basis.Psi << constraint, attachments, modes.shapes;
+        basis.boundary = Shapes::Zero(ties.numBoundaryDofs(), numModes);
+        basis.boundary.leftCols(ties.numBoundaryDofs()).setIdentity();
+        basis.held = held;
+        if (hasInterfaces) {
+            const Shapes MR = products.m.multiplyPerAxis(rigid.R);
+            const MatrixXd shares = MR.transpose() * modes.shapes;
+            basis.effectiveMasses = shares.cwiseAbs2() * basis.normalOmegaSquared.asDiagonal();
+        }
+        return basis;
+    };
+    ModeBasis basis = join(numLoads, normal);
+    if (isFiner) {
+        ModeRange more;
+        more.count = int(std::min<Index>(numNormal + options.numFurtherModes, held->size()));
+        FixedInterfaces::NormalModes all;
+        stages.run("further normal modes", {&all.shapes}, {&all.omegaSquared},
+                   [&] { all = held->calcNormalModes(more, progress); });
+        basis.finer = std::make_shared<const ModeBasis>(join(loads.cols(), all));
     }
     timings.normalModes = lapTime(lap);
     return basis;
+}
+
+std::vector<StaticError> calcStaticErrors(const FeModel& model, const FeProducts& products,
+                                          const RigidMotion& rigid, const InterfaceTies& ties,
+                                          const ReductionOptions& options, const ModeBasis& basis,
+                                          const MeanAxisModes& modes) {
+    const EquilibriumLoads loads =
+        makeEquilibriumLoads(model, products, rigid, ties, makePointLoads(model, ties, options),
+                             listPointLoads(options));
+    const EquilibriumShapes full = solveEquilibrium(products, ties, basis, loads);
+    const MatrixXd forces =
+        modes.Phi.transpose() * loads.applied + modes.boundary.transpose() * loads.onTies;
+    std::vector<StaticError> errors;
+    for (Index k = 0; k < loads.applied.cols(); ++k) {
+        const double whole = loads.applied.col(k).dot(full.u.col(k)) +
+                             loads.onTies.col(k).dot(full.boundary.col(k)),
+                     held = (forces.col(k).array().square() / modes.omegaSquared.array()).sum();
+        if (whole > 0) errors.push_back({loads.names[size_t(k)], 1 - held / whole});
+    }
+    return errors;
 }
 
 std::vector<double> calcFullFrequencies(const FeProducts& products, const RigidMotion& rigid,

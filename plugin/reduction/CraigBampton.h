@@ -14,6 +14,7 @@ the full model's own free-free frequencies to compare with. Internal to reductio
 namespace simflex {
 
 class FixedInterfaces;
+struct MeanAxisModes;
 
 /** Shapes on the mesh with the motion of the interface masters in each: constraint modes (the rigid
 motions of a part without interfaces), attachment modes, normal modes. **/
@@ -24,6 +25,7 @@ struct ModeBasis {
     Eigen::VectorXd normalOmegaSquared;  ///< of the normal modes, ascending
     Eigen::MatrixXd effectiveMasses;     ///< 6×normal modes, see ReductionReport
     std::shared_ptr<const FixedInterfaces> held;
+    std::shared_ptr<const ModeBasis> finer;  ///< with further normal modes and inertia relief
 };
 
 /** The Craig–Bampton basis, N = options.numModes unless options.highestFrequency says otherwise.
@@ -39,6 +41,12 @@ left out, ascending: Rayleigh quotients of converged shapes. **/
 std::vector<double> calcFullFrequencies(const FeProducts& products, const RigidMotion& rigid,
                                         const ModeBasis& basis, int count,
                                         const ProgressCallback& progress);
+
+/** See ReductionReport::staticErrors. **/
+std::vector<StaticError> calcStaticErrors(const FeModel& model, const FeProducts& products,
+                                          const RigidMotion& rigid, const InterfaceTies& ties,
+                                          const ReductionOptions& options, const ModeBasis& basis,
+                                          const MeanAxisModes& modes);
 
 /** Seconds since `start`, which is set to now. **/
 double lapTime(std::chrono::steady_clock::time_point& start);

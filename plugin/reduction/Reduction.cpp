@@ -49,6 +49,28 @@ ReductionReport makeReport(const FeProducts& products, const RigidMotion& rigid,
     return report;
 }
 
+/** What the modes of the finer twin have of shapes that the part lacks. **/
+ReducedBody::Further calcFurther(const FeProducts& products, const ModeBasis& basis,
+                                 const MeanAxisModes& finerModes) {
+    const ModeBasis& finer = *basis.finer;
+    const Eigen::Index numKnown = basis.normalOmegaSquared.size(),
+                       numNormal = finer.normalOmegaSquared.size() - numKnown,
+                       // Beside those of load points theirs are not told apart.
+        numStatic = basis.numAttachment == 0 ? finer.numAttachment : 0;
+    Shapes shapes(finer.Psi.rows(), numNormal + numStatic);
+    shapes << finer.Psi.rightCols(numNormal), finer.Psi.middleCols(finer.numConstraint, numStatic);
+    const Eigen::MatrixXd coordinates = products.K.multiply(shapes).transpose() * finerModes.Phi;
+    ReducedBody::Further further;
+    further.coordinates.assign(coordinates.data(), coordinates.data() + coordinates.size());
+    for (Eigen::Index k = 0; k < shapes.cols(); ++k) {
+        double squared = 0;
+        for (Eigen::Index row = 0; row + 2 < shapes.rows(); row += 3)
+            squared = std::max(squared, shapes.col(k).segment<3>(row).squaredNorm());
+        further.displacements.push_back(std::sqrt(squared));
+    }
+    return further;
+}
+
 /** Geometric stiffness is made by CalculiX on the model's deck, which knows no constraints. **/
 void checkStiffening(const FeModel& model, const ReductionOptions& options) {
     if (options.stiffening && !model.constraints.empty())
@@ -79,28 +101,44 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     const RigidMotion rigid = calcRigidMotions(model, products);
     ModeBasis basis = calcCraigBamptonBasis(model, products, rigid, ties, options, progress, time);
 
-    reportProgress(progress, "orthonormal modes", -1);
-    lapTime(lap);
-    const MeanAxisModes modes = calcMeanAxisModes(options.name, products, rigid, masters, basis);
-    time.orthonormalize = lapTime(lap);
+    MeanAxisModes modes;
+    const auto describe = [&](const ModeBasis& of) {
+        reportProgress(progress, "orthonormal modes", -1);
+        lapTime(lap);
+        modes = calcMeanAxisModes(options.name, products, rigid, masters, of);
+        time.orthonormalize += lapTime(lap);
 
-    reportProgress(progress, "invariants", -1);
-    ReducedBody body;
-    body.name = options.name;
-    setModalInvariants(model, products, rigid, modes, ties, body);
-    body.report = makeReport(products, rigid, basis, modes);
-    body.provenance.source = model.source;
-    body.provenance.program = model.program;
-    time.invariants = lapTime(lap);
-    if (options.stiffening)
-        body.stiffening =
-            calcStiffening(model, products, rigid, ties, basis, modes, options, progress);
-    time.stiffening = lapTime(lap);
-    if (options.stress) body.modalStress = calcModalStress(model, body, *options.stress, progress);
-    time.stress = lapTime(lap);
-    if (options.numCheckedModes > 0)
+        reportProgress(progress, "invariants", -1);
+        ReducedBody body;
+        body.name = options.name;
+        setModalInvariants(model, products, rigid, modes, ties, body);
+        body.report = makeReport(products, rigid, of, modes);
+        body.provenance.source = model.source;
+        body.provenance.program = model.program;
+        time.invariants += lapTime(lap);
+        if (options.stiffening)
+            body.stiffening =
+                calcStiffening(model, products, rigid, ties, of, modes, options, progress);
+        time.stiffening += lapTime(lap);
+        if (options.stress)
+            body.modalStress = calcModalStress(model, body, *options.stress, progress);
+        time.stress += lapTime(lap);
+        return body;
+    };
+    std::shared_ptr<ReducedBody> finer;
+    if (basis.finer) {
+        finer = std::make_shared<ReducedBody>(describe(*basis.finer));
+        finer->further = calcFurther(products, basis, modes);
+        finer->validate();
+    }
+    ReducedBody body = describe(basis);
+    body.finer = finer;
+    if (options.numCheckedModes > 0) {
+        body.report->staticErrors =
+            calcStaticErrors(model, products, rigid, ties, options, basis, modes);
         body.report->fullFrequencies = calcFullFrequencies(
             products, rigid, basis, std::min(options.numCheckedModes, body.numModes), progress);
+    }
     time.check = lapTime(lap);
     body.validate();
     time.total = lapTime(start);

@@ -5,7 +5,8 @@ Reduces a finite element model to a ReducedBody by the Craig–Bampton method.
 1. Interfaces are tied to their master points: rigidly (RBE2), u_slave = u_I + θ_I × (x − x_I), or
    distributing (RBE3), the master being the rigid motion that fits the nodes best.
 2. Basis Ψ: constraint modes, one per boundary degree of freedom; static attachment modes of load
-   points; the lowest normal modes with all interfaces held, K_ii φ = ω² M_ii φ.
+   points, of inertia relief and at frequencies (see StaticLoads.h); the lowest normal modes with
+   all interfaces held, K_ii φ = ω² M_ii φ.
 3. The small pencil (ΨᵀKΨ, ΨᵀMΨ) is solved, its six zeros are dropped, the rest is projected off
    the analytic rigid motions R and made orthonormal again: ΦᵀMΦ = 1, ΦᵀKΦ = Ω², RᵀMΦ = 0.
 4. The second-order invariants of the mean-axis frame (see ReducedBody).
@@ -76,17 +77,28 @@ struct ReductionOptions {
     std::string name = "part";
     std::vector<InterfaceOptions> interfaces;
     std::vector<LoadPoint> loadPoints;
+    /** Asks for inertia-relief modes, twelve (six without interfaces): static shapes under linear
+    fields of acceleration, with which weight, angular acceleration and centrifugal load are carried
+    exactly. **/
+    bool hasInertiaRelief = false;
+    /** Frequencies at which the part is to answer exactly to harmonic motions of its interfaces
+    and forces at its load points, but for damping [Hz]; a mode for each of these. **/
+    std::vector<double> frequencies;
     /** Craig–Bampton modes before the six rigid ones are removed: 6 per interface, one per
-    direction of each load point, the rest normal modes; the part gets numModes − 6. Without
-    interfaces: free-free modes, the six rigid ones among them. **/
+    direction of each load point, those of inertia relief and frequencies, the rest normal modes;
+    the part gets numModes − 6. Without interfaces: free-free modes, the six rigid ones among them.
+    **/
     int numModes = 50;
     /** If given, all normal modes up to this frequency are taken instead of numModes [Hz]. **/
     std::optional<double> highestFrequency;
     /** So many of the part's frequencies are compared with the full model's, which are found to
-    full accuracy for this: ReductionReport::fullFrequencies. **/
+    full accuracy for this: ReductionReport::fullFrequencies; and ReductionReport::staticErrors
+    is found. **/
     int numCheckedModes = 0;
     /** Asks for ReducedBody::stiffening. **/
     std::optional<StiffeningOptions> stiffening;
+    /** So many normal modes more, and inertia relief, has ReducedBody::finer; 0: there is none. **/
+    int numFurtherModes = 0;
     /** Memory that the reduction may take beyond the model; what it will take is known before K is
     factored [bytes]. If not given: what the machine has left. **/
     std::optional<double> memoryLimit;

@@ -7,6 +7,7 @@
 
 #include "FixedInterfaces.h"
 #include "Memory.h"
+#include "StaticLoads.h"
 #include "simflex/fe/GeometricStiffness.h"
 
 namespace simflex {
@@ -17,82 +18,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 constexpr int TensorAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
-
-/** The loads, a column each. **/
-struct Loads {
-    std::vector<std::string> names;
-    Shapes applied;   ///< f, in equilibrium but for the rigid interfaces' unit loads
-    MatrixXd onTies;  ///< 6·interfaces×loads: forces and moments on the rigid interfaces' masters
-};
-
-/** −ω×(ω×s) for a unit of ω_aω_b, both orders. **/
-Vector3d calcCentrifugalAcceleration(int a, int b, const Vector3d& s) {
-    if (a == b) return s - s[a] * Vector3d::Unit(a);
-    return -(s[b] * Vector3d::Unit(a) + s[a] * Vector3d::Unit(b));
-}
-
-Loads makeLoads(const FeModel& model, const FeProducts& products, const RigidMotion& rigid,
-                const InterfaceTies& ties) {
-    const int numTies = int(ties.ties().size()), count = 6 + 6 * numTies;
-    Loads loads;
-    Shapes acceleration = Shapes::Zero(model.K.size, count);
-    MatrixXd resultant = MatrixXd::Zero(6, count);  // about the centre of mass
-    loads.onTies = MatrixXd::Zero(6 * numTies, count);
-    for (int c = 0; c < 6; ++c) {
-        const int a = TensorAxes[c][0], b = TensorAxes[c][1];
-        loads.names.push_back(std::string("turning ") + "xyz"[a] + "xyz"[b]);
-        for (int node = 0; node < model.mesh.numNodes(); ++node)
-            acceleration.block<3, 1>(3 * node, c) = calcCentrifugalAcceleration(
-                a, b,
-                Eigen::Map<const Vector3d>(&model.mesh.positions[3 * size_t(node)]) - rigid.center);
-    }
-    for (int k = 0; k < 6 * numTies; ++k) {
-        const auto& tie = ties.ties()[size_t(k / 6)];
-        loads.names.push_back(std::string(k % 6 < 3 ? "force " : "moment ") + "xyz"[k % 3] +
-                              " on interface '" + tie.name + "'");
-        if (tie.type == TieType::Distributing) continue;
-        loads.onTies(k, 6 + k) = 1;
-        Eigen::Matrix<double, 6, 6> atMaster = Eigen::Matrix<double, 6, 6>::Identity();
-        atMaster.topRows<3>() =
-            calcRigidMotion(Eigen::Map<const Vector3d>(tie.master.data()) - rigid.center);
-        resultant.col(6 + k) = atMaster.row(k % 6).transpose();
-    }
-    loads.applied = products.m.multiplyPerAxis(acceleration);
-    for (int k = 0; k < numTies; ++k) {
-        const auto& tie = ties.ties()[size_t(k)];
-        if (tie.type == TieType::Rigid) continue;
-        const MatrixXd D = ties.calcMean(model.mesh, tie);
-        for (size_t i = 0; i < tie.nodes.size(); ++i)
-            loads.applied.block<3, 6>(3 * tie.nodes[i], 6 + 6 * k) =
-                D.middleCols<3>(3 * Eigen::Index(i)).transpose();
-    }
-    const Shapes MR = products.m.multiplyPerAxis(rigid.R);
-    const Eigen::LDLT<MatrixXd> RMR(MatrixXd(rigid.R.transpose() * MR));
-    for (int pass = 0; pass < 2; ++pass) {  // twice, for round-off
-        const MatrixXd rest = rigid.R.transpose() * loads.applied + resultant;
-        const MatrixXd accelerations = RMR.solve(rest);
-        loads.applied -= MR * accelerations;
-    }
-    return loads;
-}
-
-/** Displacements under the loads, up to a rigid motion. **/
-Shapes solve(const FeProducts& products, const InterfaceTies& ties, const ModeBasis& basis,
-             const Loads& loads) {
-    const Eigen::Index numBoundary = ties.numBoundaryDofs(), count = loads.applied.cols();
-    // The first interface held: in equilibrium it carries nothing.
-    const Shapes constraint = basis.Psi.leftCols(numBoundary);
-    Shapes u = Shapes::Zero(constraint.rows(), count);
-    if (numBoundary > 6) {
-        const Eigen::Index rest = numBoundary - 6;
-        const MatrixXd stiffness = constraint.transpose() * products.K.multiply(constraint);
-        const MatrixXd force = constraint.transpose() * loads.applied + loads.onTies;
-        const Eigen::LDLT<MatrixXd> factors(stiffness.bottomRightCorner(rest, rest));
-        const MatrixXd motions = factors.solve(MatrixXd(force.bottomRows(rest)));
-        u = constraint.rightCols(rest) * motions;
-    }
-    return u + basis.held->solve(loads.applied);
-}
 
 std::vector<double> toVector(const MatrixXd& A) {
     return {A.data(), A.data() + A.size()};
@@ -135,10 +60,11 @@ ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& p
                               double(model.K.numEntries())),
         available);
     reportProgress(progress, "loads that stiffen", -1);
-    const Loads loads = makeLoads(model, products, rigid, ties);
+    const EquilibriumLoads loads = makeEquilibriumLoads(model, products, rigid, ties);
     Shapes tieForces = Shapes::Zero(model.K.size, loads.applied.cols());  // c, on tied nodes alone
     if (!ties.ties().empty()) {
-        tieForces = products.K.multiply(solve(products, ties, basis, loads)) - loads.applied;
+        tieForces =
+            products.K.multiply(solveEquilibrium(products, ties, basis, loads).u) - loads.applied;
         for (int node = 0; node < model.mesh.numNodes(); ++node)
             if (ties.rigidTieOf(node) < 0) tieForces.middleRows<3>(3 * node).setZero();
     }

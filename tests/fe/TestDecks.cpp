@@ -279,12 +279,12 @@ std::array<double, 6> calcCalculixSag(const TestFolder& folder, const std::strin
     return calcStaticMotion(folder, deck, held, watched, gravityText(gravity, direction));
 }
 
-std::map<int, std::array<double, 3>> calcCalculixSagOfSet(
+std::map<int, std::array<double, 3>> calcCalculixDisplacements(
     const TestFolder& folder, const std::string& deck,
     const std::pair<std::string, std::array<double, 3>>& held,
     const std::pair<std::string, std::array<double, 3>>& tied, const std::string& set,
-    double gravity, const std::array<double, 3>& direction) {
-    return calcStaticDisplacements(folder, deck, held, tied, set, gravityText(gravity, direction));
+    const std::string& stepCards) {
+    return calcStaticDisplacements(folder, deck, held, tied, set, stepCards);
 }
 
 std::string makeTieCards(int index, const std::string& set, const std::array<double, 3>& point) {

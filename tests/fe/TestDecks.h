@@ -71,12 +71,13 @@ std::array<double, 6> calcCalculixSag(const TestFolder& folder, const std::strin
                                       const std::pair<std::string, std::array<double, 3>>& watched,
                                       double gravity, const std::array<double, 3>& direction);
 
-/** The same, displacements [m] of the nodes of `set` by their numbers; both ends are tied. **/
-std::map<int, std::array<double, 3>> calcCalculixSagOfSet(
+/** Displacements [m] of the nodes of `set` by their numbers in a *STATIC step with further cards;
+both ends are tied. **/
+std::map<int, std::array<double, 3>> calcCalculixDisplacements(
     const TestFolder& folder, const std::string& deck,
     const std::pair<std::string, std::array<double, 3>>& held,
     const std::pair<std::string, std::array<double, 3>>& tied, const std::string& set,
-    double gravity, const std::array<double, 3>& direction);
+    const std::string& stepCards);
 
 /** Stress and strain (tensors, xx yy zz xy xz yz) as CalculiX puts them out. **/
 struct CalculixStress {

@@ -5,6 +5,7 @@ simflex run: does the analyses of a model file. **/
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
@@ -49,6 +50,7 @@ std::string makeResumeCommand(const RunArguments& arguments) {
     for (const std::string& name : options.only) command += " --only " + quote(name);
     if (arguments.isRigidToo) command += " --rigid";
     if (arguments.verifies) command += " --verify";
+    if (options.hasErrorBars) command += " --error-bar";
     if (options.writesCsv) command += " --csv";
     if (!options.drawsPictures) command += " --no-pictures";
     if (!options.animation.empty()) command += " --animation " + quote(options.animation);
@@ -99,9 +101,20 @@ void perform(const RunArguments& arguments) {
         options.listener.tellWarning(
             "no body of the model can bend: it is rigid as it is, so --rigid changes nothing and "
             "it is run once");
-    run.perform();
+    std::optional<ErrorBarRun> twin;
+    if (options.hasErrorBars) twin.emplace(run, options);
+    if (twin)
+        twin->perform(run);
+    else
+        run.perform();
     ProgressBar::clearLine();
     printSummary(run);
+    if (twin) {
+        const ErrorBars bars = twin->keep(run);
+        printErrorBars(readResults(run.getResultPath(), ReadStates::No), bars);
+        std::printf("results with further modes: %s\n", twin->getFiner().getResultPath().c_str());
+        twin->getFiner().refuseFailures();
+    }
     if (isRigidToo) {
         ModelRun rigid(text, ModelOptions::Bodies::Rigid, options);
         rigid.perform();
@@ -146,6 +159,9 @@ void addRunCommand(CLI::App& app) {
     command->add_flag("--verify", arguments->verifies,
                       "Once more with a tenth of solver.accuracy and half the longest step, and by "
                       "how much that changes every probe: an estimate of the error");
+    command->add_flag("--error-bar", options->hasErrorBars,
+                      "Beside it with further modes of all parts: each probe's error by what "
+                      "reduction has left out, and how many modes would do");
     command->add_flag("--resume", options->resumes,
                       "Go on where the last run of this model was stopped");
     command->add_flag("--csv", options->writesCsv, "A CSV file of each analysis as well");

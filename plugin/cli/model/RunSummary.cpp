@@ -322,6 +322,26 @@ void printDifference(const Results& flexible, const Results& rigid) {
                     accuracy);
 }
 
+void printErrorBars(const Results& run, const ErrorBars& bars) {
+    for (const Results::Analysis& a : run.analyses) {
+        const auto& columns = bars.comparison.columns;
+        if (std::any_of(columns.begin(), columns.end(),
+                        [&](const ColumnDifference& column) { return column.analysis == a.name; }))
+            printColumns(a.name + ": errors by what the parts have left out", a.name,
+                         bars.comparison, describeRelative);
+    }
+    for (const std::string& missing : bars.comparison.missing)
+        std::printf("  no error bar: %s\n", missing.c_str());
+    for (const ModeAdvice& advice : bars.advice)
+        if (advice.wanted > 0)
+            std::printf("  %s: %d modes instead of %d for %g %% of %s\n", advice.part.c_str(),
+                        advice.wanted, advice.modes, 100 * TrustedError, advice.probe.c_str());
+        else
+            std::printf("  %s: many more modes than %d, or load points, for %g %% of %s\n",
+                        advice.part.c_str(), advice.modes, 100 * TrustedError,
+                        advice.probe.c_str());
+}
+
 namespace {
 
 constexpr double TrustedChange = 0.01;  // change of a probe, of its range

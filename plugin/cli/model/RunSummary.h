@@ -2,7 +2,7 @@
 /** @file
 What a model is made of and what a run has found, on standard output. **/
 
-#include "simflex/model/analyses/ModelRun.h"
+#include "simflex/model/analyses/ErrorBars.h"
 
 namespace simflex {
 namespace cli {
@@ -26,6 +26,10 @@ void printDifference(const Results& flexible, const Results& rigid);
 that more than a hundredth of their range is wrong with.
 @param change  what the second run was asked for, "solver.accuracy=1e-07" **/
 void printVerification(const Results& run, const Results& fine, const std::string& change);
+
+/** By how much further modes of the parts change each probe, and how many modes these should have.
+ * **/
+void printErrorBars(const Results& run, const ErrorBars& bars);
 
 }  // namespace cli
 }  // namespace simflex

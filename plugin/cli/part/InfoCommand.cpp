@@ -89,6 +89,11 @@ Json describe(const ReductionReport& report) {
     json.add("condition_number", report.conditionNumber);
     json.add("rigid_masses", report.rigidMasses);
     json.add("full_frequencies", report.fullFrequencies);
+    if (!report.staticErrors.empty()) {
+        Json errors = Json::object();
+        for (const StaticError& error : report.staticErrors) errors.add(error.load, error.error);
+        json.add("static_errors", errors);
+    }
     Json modes = Json::list();
     for (size_t i = 0; i < report.normalFrequencies.size(); ++i) {
         Json mode = Json::object();
@@ -205,11 +210,17 @@ void printReport(const ReducedBody& body) {
     std::printf("reduction       %d constraint, %d attachment, %zu normal modes\n",
                 report.numConstraintModes, report.numAttachmentModes,
                 report.normalFrequencies.size());
+    if (body.finer)
+        std::printf("for error bars  %d modes of the finer twin\n", body.finer->numModes);
     std::printf("residuals       of unit modal mass %.1e, stiffness %.1e, rigid motion %.1e\n",
                 report.massOrthogonality, report.stiffnessOrthogonality, report.rigidResidual);
     std::printf(
         "                rigid energy %.1e of the lowest mode; condition of the factor %.1e\n",
         report.rigidEnergy, report.conditionNumber);
+    if (!report.staticErrors.empty())
+        std::printf("lacking         of the free part's static deflection under\n");
+    for (const StaticError& error : report.staticErrors)
+        std::printf("  %-40s %.1e\n", error.load.c_str(), error.error);
     if (report.normalFrequencies.empty()) return;
 
     const bool hasMasses = report.effectiveMasses.size() == 6 * report.normalFrequencies.size();

@@ -48,7 +48,10 @@ struct ReduceArguments {
     bool stiffening = false, quiet = false;
 };
 
-/** The part's frequencies beside those of the full model. **/
+/** Share of a static deflection that is round-off. **/
+constexpr double NoStaticError = 1e-9;
+
+/** The part's frequencies and deflections beside those of the full model. **/
 void printCheck(const ReducedBody& body) {
     std::printf("  mode     part [Hz]    full [Hz]   error\n");
     for (size_t i = 0; i < body.report->fullFrequencies.size(); ++i) {
@@ -56,6 +59,10 @@ void printCheck(const ReducedBody& body) {
                      full = body.report->fullFrequencies[i];
         std::printf("%6zu  %12.6g %12.6g  %.1e\n", i + 1, part, full, part / full - 1);
     }
+    std::printf("  what the free part lacks of its static deflection under\n");
+    for (const StaticError& error : body.report->staticErrors)
+        std::printf("  %-40s %.1e\n", error.load.c_str(),
+                    std::abs(error.error) > NoStaticError ? error.error : 0.0);
 }
 
 std::string findOutput(const ReduceArguments& arguments) {

@@ -122,6 +122,24 @@ void ReductionArguments::addTo(CLI::App& command) {
                 "static (attachment) modes for forces on NODES (also node:NUMBER), along x, y "
                 "and z or the AXES given",
                 "NODES[=AXES]");
+    command.add_flag(
+        "--inertia-relief", m_options.hasInertiaRelief,
+        "static modes for weight, angular acceleration and centrifugal load: twelve of "
+        "the modes, six of a part without interfaces");
+    command
+        .add_option("--at-frequency", m_options.frequencies,
+                    "modes with which the part answers harmonic motion of its interfaces and "
+                    "forces at its load points exactly at this frequency, or at these: HZ,HZ")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->type_name("HZ")
+        ->check(makePositiveCheck());
+    command
+        .add_option("--further-modes", m_options.numFurtherModes,
+                    "keep the part with so many further normal modes and inertia relief beside it, "
+                    "for `simflex run --error-bar`: 24 will do")
+        ->type_name("COUNT")
+        ->check(makePositiveCheck());
     CLI::Option* modes = command.add_option(
         "-m,--modes", m_options.numModes,
         "Craig-Bampton modes, 6 per interface among them; the part keeps 6 fewer");
@@ -134,7 +152,8 @@ void ReductionArguments::addTo(CLI::App& command) {
         ->excludes(modes);
     command
         .add_option("--check", m_options.numCheckedModes,
-                    "compare so many frequencies of the part with those of the full model")
+                    "compare so many frequencies of the part with those of the full model, and its "
+                    "deflection under static loads")
         ->type_name("COUNT")
         ->check(makePositiveCheck());
     command.add_flag("--stress{skin}", m_stress,

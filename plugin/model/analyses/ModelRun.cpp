@@ -25,7 +25,7 @@ namespace {
 
 /** The model file's own choice, or one from its name, in the current folder. **/
 std::string chooseResultPath(const ModelText& text, const ModelValue& model,
-                             const RunOptions& options, bool isRigid) {
+                             const RunOptions& options, ModelOptions::Bodies bodies) {
     const ModelValue file = model.get("output").get("file");
     fs::path path =
         !options.output.empty() ? fs::path(options.output)
@@ -33,7 +33,9 @@ std::string chooseResultPath(const ModelText& text, const ModelValue& model,
             ? fs::path(file.getText())
             : fs::path((text.path.empty() ? "model" : fs::path(text.path).stem().string()) +
                        ".results.h5");
-    if (isRigid) path.replace_extension(".rigid" + path.extension().string());
+    if (bodies != ModelOptions::Bodies::AsGiven)
+        path.replace_extension((bodies == ModelOptions::Bodies::Rigid ? ".rigid" : ".finer") +
+                               path.extension().string());
     return path.string();
 }
 
@@ -73,7 +75,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     m_modelOptions.bodies = bodies;
     m_modelOptions.allowsScripts = options.allowsScripts;
     // Pictures of the same names would replace those of the model as given.
-    if (bodies == ModelOptions::Bodies::Rigid) {
+    if (bodies != ModelOptions::Bodies::AsGiven) {
         m_options.drawsPictures = false;
         m_options.animation.clear();
     }
@@ -89,7 +91,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
                          ": there is nothing to do: add what to simulate, for example\n"
                          "analyses:\n"
                          "  run: {type: transient, duration: 1}");
-    m_resultPath = chooseResultPath(text, file, options, bodies == ModelOptions::Bodies::Rigid);
+    m_resultPath = chooseResultPath(text, file, options, bodies);
     // Parts may take minutes.
     checkWishes(file);
     if (!options.onlyChecks) readEarlier();
@@ -290,14 +292,17 @@ void ModelRun::perform() {
             if (isWanted(analysis.name) && analysis.type == "transient" && !analysis.q.empty())
                 m_remarks[analysis.name].push_back(
                     writeAnimation(*m_model, analysis, m_options.animation));
-    if (m_options.writesCsv || m_model->getFile().get("output").get("csv").getBool())
-        for (const Results::Analysis& analysis :
-             readResults(m_resultPath, ReadStates::No).analyses) {
-            if (!isWanted(analysis.name)) continue;
-            writeResultCsv(
-                fs::path(m_resultPath).replace_extension("." + analysis.name + ".csv").string(),
-                analysis);
-        }
+    writeTables();
+}
+
+void ModelRun::writeTables() const {
+    if (!m_options.writesCsv && !m_model->getFile().get("output").get("csv").getBool()) return;
+    for (const Results::Analysis& analysis : readResults(m_resultPath, ReadStates::No).analyses) {
+        if (!isWanted(analysis.name)) continue;
+        writeResultCsv(
+            fs::path(m_resultPath).replace_extension("." + analysis.name + ".csv").string(),
+            analysis);
+    }
 }
 
 void ModelRun::runTransient(const ModelValue& analysis) {

@@ -37,10 +37,16 @@ public:
     /** Runs nothing. **/
     Assembly assemble();
 
+    /** Who is told from now on. **/
+    void setListener(const Listener& listener) { m_options.listener = listener; }
+
     /** Begins the result file, or goes on with it.
     @throws Cancelled when the listener asked for it, after everything was kept; std::runtime_error
     if something fails. **/
     void perform();
+
+    /** Tables of the results beside them, if they are wanted. **/
+    void writeTables() const;
 
     /** What could be done in part only, in words. @throws std::runtime_error if there is any. **/
     void refuseFailures() const;
@@ -65,6 +71,7 @@ private:
     void warn(const std::string& analysis, const std::string& message);
     /** Tells that an analysis of a rigid model has no meaning. **/
     void leaveOut(const std::string& analysis, const std::string& reason);
+    bool isTwin() const { return m_modelOptions.bodies != ModelOptions::Bodies::AsGiven; }
     bool isRigidTwin() const { return m_modelOptions.bodies == ModelOptions::Bodies::Rigid; }
     /** Warns of flexible bodies that are bent beyond what modes describe. **/
     void checkLinearRange(const std::string& analysis, const SimTK::State& state);

@@ -1,5 +1,7 @@
 #include "simflex/model/builders/BodyBuilder.h"
 
+#include <algorithm>
+
 #include "simflex/forces/ModalDamping.h"
 #include "simflex/model/builders/RigidBodies.h"
 
@@ -10,8 +12,8 @@ using namespace SimTK;
 
 namespace {
 
-void addDamping(const ModelValue& value, FlexibleBodySubsystem& flexible,
-                const FlexibleBody& body) {
+void addDamping(const ModelValue& value, const ModelOptions& options,
+                FlexibleBodySubsystem& flexible, const FlexibleBody& body) {
     if (!value.isGiven()) return;
     withPlace(value, [&] {
         if (value.isMap()) {
@@ -28,7 +30,10 @@ void addDamping(const ModelValue& value, FlexibleBodySubsystem& flexible,
             else
                 ModalDamping(flexible, body, value.getNumber());
         } else {
-            const std::vector<double> ratios = value.getNumbers();
+            std::vector<double> ratios = value.getNumbers();
+            // The finer twin's further modes are among the last.
+            if (options.bodies == ModelOptions::Bodies::Finer && !ratios.empty())
+                ratios.resize(std::max(ratios.size(), size_t(body.getNumModes())), ratios.back());
             if (int(ratios.size()) != body.getNumModes())
                 value.fail("there are " + std::to_string(ratios.size()) + " damping ratios; '" +
                            body.getName() + "' has " + std::to_string(body.getNumModes()) +
@@ -53,7 +58,7 @@ FlexibleBody addFlexibleBody(const ModelValue& value,
     if (options.bodies == ModelOptions::Bodies::Rigid ||
         (value.has("rigid") && value.get("rigid").getBool()))
         body.setRigidByDefault(true);
-    addDamping(value.get("damping"), system.flexible, body);
+    addDamping(value.get("damping"), options, system.flexible, body);
     return body;
 }
 

@@ -56,6 +56,14 @@ ReducedBody keepModes(ReducedBody part, const ModelValue& keep) {
     });
 }
 
+/** The part with further modes. **/
+std::shared_ptr<const ReducedBody> findFiner(const ModelValue& value, const ReducedBody& part) {
+    if (part.finer) return part.finer;
+    value.fail(
+        "nothing is known of the modes that its file has left out; reduce the part with "
+        "`simflex reduce --further-modes 24` for error bars");
+}
+
 }  // namespace
 
 Parts makeParts(const ModelValue& file, const ModelOptions& options) {
@@ -63,6 +71,10 @@ Parts makeParts(const ModelValue& file, const ModelOptions& options) {
     const ModelValue values = file.get("parts");
     for (const std::string& name : values.getKeys()) {
         const ModelValue value = values.get(name);
+        if (options.bodies == ModelOptions::Bodies::Finer) {
+            parts[name] = findFiner(value, readPart(value, options));
+            continue;
+        }
         parts[name] = std::make_shared<const ReducedBody>(
             keepModes(readPart(value, options), value.get("keep")));
     }

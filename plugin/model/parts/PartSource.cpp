@@ -24,6 +24,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/** Normal modes that a finer part has more. **/
+constexpr int FurtherModes = 24;
+
 struct Request {
     SourceOptions source;
     ReductionOptions reduction;
@@ -112,7 +115,7 @@ std::optional<StressOptions> readStress(const ModelValue& value) {
     return stress;
 }
 
-ReductionOptions readReduction(const ModelValue& part) {
+ReductionOptions readReduction(const ModelValue& part, ModelOptions::Bodies bodies) {
     ReductionOptions reduction;
     reduction.name = part.getName();
     const ModelValue interfaces = part.get("interfaces");
@@ -121,8 +124,16 @@ ReductionOptions readReduction(const ModelValue& part) {
     readLoadPoints(part.get("load_points"), reduction.loadPoints);
     if (part.has("modes")) reduction.numModes = part.get("modes").getInteger();
     if (part.has("up_to")) reduction.highestFrequency = part.get("up_to").getNumber();
+    if (part.has("inertia_relief"))
+        reduction.hasInertiaRelief = part.get("inertia_relief").getBool();
+    if (part.has("at_frequency")) {
+        const ModelValue frequencies = part.get("at_frequency");
+        reduction.frequencies = frequencies.isScalar() ? std::vector{frequencies.getNumber()}
+                                                       : frequencies.getNumbers();
+    }
     if (part.has("stiffening") && part.get("stiffening").getBool()) reduction.stiffening.emplace();
     reduction.stress = readStress(part.get("stress"));
+    if (bodies == ModelOptions::Bodies::Finer) reduction.numFurtherModes = FurtherModes;
     return reduction;
 }
 
@@ -162,6 +173,15 @@ void addToKey(const Request& request, PartKey& key) {
     key.add(double(reduction.numModes));
     key.add(reduction.highestFrequency.value_or(0));
     key.add(double(bool(reduction.stiffening)));
+    if (reduction.hasInertiaRelief) key.add(std::string("inertia relief"));
+    for (const double hertz : reduction.frequencies) {
+        key.add(std::string("frequency"));
+        key.add(hertz);
+    }
+    if (reduction.numFurtherModes > 0) {
+        key.add(std::string("further modes"));
+        key.add(double(reduction.numFurtherModes));
+    }
     key.add(reduction.stress ? double(1 + int(reduction.stress->nodes)) : 0.0);
     if (reduction.stress) {
         key.add(double(reduction.stress->sets.size()));
@@ -169,7 +189,7 @@ void addToKey(const Request& request, PartKey& key) {
     }
 }
 
-Request readRequest(const ModelValue& part) {
+Request readRequest(const ModelValue& part, ModelOptions::Bodies bodies) {
     Request request;
     SourceOptions& source = request.source;
     if (part.has("without_contact"))
@@ -184,7 +204,7 @@ Request readRequest(const ModelValue& part) {
         source.units = part.get("units").getText();
         withPlace(part.get("units"), [&] { findUnitSystem(source.units); });
     }
-    request.reduction = readReduction(part);
+    request.reduction = readReduction(part, bodies);
     const bool needsDeck = request.reduction.stiffening || request.reduction.stress;
     if (needsDeck && !part.has("geometry") && !isCalculixDeck(source))
         part.get(request.reduction.stiffening ? "stiffening" : "stress")
@@ -270,7 +290,7 @@ void waitFor(FileLock& lock, const std::string& part, const ModelOptions& option
 }  // namespace
 
 ReducedBody reducePart(const ModelValue& value, const ModelOptions& options) {
-    Request request = readRequest(value);
+    Request request = readRequest(value, options.bodies);
     const PartCache cache(options.cacheFolder, options.listener.note);
     const auto warn = [&](const PartCache::Kept& kept) {
         for (const std::string& warning : kept.warnings)

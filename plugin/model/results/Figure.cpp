@@ -85,7 +85,11 @@ void addData(std::string& script, const std::string& name, const FigureCurve& cu
     script += "$" + name + " << END_OF_CURVE\n";
     for (const size_t k : choosePoints(curve)) {
         const bool isKnown = std::isfinite(curve.x[k]) && std::isfinite(curve.y[k]);
-        script += isKnown ? number(curve.x[k]) + " " + number(curve.y[k]) + "\n" : "\n";
+        script += isKnown ? number(curve.x[k]) + " " + number(curve.y[k]) : "";
+        if (isKnown && !curve.error.empty() && std::isfinite(curve.error[k]))
+            for (const double side : {-1, 1})
+                script += " " + number(curve.y[k] + side * std::abs(curve.error[k]));
+        script += "\n";
     }
     script += "END_OF_CURVE\n";
 }
@@ -94,7 +98,11 @@ std::string makeCurveCommand(const std::string& data, const FigureCurve& curve, 
     const PlotTheme& theme = PlotTheme::light();
     const auto& color =
         curve.isFaint ? theme.faintText : theme.curves[size_t(curve.color) % theme.curves.size()];
-    std::string command = "$" + data + " using 1:2 ";
+    std::string command;
+    if (!curve.error.empty())
+        command = "$" + data + " using 1:3:4 with filledcurves fillstyle transparent solid 0.25 " +
+                  "noborder linecolor rgb '" + hex(color) + "' notitle, ";
+    command += "$" + data + " using 1:2 ";
     const std::string rgb = " linecolor rgb '" + hex(color) + "'";
     const std::string width = curve.isFaint ? "0.8" : "1.8";
     const int dash = curve.isFaint ? 3 : 1 + curve.dash % 5;
@@ -198,7 +206,15 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
               ", screen " + layout.screenY(upper + 0.5 * layout.panelHeight) +
               " center rotate by 90" + text;
     Range y;
-    for (const FigureCurve& curve : panel.curves) y.add(curve.y, panel.isLogarithmic);
+    for (const FigureCurve& curve : panel.curves) {
+        y.add(curve.y, panel.isLogarithmic);
+        for (const double side : {-1, 1}) {
+            std::vector<double> edge = curve.error;
+            for (size_t k = 0; k < edge.size(); ++k)
+                edge[k] = curve.y[k] + side * std::abs(edge[k]);
+            y.add(edge, panel.isLogarithmic);
+        }
+    }
     script += panel.isLogarithmic
                   ? "set logscale y\nset yrange " + makeLogarithmicRange(y, 0.05)
                   : "unset logscale y\nset yrange " + makeRange(y, 0.05, panel.startsAtZero);

@@ -23,7 +23,28 @@ struct Candidate {
     ChosenColumn column;
     size_t source;
     std::vector<double> x;
+    std::vector<double> error;  ///< of runs with error bars, else empty
 };
+
+/** Whether it is the error of another probe. **/
+bool isErrorOfAnother(const Results::Analysis& analysis, const std::string& probe) {
+    return std::any_of(
+        analysis.probes.begin(), analysis.probes.end(),
+        [&](const Results::Series& series) { return probe == series.column.name + ErrorSuffix; });
+}
+
+/** The error of a column, if the run has error bars. **/
+std::vector<double> findErrors(const Results::Analysis& analysis, const ChosenColumn& column) {
+    std::vector<double> errors;
+    for (const Results::Series& series : analysis.probes) {
+        if (series.column.name != column.probe + ErrorSuffix) continue;
+        const auto& columns = series.column.columns;
+        const auto place = std::find(columns.begin(), columns.end(), column.column);
+        if (place == columns.end()) break;
+        for (const auto& row : series.rows) errors.push_back(row[size_t(place - columns.begin())]);
+    }
+    return errors;
+}
 
 double findLargest(const std::vector<double>& values, double largest = 0) {
     for (const double value : values)
@@ -70,9 +91,13 @@ std::vector<Candidate> collect(const std::vector<FigureSource>& sources, const F
         }
         cutToTimes(time, wishes, x);
         for (ChosenColumn& column : chooseColumns(*sources[s].analysis, wishes.probes)) {
-            if (wishes.probes.empty() && column.name == xName) continue;
+            if (wishes.probes.empty() &&
+                (column.name == xName || isErrorOfAnother(*sources[s].analysis, column.probe)))
+                continue;
+            std::vector<double> error = findErrors(*sources[s].analysis, column);
+            cutToTimes(time, wishes, error);
             cutToTimes(time, wishes, column.values);
-            candidates.push_back({std::move(column), s, x});
+            candidates.push_back({std::move(column), s, x, std::move(error)});
         }
     }
     if (candidates.empty()) throw std::runtime_error("there is no probe to draw");
@@ -163,6 +188,8 @@ FigurePanel makePanel(std::vector<Candidate>& candidates, const std::vector<Figu
         curve.y = std::move(candidate.column.values);
         scale(curve.x, xSize);
         scale(curve.y, unit.size);
+        curve.error = std::move(candidate.error);
+        scale(curve.error, unit.size);
         panel.curves.push_back(std::move(curve));
     }
     return panel;

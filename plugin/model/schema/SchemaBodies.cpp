@@ -166,6 +166,18 @@ SchemaForm part() {
                       "Node sets under loads, for which the part gets modes of their own.")
                 .with(sources)
                 .such("[TIP, {nodes: SEAT, axes: xy}]"),
+            SchemaKey("inertia_relief", {boolean()},
+                      "Gives the part static modes for weight, angular acceleration and "
+                      "centrifugal load, 12 of `modes`.")
+                .with(sources)
+                .orElse("false")
+                .such("true"),
+            SchemaKey("at_frequency", {positive(), list({positive()})},
+                      "Frequencies at which the part answers harmonic motion of its interfaces and "
+                      "forces at its load points exactly.")
+                .in("Hz")
+                .with(sources)
+                .such("[120, 480]"),
             SchemaKey("stiffening", {boolean()},
                       "Computes the part's stiffening under acceleration and turning.")
                 .with(sources)
