@@ -185,6 +185,14 @@ void ReducedBody::validate() const {
         checkSymmetry(name, "I2", component, numModes, +1);
     }
     checkMassNormalized(name, I2, n);
+    if (further) {
+        checkSize(name, "coordinates of further shapes", further->coordinates.size(),
+                  further->displacements.size() * n);
+        checkFinite(name, "coordinates of further shapes", further->coordinates);
+        checkFinite(name, "displacements of further shapes", further->displacements);
+    }
+    if (finer && finer->finer) refuse(name, "its finer twin has a finer twin");
+    if (finer) finer->validate();
     for (const auto& component : N) {
         checkSize(name, "N", component.size(), n * n);
         checkFinite(name, "N", component);

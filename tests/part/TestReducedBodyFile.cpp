@@ -149,6 +149,31 @@ TEST_F(ReducedBodyFileTest, APartWithoutInterfacesRoundTrips) {
     expectSame(readReducedBody(file), body);
 }
 
+TEST_F(ReducedBodyFileTest, TheFinerTwinAndStaticErrorsComeBack) {
+    ReducedBody body = makePart(), finer = makePart();
+    finer.name = "finer";
+    finer.further = {{1, 2, 3, 4, 5, 1.0 / 3}, {0.1, 0.2, 0.3}};
+    body.finer = std::make_shared<const ReducedBody>(finer);
+    body.report.emplace();
+    body.report->staticErrors = {{"force x on interface 'seat / 1'", 0.25}, {"turning xx", 1e-3}};
+    writeReducedBody(file, body);
+    const ReducedBody read = readReducedBody(file);
+    expectSame(read, body);
+    ASSERT_TRUE(read.finer && read.finer->further && read.report);
+    expectSame(*read.finer, finer);
+    EXPECT_EQ(read.finer->further->coordinates, finer.further->coordinates);
+    EXPECT_EQ(read.finer->further->displacements, finer.further->displacements);
+    ASSERT_EQ(read.report->staticErrors.size(), 2u);
+    EXPECT_EQ(read.report->staticErrors[0].load, "force x on interface 'seat / 1'");
+    EXPECT_EQ(read.report->staticErrors[1].error, 1e-3);
+    finer.further->coordinates.pop_back();
+    body.finer = std::make_shared<const ReducedBody>(finer);
+    EXPECT_THROW(writeReducedBody(file, body), std::invalid_argument);
+    finer.finer = body.finer;
+    body.finer = std::make_shared<const ReducedBody>(finer);
+    EXPECT_THROW(body.validate(), std::invalid_argument);
+}
+
 TEST_F(ReducedBodyFileTest, SamePartGivesTheSameBytes) {
     writeReducedBody(file, makePart());
     const std::string first = testing::readText(file);

@@ -147,6 +147,12 @@ ErrorBars ErrorBarRun::keep(const ModelRun& run) const {
     const Results finer = readResults(m_finer->getResultPath());
     ErrorBars bars;
     bars.comparison = compareResults(results, finer, {}, "the run", "the finer run");
+    auto& missing = bars.comparison.missing;
+    missing.erase(std::remove_if(missing.begin(), missing.end(),
+                                 [](const std::string& text) {
+                                     return text.find("only in the finer run") != std::string::npos;
+                                 }),
+                  missing.end());
     // Modes of the same number are not the same.
     const ModelValue probes = run.getModel().getFile().get("probes");
     auto& columns = bars.comparison.columns;

@@ -106,6 +106,12 @@ TEST_F(PartCacheTest, AnyByteOfTheDeckOrOfWhatItIncludesAndAnyOptionMakesANewEnt
     EXPECT_TRUE(wasReduced());
     makePart("deck: brick.inp, interfaces: {left: {nodes: LEFT, tie: distributing}}, modes: 8");
     EXPECT_TRUE(wasReduced());
+    for (const char* more :
+         {"", ", inertia_relief: true", ", at_frequency: 900", ", at_frequency: [900, 1200]"}) {
+        makePart(std::string("deck: brick.inp, interfaces: {left: LEFT}, modes: 30") + more);
+        EXPECT_TRUE(wasReduced()) << more;
+    }
+    makePart(plain);
     makePart(plain + ", keep: {lowest: 1}");  // the choice of modes is no part of it
     EXPECT_FALSE(wasReduced());
     brick.rho *= 2;
@@ -116,7 +122,7 @@ TEST_F(PartCacheTest, AnyByteOfTheDeckOrOfWhatItIncludesAndAnyOptionMakesANewEnt
                        brick.meshText() + "** a comment\n*INCLUDE, INPUT=material.inc\n");
     makePart(plain);
     EXPECT_TRUE(wasReduced());
-    EXPECT_EQ(listCache().size(), 6u);
+    EXPECT_EQ(listCache().size(), 10u);
 }
 
 TEST_F(PartCacheTest, DamagedEntriesAreMadeAnew) {
