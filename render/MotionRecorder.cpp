@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "simflex/body/FlexibleBodySubsystem.h"
+
 namespace simflex {
 
 void MotionRecorder::record(const SimTK::State& recorded) {
@@ -23,6 +25,8 @@ void MotionRecorder::record(const SimTK::State& recorded) {
     record.stage = recorded.getSystemStage();
     const SimTK::Vector& y = recorded.getY();
     for (int i = 0; i < y.size(); ++i) record.variables.push_back(y[i]);
+    if (const auto* flexible = FlexibleBodySubsystem::find(*system))
+        record.holding = flexible->getHolding(recorded);
     records.push_back(std::move(record));
 }
 
@@ -32,6 +36,13 @@ void MotionRecorder::clear() {
 
 const SimTK::State& MotionRecorder::getState(int i) const {
     const Record& record = records.at(std::size_t(i));
+    if (const auto* flexible = FlexibleBodySubsystem::find(*system)) {
+        const SimTK::Vector held = flexible->getHolding(state);
+        if (held.size() > 0 && (held - record.holding).normInf() != 0) {
+            flexible->setHolding(state, record.holding);
+            system->realizeModel(state);
+        }
+    }
     state.setTime(record.time);
     SimTK::Vector& y = state.updY();
     for (int k = 0; k < y.size(); ++k) y[k] = record.variables[std::size_t(k)];

@@ -22,7 +22,7 @@ class MotionRecorder {
 public:
     explicit MotionRecorder(const SimTK::System& recordedSystem) : system(&recordedSystem) {}
 
-    /** Keeps t, q, u and z, and how far the State has been realized.
+    /** Keeps t, q, u, z, what joints hold, and how far the State has been realized.
     @throws std::invalid_argument when their number differs from that of the first State. **/
     void record(const SimTK::State& state);
     void clear();
@@ -39,6 +39,7 @@ private:
         double time;
         SimTK::Stage stage;
         std::vector<double> variables;  // q, u, z
+        SimTK::Vector holding;          // FlexibleBodySubsystem::getHolding(), if there is one
     };
 
     const SimTK::System* system;

@@ -358,6 +358,39 @@ LargestDisplacement OffscreenVisualizer::Impl::calcLargestDisplacement(const Mot
     return largest;
 }
 
+namespace {
+
+/** Leaves out what flies so far away that all else would be lost: from the middle of nine tenths
+of the points, those beyond twice where these reach, if some are many times as far. **/
+void leaveOutFlights(std::vector<std::vector<Vec3>>& frames) {
+    constexpr double share = 0.9, far = 5, kept = 2;
+    std::vector<double> places[3], distances;
+    for (const std::vector<Vec3>& frame : frames)
+        for (const Vec3& p : frame)
+            for (int k = 0; k < 3; ++k) places[k].push_back(p[k]);
+    if (places[0].empty()) return;
+    Vec3 middle;
+    for (int k = 0; k < 3; ++k) {
+        const auto median = places[k].begin() + std::ptrdiff_t(places[k].size() / 2);
+        std::nth_element(places[k].begin(), median, places[k].end());
+        middle[k] = *median;
+    }
+    for (const std::vector<Vec3>& frame : frames)
+        for (const Vec3& p : frame) distances.push_back((p - middle).norm());
+    const double farthest = *std::max_element(distances.begin(), distances.end());
+    const auto most = distances.begin() + std::ptrdiff_t(share * double(distances.size() - 1));
+    std::nth_element(distances.begin(), most, distances.end());
+    const double reach = *most;
+    if (!(farthest > far * reach) || !(reach > 0)) return;
+    for (std::vector<Vec3>& frame : frames)
+        frame.erase(
+            std::remove_if(frame.begin(), frame.end(),
+                           [&](const Vec3& p) { return (p - middle).norm() > kept * reach; }),
+            frame.end());
+}
+
+}  // namespace
+
 void OffscreenVisualizer::Impl::fitToMotion(const Motion& motion) {
     if (motion.numStates == 0) return;
     if (isFactorAutomatic) {
@@ -373,6 +406,7 @@ void OffscreenVisualizer::Impl::fitToMotion(const Motion& motion) {
     marks.forgetRun();
     MotionBounds bounds;
     appendBounds(motion, bounds);
+    leaveOutFlights(bounds.frames);
     fitViews(bounds);
     output.setValuesOfRun(bounds.values);
     isFittedToMotion = true;

@@ -12,7 +12,13 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
         time              n    [s]; transient
         probes/PROBE      n×k  attributes unit, columns (comma-separated; empty for k = 1), index;
                                static: n = 1; "PROBE error" of runs with error bars
-        states/q, u       n×…  Simbody's numbering; left out where states are not kept
+        states/q, u, udot n×…  Simbody's numbering; of static q alone; left out where states are
+                               not kept
+        states/z               values of states of controllers, filters and inputs
+        states/holding         what events lock and release: FlexibleBodySubsystem::getHolding()
+        states/multipliers     of constraints and friction, 0 where one is released
+        states/moment     n×2  work of loads and dampers since the start [J], the State's own time
+        states/columns/q …     names of columns of each
         statistics             attributes: steps, iterations …, of transient integration_seconds and
                                output_seconds: what each took by the clock
         warnings               texts, as above: of this analysis
@@ -76,7 +82,9 @@ struct Results {
         bool isComplete = false;
         std::vector<double> time;
         std::vector<Series> probes;
-        std::vector<std::vector<double>> q, u;
+        std::vector<std::vector<double>> q, u, z, holding, uDot, multipliers, moment;
+        /** Names of columns of these, by their names in the file; those of q of a static one. **/
+        std::map<std::string, std::vector<std::string>> stateColumns;
         std::vector<double> speeds;
         std::vector<std::vector<double>> frequency, dampingRatio;  ///< eigen: one row
         std::vector<std::string> inputs, outputs, inputUnits, outputUnits;
@@ -102,6 +110,17 @@ struct Results {
 
 /** Behind a probe's name: that of its error, see analyses/ErrorBars.h. **/
 constexpr const char* ErrorSuffix = " error";
+
+/** What stands in `states`, in this order. **/
+struct ResultState {
+    const char* name;
+    std::vector<std::vector<double>> Results::Analysis::*rows;
+};
+inline const ResultState ResultStates[] = {
+    {"q", &Results::Analysis::q},          {"u", &Results::Analysis::u},
+    {"z", &Results::Analysis::z},          {"holding", &Results::Analysis::holding},
+    {"udot", &Results::Analysis::uDot},    {"multipliers", &Results::Analysis::multipliers},
+    {"moment", &Results::Analysis::moment}};
 
 enum class ReadStates { Yes, No };
 /** Reads; checks every shape. @throws std::runtime_error naming file and object. **/

@@ -45,6 +45,8 @@ std::uint32_t packColor(const Vec3& color, double alpha) {
     return raster::packColor(byte(color[0]), byte(color[1]), byte(color[2]), byte(alpha));
 }
 
+}  // namespace
+
 /** From camera frame to the picture, or to a part of it. **/
 struct Projector {
     float p0, p5, p10, p14;
@@ -71,8 +73,6 @@ struct Projector {
         out[3] = w;
     }
 };
-
-}  // namespace
 
 struct Rasterizer::Mesh {
     const SurfaceGeometry* geometry = nullptr;

@@ -61,7 +61,12 @@ StrutSize chooseStrutSize(double length, double scale) {
     StrutSize size;
     size.length = length;
     size.radius = std::min(0.2 * length, std::clamp(0.075 * length, 0.02 * scale, 0.075 * scale));
-    size.numTurns = int(std::clamp(std::round(0.72 * length / (0.95 * size.radius)), 5.0, 14.0));
+    if (length > 4 * scale) {  // a rope rather than a spring: straight but for its middle
+        size.radius = 0.05 * scale;
+        size.coil = 14 * size.radius;
+    }
+    size.numTurns = int(std::clamp(
+        std::round(std::min(0.72 * length, size.coil) / (0.95 * size.radius)), 5.0, 14.0));
     return size;
 }
 
@@ -79,7 +84,8 @@ void appendStrut(const Transform& X_GF, const Vec3& M_G, const StrutSize& size,
     if (!(length > 0.1 * r)) return;
     const StrutLine line{X_GF.p(), span / length};
     const UnitVec3 axis(line.direction);
-    const double straight = std::min(0.12 * size.length, 0.2 * length);
+    const double straight =
+        std::max(std::min(0.12 * size.length, 0.2 * length), 0.5 * (length - size.coil));
     const double inner = length - 2 * straight;
     const bool hasBoth = parts.hasSpring && parts.hasDamper;
 

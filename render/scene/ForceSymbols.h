@@ -14,8 +14,9 @@ namespace simflex {
 
 /** Sizes of a strut's symbol [m], which stay the same as its length changes. **/
 struct StrutSize {
-    double radius = 0.01;  ///< of the coil
-    double length = 0.1;   ///< without force
+    double radius = 0.01;           ///< of the coil
+    double length = 0.1;            ///< without force
+    double coil = SimTK::Infinity;  ///< longest part of the line that is a coil, its middle
     int numTurns = 8;
 };
 

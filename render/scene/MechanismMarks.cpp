@@ -87,9 +87,7 @@ void MechanismMarks::append(const SimTK::System& system, const State& state,
         if (settings.showJoints)
             appendJointSymbol(equations.getKind(), X_GF, X_GM, calcSize(matter, joint), geometry);
         if (!settings.showReactions) continue;
-        if (!settings.multipliers &&
-            matter.getConstraint(joint.getConstraintIndex()).isDisabled(state))
-            continue;
+        if (matter.getConstraint(joint.getConstraintIndex()).isDisabled(state)) continue;
         const Vector lambda =
             settings.multipliers ? settings.multipliers(state, joint) : joint.getMultipliers(state);
         SimTK::SpatialVec onM = joint.calcReaction(state, lambda, Joint::Side::M, Joint::Side::M);

@@ -25,7 +25,8 @@ const Files& getFiles() {
             model::ResultWriter writer(path,
                                        {"Title", "m.yaml", "simflex: 1\n", {"speed=1"}, false});
             Results::Analysis rest, modes, map, control;
-            rest.name = "rest", rest.type = "static", rest.q = {{4}};
+            rest.name = "rest", rest.type = "static", rest.q = {{4}},
+            rest.stateColumns["q"] = {"a"};
             rest.probes = {{probes[0], {{1, 2}}}, {probes[1], {{3}}}};
             modes.name = "modes", modes.type = "eigen", modes.frequency = {{1, 2}};
             modes.dampingRatio = {{0.1, 0.2}};
@@ -38,9 +39,9 @@ const Files& getFiles() {
                 {"A", {{0, 1}, {-4, 0}}}, {"B", {{0}, {1}}}, {"C", {{1, 0}}}, {"D", {{0}}}};
             for (const Results::Analysis& analysis : {rest, modes, map, control})
                 writer.add(analysis);
-            writer.beginTransient("run", probes, 1, 1);
+            writer.beginTransient("run", probes, {{"q", {"a"}}, {"u", {"b"}}});
             for (int k = 0; k < kRows; ++k) {
-                writer.addRow(k, {1.0 * k, 2.0 * k, 3.0 * k}, {4.0 * k}, {5.0 * k});
+                writer.addRow(k, {1.0 * k, 2.0 * k, 3.0 * k}, {4.0 * k, 5.0 * k});
                 if (k == 5) {
                     writer.setStatistics("run", {{"steps", 7}});
                     writer.setComplete("map");

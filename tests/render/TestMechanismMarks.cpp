@@ -271,6 +271,9 @@ TEST(ForceSymbols, TheCoilKeepsItsTurnsAndEvenlySpacesThem) {
     EXPECT_GE(chooseStrutSize(0.01, 1).numTurns, 5);
     EXPECT_LE(chooseStrutSize(10, 0.1).numTurns, 14);
     EXPECT_LE(chooseStrutSize(0.01, 1).radius, 0.2 * 0.01);
+    // A rope is straight but for a short piece.
+    EXPECT_LT(chooseStrutSize(10, 1).coil, 1);
+    EXPECT_GT(chooseStrutSize(3, 1).coil, 10);
 }
 
 TEST(ForceSymbols, ATorqueTurnsByTheRightHandInThePlaneAcrossIt) {

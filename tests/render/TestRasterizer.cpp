@@ -139,8 +139,12 @@ TEST_F(RasterizerTest, TrianglesThatShareAnEdgeCoverEachSampleOnce) {
             const int value = image.getPixel(x, y)[0];
             area += (255 - value) / 255.0;
             const double r = std::hypot(x + 0.5 - 200, y + 0.5 - 200);
-            if (r < 158) ASSERT_EQ(value, 0) << x << ' ' << y;
-            if (r > 162) ASSERT_EQ(value, 255) << x << ' ' << y;
+            if (r < 158) {
+                ASSERT_EQ(value, 0) << x << ' ' << y;
+            }
+            if (r > 162) {
+                ASSERT_EQ(value, 255) << x << ' ' << y;
+            }
         }
     EXPECT_NEAR(area, Pi * 160 * 160, 1e-3 * Pi * 160 * 160);
 }

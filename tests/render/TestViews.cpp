@@ -267,5 +267,30 @@ TEST(Titles, ThatAreLongStandOnSeveralLinesToTheirEnd) {
             ASSERT_EQ(image.getPixel(x, y), (Image::Pixel{255, 255, 255, 255}));
 }
 
+// A brick that is thrown a hundred metres away at the end does not shrink what stays.
+TEST(Views, WhatFliesAwayLeavesThePicture) {
+    const auto calcWidth = [](double distance, int numFlights) {
+        FlyingBrick scene;
+        std::vector<SimTK::State> states;
+        for (int i = 0; i < 40; ++i) {
+            SimTK::State state = scene.states.front();
+            state.setTime(0.1 * i);
+            const Vec3 place = i < 40 - numFlights ? Vec3(0.01 * i, 0, 0) : Vec3(distance, 0, 0);
+            scene.brick.setQToFitTransform(state, Transform(place));
+            scene.system.realize(state, SimTK::Stage::Position);
+            states.push_back(state);
+        }
+        OffscreenVisualizer viz(scene.system, 320, 180);
+        viz.addDecoration(ground, Transform(), SimTK::DecorativeBrick(Vec3(1)));
+        viz.fitToMotion(states);
+        viz.drawFrame(states.front());
+        return viz.calcPixel(Vec3(1, 0, 0))[0] - viz.calcPixel(Vec3(-1, 0, 0))[0];
+    };
+    const double usual = calcWidth(0, 2);
+    EXPECT_GT(usual, 60);
+    EXPECT_GT(calcWidth(100, 2), 0.7 * usual);
+    EXPECT_LT(calcWidth(4, 2), 0.8 * usual);  // that is part of the motion
+}
+
 }  // namespace
 }  // namespace simflex

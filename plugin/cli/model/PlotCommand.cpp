@@ -25,7 +25,9 @@ struct PlotArguments {
     std::vector<std::string> names;  ///< result files, then probes
     std::string output, analysis, title, size;
     FigureWishes wishes;
+    std::string csv;
     bool together = false, stacked = false, hasTitle = false;
+    bool spectrum = false, waterfall = false;
 };
 
 /** Result files are the arguments that end like one or exist; the others are probes. **/
@@ -65,6 +67,11 @@ void runPlot(PlotArguments& arguments) {
     if (arguments.together) arguments.wishes.panels = FigureWishes::Panels::Together;
     if (arguments.stacked) arguments.wishes.panels = FigureWishes::Panels::Stacked;
 
+    if (arguments.spectrum && arguments.waterfall)
+        throw std::runtime_error("--spectrum and --waterfall exclude each other");
+    if (arguments.spectrum) arguments.wishes.vibration = FigureWishes::Vibration::Spectrum;
+    if (arguments.waterfall) arguments.wishes.vibration = FigureWishes::Vibration::Waterfall;
+
     std::vector<std::string> labels = makeFileLabels(paths);
     std::vector<Results> results;
     if (isSweepTable(paths[0])) {
@@ -83,8 +90,13 @@ void runPlot(PlotArguments& arguments) {
         std::tie(figure.width, figure.height) = readSize(arguments.size, {200, 150}, 10000);
     const std::string output =
         arguments.output.empty() ? fs::path(paths[0]).stem().string() + ".png" : arguments.output;
+    for (const std::string& warning : arguments.wishes.warnings)
+        std::fprintf(stderr, "warning: %s\n", warning.c_str());
     drawFigure(output, figure);
     std::printf("%s\n", output.c_str());
+    if (arguments.csv.empty()) return;
+    writeFigureCsv(arguments.csv, figure);
+    std::printf("%s\n", arguments.csv.c_str());
 }
 
 }  // namespace
@@ -100,6 +112,9 @@ void addPlotCommand(CLI::App& app) {
         "  simflex plot run.h5 'slider*' tip.x -o slider.pdf\n"
         "  simflex plot flexible.h5 rigid.h5 slider.x --from 0.05 --title 'Slider'\n"
         "  simflex plot run.h5 --analysis campbell --orders 1,2\n"
+        "  simflex plot run.h5 bearing.y --spectrum --from 0.5 --highest 400\n"
+        "  simflex plot run_up.h5 bearing.y --waterfall --speed spin --orders 1,2\n"
+        "  simflex plot run_up.h5 bearing.y --speed spin --orders 1,2   (their amplitudes)\n"
         "  simflex plot run.h5 tip.y --analysis response          (Bode diagram of an output)\n"
         "  simflex plot crank.sweep/sweep.h5 tip.x.maximum --x speed   (columns of a sweep over "
         "a parameter)");
@@ -116,8 +131,26 @@ void addPlotCommand(CLI::App& app) {
     plot->add_option("--x", arguments->wishes.xProbe,
                      "A probe along the horizontal axis, not time; of a sweep a parameter");
     plot->add_option("--orders", arguments->wishes.orders,
-                     "Campbell diagram over a speed in rad/s: lines of 1, 2 … times the speed")
+                     "Campbell diagram over a speed in rad/s, or waterfall: lines of 1, 2 … times "
+                     "the speed;\n"
+                     "of probes with --speed: their amplitudes at these times the speed")
         ->delimiter(',');
+    plot->add_flag("--spectrum", arguments->spectrum, "Amplitudes over frequency (Hann window)");
+    plot->add_flag("--waterfall", arguments->waterfall,
+                   "Spectra of pieces of the motion, over a speed or over time");
+    plot->add_option("--speed", arguments->wishes.speedProbe,
+                     "The probe that is the speed [rad/s]: {rate: JOINT}");
+    plot->add_option("--highest", arguments->wishes.highest, "Highest frequency that is shown [Hz]")
+        ->check(CLI::PositiveNumber);
+    plot->add_option("--pieces", arguments->wishes.numPieces, "Of a waterfall")
+        ->check(CLI::Range(2, 2000))
+        ->capture_default_str();
+    plot->add_option("--revolutions", arguments->wishes.revolutions,
+                     "Of a piece in which orders are found")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    plot->add_option("--csv", arguments->csv, "The figure's numbers as well")
+        ->type_name("FILE.csv");
     plot->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels, 96 an inch");
     plot->add_option("--title", arguments->title, "Title (default: the model's; '' for none)")
         ->each([arguments](const std::string&) { arguments->hasTitle = true; });

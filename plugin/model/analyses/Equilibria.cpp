@@ -14,6 +14,7 @@ The analyses without time: static, eigen, campbell, linear, frequency_response. 
 #include "simflex/model/analyses/ModelRun.h"
 #include "simflex/model/analyses/MotionWarnings.h"
 #include "simflex/model/analyses/StateNumbers.h"
+#include "simflex/model/analyses/StateRows.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/solver/CampbellDiagram.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -176,6 +177,7 @@ void ModelRun::runStatic(const ModelValue& analysis) {
         at = end;
     }
     results.q = {toNumbers(equilibrium.state.getQ())};
+    results.stateColumns["q"] = StateRows(*m_model).getColumns().at("q");
     results.statistics["iterations"] = equilibrium.numIterations;
     m_writer->add(results);
     const std::string rubbing = nameRubbingJoints(*m_model);

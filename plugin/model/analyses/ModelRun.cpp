@@ -7,7 +7,7 @@
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/model/analyses/Beginning.h"
-#include "simflex/model/analyses/StateNumbers.h"
+#include "simflex/model/analyses/StateRows.h"
 #include "simflex/model/analyses/TransientRun.h"
 #include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/file/NearestName.h"
@@ -331,9 +331,7 @@ void ModelRun::runTransient(const ModelValue& analysis) {
     if (isBegun)
         m_writer->resumeTransient(name, 0);
     else {
-        const bool keepsStates = m_model->getFile().get("output").get("states").getText() != "none";
-        m_writer->beginTransient(name, makeColumns(), keepsStates ? start.getNQ() : 0,
-                                 keepsStates ? start.getNU() : 0);
+        m_writer->beginTransient(name, makeColumns(), run.getStateColumns());
     }
     run.perform();
 }
@@ -372,13 +370,7 @@ State ModelRun::findEnd(const std::string& name) const {
     const Results results = readResults(m_resultPath);
     const auto* analysis = seekNamed(results.analyses, name);
     if (analysis && analysis->isComplete && !analysis->q.empty()) {
-        State state = m_model->makeInitialState();
-        if (state.getNZ() > 0)
-            throw std::runtime_error("the end of analysis '" + name +
-                                     "' is not known: results keep no states of controllers, "
-                                     "filters and events; run it anew");
-        setNumbers(state, analysis->time.back(), analysis->q.back(), analysis->u.back());
-        return state;
+        return StateRows(*m_model).unpackState(*analysis, analysis->time.size() - 1);
     }
     throw std::runtime_error("the end of analysis '" + name +
                              "' is not known: it was left out, or its states were not kept");

@@ -2,18 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/body/VtkReporter.h"
-#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
-#include "simflex/model/analyses/StateNumbers.h"
+#include "simflex/model/analyses/StateRows.h"
 #include "simflex/model/file/ModelTexts.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/file/YamlTree.h"
@@ -26,8 +25,6 @@ namespace simflex {
 namespace model {
 
 namespace fs = std::filesystem;
-using SimTK::State;
-using SimTK::Vector;
 
 namespace {
 
@@ -107,12 +104,6 @@ void requireSameMotion(const YamlTree& before, const YamlTree& now, const std::s
     }
 }
 
-/** What a State does not tell. **/
-struct UnknownByStates {
-    double value;
-    Vector uDot, multipliers;
-};
-
 class PostRun {
 public:
     PostRun(const std::string& path, const ModelText* given,
@@ -139,10 +130,8 @@ public:
         // Those of the run stay as they are.
         m_draws = options.drawsPictures && m_model->getFile().get("pictures").isGiven() &&
                   !isSameTree(m_before.find("pictures"), m_now.find("pictures"));
-        if (m_draws) {  // what cannot be drawn is refused first
-            checkPictures(*m_model);
-            requireKnownForces();
-        }
+        if (m_draws) checkPictures(*m_model);  // what cannot be drawn is refused first
+        m_states.emplace(*m_model);
         for (const std::string& name : options.only)
             if (!seekNamed(m_results.analyses, name)) {
                 std::vector<std::string> known;
@@ -199,18 +188,6 @@ public:
     }
 
 private:
-    /** Arrows of forces may depend on states that results do not keep. **/
-    void requireKnownForces() const {
-        if (m_model->makeInitialState().getNZ() == 0) return;
-        const ModelValue pictures = m_model->getFile().get("pictures");
-        for (const char* const shown : {"loads", "reactions"})
-            if (pictures.get(shown).getBool() &&
-                (std::string(shown) == "reactions" || m_model->getFile().has(shown)))
-                pictures.fail(std::string("the model has states of controllers or filters, which "
-                                          "results do not keep: set pictures.") +
-                              shown + " to false, or run it anew");
-    }
-
     bool isWanted(const std::string& analysis) const {
         return m_options.only.empty() || std::find(m_options.only.begin(), m_options.only.end(),
                                                    analysis) != m_options.only.end();
@@ -224,18 +201,6 @@ private:
                isSameTree(before->find(probe), now->find(probe));
     }
 
-    /** A row's State, realized to Stage::Velocity. **/
-    State makeState(const Results::Analysis& analysis, size_t row) const {
-        State state = m_start;
-        if (int(analysis.q[row].size()) != state.getNQ() ||
-            int(analysis.u[row].size()) != state.getNU())
-            throw std::runtime_error("'" + m_path +
-                                     "' has States of another size than the model: its parts have "
-                                     "changed since; run the model anew");
-        setNumbers(state, analysis.time[row], analysis.q[row], analysis.u[row]);
-        return state;
-    }
-
     Results::Analysis recalculate(const Results::Analysis& analysis) {
         if (analysis.type != "transient") return analysis;
         if (analysis.q.empty()) {
@@ -245,21 +210,11 @@ private:
                                          "model anew");
             return analysis;
         }
-        m_start = m_model->makeInitialState();
-        const State first = makeState(analysis, 0);
-        const auto integrator = makeIntegrator(*m_model);
-        integrator->initialize(first);
-        std::vector<UnknownByStates> unknowns;
-        for (const double value : {0.0, 1e12, -1e12, 0.7312})
-            unknowns.push_back({value, Vector(first.getNU(), value),
-                                Vector(integrator->getMultipliers().size(), value)});
-
         const size_t numProbes = m_probes.getProbes().size();
         Results::Analysis result = analysis;
         result.probes.clear();
         for (const Probe& probe : m_probes.getProbes())
             result.probes.push_back({{probe.name, probe.unit, probe.columns}, {}});
-        std::vector<bool> isTold(numProbes, true);  // by States alone
         TurnCounter turns(*m_model);
         const std::string from =
             m_model->getFile().get("analyses").get(analysis.name).get("from").getText();
@@ -268,45 +223,21 @@ private:
             if (!m_options.listener.tellProgress(analysis.name,
                                                  double(row) / double(analysis.time.size())))
                 throw Cancelled("nothing has been written");
-            State state = makeState(analysis, row);
-            m_model->getSystem().realize(state, SimTK::Stage::Velocity);
-            turns.update(state);
-            for (size_t k = 0; k < numProbes; ++k)
-                result.probes[k].rows.push_back(
-                    calcRow(m_probes.getProbes()[k], state, unknowns, turns, isTold, k));
+            const KeptMoment kept = m_states->unpack(analysis, row);
+            turns.update(kept.state);
+            const Moment moment = kept.get(&turns);
+            for (size_t k = 0; k < numProbes; ++k) {
+                const Probe& probe = m_probes.getProbes()[k];
+                probe.calc(moment, result.probes[k].rows.emplace_back(probe.columns.size()).data());
+            }
         }
         m_turns[analysis.name] = turns.save();
-        for (size_t k = 0; k < numProbes; ++k)
-            keepWhatIsKnown(analysis, isTold[k], result.probes[k]);
+        for (Results::Series& series : result.probes) keepWhatIsKnown(analysis, series);
         return result;
     }
 
-    static std::vector<double> calcRow(const Probe& probe, State& state,
-                                       const std::vector<UnknownByStates>& unknowns,
-                                       const TurnCounter& turns, std::vector<bool>& isTold,
-                                       size_t k) {
-        std::vector<double> values(probe.columns.size()), other(values.size());
-        for (size_t i = 0; i < (isTold[k] ? unknowns.size() : 1); ++i) {
-            const UnknownByStates& unknown = unknowns[i];
-            if (state.getNZ() > 0) state.updZ() = unknown.value;
-            try {
-                const Moment moment{state, unknown.uDot, unknown.multipliers, unknown.value,
-                                    &turns};
-                probe.calc(moment, i == 0 ? values.data() : other.data());
-            } catch (const std::exception&) {
-                if (i == 0) throw;
-                isTold[k] = false;
-            }
-            if (i > 0 &&
-                std::memcmp(values.data(), other.data(), values.size() * sizeof(double)) != 0)
-                isTold[k] = false;
-        }
-        return values;
-    }
-
     /** Takes the values of the run where it has them. **/
-    void keepWhatIsKnown(const Results::Analysis& analysis, bool isTold,
-                         Results::Series& series) const {
+    void keepWhatIsKnown(const Results::Analysis& analysis, Results::Series& series) const {
         const std::string& name = series.column.name;
         const auto old =
             std::find_if(analysis.probes.begin(), analysis.probes.end(),
@@ -314,15 +245,6 @@ private:
         const bool isKnown = old != analysis.probes.end() && isAsBefore(name) &&
                              old->column.unit == series.column.unit &&
                              old->column.columns == series.column.columns;
-        if (!isTold) {
-            if (!isKnown)
-                throw std::runtime_error(
-                    "probe '" + name +
-                    "' tells of forces, accelerations, work, or states of controllers, which '" +
-                    m_path + "' does not have; run the model with it");
-            series.rows = old->rows;
-            return;
-        }
         if (!isKnown) return;
         double largest = 0, difference = 0;
         for (size_t row = 0; row < series.rows.size(); ++row)
@@ -354,9 +276,7 @@ private:
                                                  double(row) / double(rows.time.size())))
                 throw Cancelled("'" + file.string() + "' has the rows up to the " +
                                 std::to_string(row) + ". one");
-            const State state = makeState(rows, row);
-            m_model->getSystem().realize(state, SimTK::Stage::Velocity);
-            reporter.handleEvent(state);
+            reporter.handleEvent(m_states->unpackState(rows, row));
         }
         m_options.listener.tellNote(file.string() + ": " + std::to_string(rows.time.size()) +
                                     " times for ParaView");
@@ -375,11 +295,12 @@ private:
                                         " s: there are States only every " +
                                         writeGeneral(interval, 4) + " s");
         std::vector<RunCheckpoint::Frame> frames;
-        const std::vector<double> z(size_t(m_start.getNZ()), 0.0);
         for (size_t row = 0; row < rows.time.size();
              row = row + 1 == rows.time.size() ? row + 1
                                                : std::min(row + stride, rows.time.size() - 1))
-            frames.push_back({rows.time[row], rows.q[row], rows.u[row], z});
+            frames.push_back({rows.time[row], rows.q[row], rows.u[row],
+                              rows.z.empty() ? std::vector<double>() : rows.z[row],
+                              rows.holding.at(row)});
         const std::string usual = fs::path(m_text.path).stem().string() + ".frames";
         m_options.listener.tellNote(
             drawFrames(*m_model, frames, rows, usual, m_options.listener, m_options.resumeCommand));
@@ -393,7 +314,7 @@ private:
     std::shared_ptr<const Model> m_model;
     Probes m_probes;
     bool m_draws = false;
-    State m_start;
+    std::optional<StateRows> m_states;
     std::map<std::string, std::vector<double>> m_turns;  ///< at the ends of analyses
 };
 

@@ -7,9 +7,7 @@ without integrating again.
 
 The model may have other probes and pictures than it had in the run, all else must be the same;
 pictures are drawn where they are other. What comes out is what the run would have given with them,
-to the bit. Probes of forces and accelerations (reactions, driving forces, the energy balance …),
-which States do not tell, stay as the run has recorded them; new ones are refused, as are those of
-States of controllers and filters. **/
+to the bit, forces and accelerations too. **/
 
 #include <string>
 

@@ -19,7 +19,7 @@ namespace model {
 namespace {
 
 constexpr char CheckpointKind[] = "simflex checkpoint of a run";
-constexpr std::uint32_t CheckpointVersion = 6;
+constexpr std::uint32_t CheckpointVersion = 7;
 constexpr std::size_t MostPacked = 1 << 24;  // bytes of frames that are written at once
 
 std::string readFile(const std::string& path) {
@@ -30,12 +30,13 @@ std::string readFile(const std::string& path) {
 
 /** A frame, with a checksum behind it. **/
 void visitFrame(Archive& archive, RunCheckpoint::Frame& frame) {
-    archive.visit(frame.time, frame.q, frame.u, frame.z);
+    archive.visit(frame.time, frame.q, frame.u, frame.z, frame.holding);
     Hash hash;
     hash.add(frame.time);
     hash.add(frame.q);
     hash.add(frame.u);
     hash.add(frame.z);
+    hash.add(frame.holding);
     std::uint64_t sum = hash.get();
     archive.visit(sum);
     if (sum != hash.get()) throw std::runtime_error("a frame is damaged");

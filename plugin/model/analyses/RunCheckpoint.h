@@ -30,7 +30,7 @@ struct RunCheckpoint {
     /** States to be drawn. **/
     struct Frame {
         double time = 0;
-        std::vector<double> q, u, z;
+        std::vector<double> q, u, z, holding;
     };
     std::vector<Frame> frames;
     /** How many of them stand in the file of frames, and in how many bytes. **/

@@ -63,7 +63,7 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
     }
     m_lastRow = countIntervals(m_duration, m_interval, interval.isGiven() ? interval : analysis);
     const ModelValue output = run.m_model->getFile().get("output");
-    m_keepsStates = output.get("states").getText() != "none";
+    if (output.get("states").getText() != "none") m_states.emplace(*run.m_model);
     m_checkpointInterval = output.get("checkpoint").getNumber();
 
     const ModelValue pictures = run.m_model->getFile().get("pictures");
@@ -248,9 +248,7 @@ void TransientRun::takeRow(double time) {
     const std::vector<double> values = m_run.m_probes.calc(moment);
     m_warnings.check(state, values);
     // The State's own time may be later by round-off, where a step ends close by.
-    m_run.m_writer->addRow(time, values,
-                           m_keepsStates ? toNumbers(state.getQ()) : std::vector<double>(),
-                           m_keepsStates ? toNumbers(state.getU()) : std::vector<double>());
+    m_run.m_writer->addRow(time, values, m_states ? m_states->pack(moment) : std::vector<double>());
     ++m_progress.numRows;
     m_progress.outputSeconds += secondsSince(begun);
 }
@@ -295,7 +293,8 @@ void TransientRun::takeFrame() {
     const Clock::time_point begun = Clock::now();
     const State& state = m_integrator->getState();
     m_progress.frames.push_back({state.getTime(), toNumbers(state.getQ()), toNumbers(state.getU()),
-                                 toNumbers(state.getZ())});
+                                 toNumbers(state.getZ()),
+                                 toNumbers(m_run.m_model->getFlexibleBodies().getHolding(state))});
     m_progress.outputSeconds += secondsSince(begun);
 }
 

@@ -4,10 +4,12 @@ One transient analysis: rows of probes at regular times, States for pictures, ch
 
 #include <chrono>
 #include <memory>
+#include <optional>
 
 #include "simflex/model/analyses/ModelRun.h"
 #include "simflex/model/analyses/MotionWarnings.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
+#include "simflex/model/analyses/StateRows.h"
 #include "simflex/model/probes/TurnCounter.h"
 #include "simflex/solver/ImplicitIntegrator.h"
 
@@ -23,6 +25,12 @@ public:
     void start(const SimTK::State& state);
     /** Goes on where the checkpoint was written. **/
     void resume(const SimTK::State& start, const RunCheckpoint& checkpoint);
+
+    /** Columns of what rows keep of States. **/
+    std::map<std::string, std::vector<std::string>> getStateColumns() const {
+        return m_states ? m_states->getColumns()
+                        : std::map<std::string, std::vector<std::string>>();
+    }
 
     /** @throws Cancelled, std::runtime_error. What was recorded stays. **/
     void perform();
@@ -57,7 +65,7 @@ private:
     double m_frameInterval = 0;  ///< 0: no pictures
     double m_checkpointInterval = 0;
     int m_lastRow = 0, m_lastFrame = -1;
-    bool m_keepsStates = true;
+    std::optional<StateRows> m_states;  ///< where they are kept
 
     std::unique_ptr<ImplicitIntegrator> m_integrator;
     TurnCounter m_turns;

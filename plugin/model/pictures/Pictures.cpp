@@ -11,6 +11,7 @@
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/forces/JointFriction.h"
 #include "simflex/model/analyses/StateNumbers.h"
+#include "simflex/model/analyses/StateRows.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/builders/RigidBodies.h"
 #include "simflex/model/file/ModelTexts.h"
@@ -287,14 +288,11 @@ void fitTo(const Model& model, const MotionRecorder& motion, OffscreenVisualizer
 
 /** Rows as States; of more than `most` every second one, third one … and the last. **/
 MotionRecorder collectMotion(const Model& model, const Results::Analysis& rows, size_t most) {
-    const State pattern = model.makeInitialState();
+    const StateRows states(model);
     MotionRecorder motion(model.getSystem());
     const size_t last = rows.time.size() - 1, stride = last / most + 1;
     for (size_t row = 0; row <= last; row = row == last ? last + 1 : std::min(row + stride, last)) {
-        State state = pattern;
-        setNumbers(state, rows.time[row], rows.q.at(row), rows.u.at(row));
-        model.getSystem().realize(state, SimTK::Stage::Velocity);
-        motion.record(state);
+        motion.record(states.unpackState(rows, row));
     }
     return motion;
 }
@@ -394,20 +392,6 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
 
 void checkPictures(const Model& model) {
     makeVisualizer(model);
-    const ModelValue reactions = model.getFile().get("pictures").get("reactions"),
-                     events = model.getFile().get("events");
-    if (!reactions.getBool() || !events.isGiven()) return;
-    for (const std::string& name : events.getKeys()) {
-        const ModelValue actions = events.get(name).get("do");
-        for (int k = 0; k < actions.getSize(); ++k)
-            for (const char* const action : {"release", "engage", "lock", "unlock"})
-                if (actions.at(k).has(action))
-                    reactions.fail(
-                        "event '" + name +
-                        "' changes what holds, which pictures do not know: arrows would "
-                        "be wrong from then on. Leave them out; probes of reactions tell "
-                        "them");
-    }
 }
 
 std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Frame>& frames,
@@ -439,6 +423,11 @@ std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Fram
     MotionRecorder motion(model.getSystem());
     for (const RunCheckpoint::Frame& frame : frames) {
         State state = pattern;
+        const Vector holding = toVector(frame.holding);
+        if ((model.getFlexibleBodies().getHolding(state) - holding).normInf() != 0) {
+            model.getFlexibleBodies().setHolding(state, holding);
+            model.getSystem().realizeModel(state);
+        }
         setNumbers(state, frame.time, frame.q, frame.u);
         for (int k = 0; k < state.getNZ(); ++k) state.updZ()[k] = frame.z.at(size_t(k));
         model.getSystem().realize(state, SimTK::Stage::Velocity);

@@ -14,6 +14,8 @@
 #include "simflex/base/NumberText.h"
 #include "simflex/base/ProgramOutput.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/model/results/CsvLine.h"
+#include "simflex/render/ColorMap.h"
 #include "simflex/render/ProbePlot.h"
 
 namespace simflex {
@@ -94,7 +96,8 @@ void addData(std::string& script, const std::string& name, const FigureCurve& cu
     script += "END_OF_CURVE\n";
 }
 
-std::string makeCurveCommand(const std::string& data, const FigureCurve& curve, bool hasLegend) {
+std::string makeCurveCommand(const std::string& data, const FigureCurve& curve, bool hasLegend,
+                             bool isOnMap) {
     const PlotTheme& theme = PlotTheme::light();
     const auto& color =
         curve.isFaint ? theme.faintText : theme.curves[size_t(curve.color) % theme.curves.size()];
@@ -103,8 +106,8 @@ std::string makeCurveCommand(const std::string& data, const FigureCurve& curve, 
         command = "$" + data + " using 1:3:4 with filledcurves fillstyle transparent solid 0.25 " +
                   "noborder linecolor rgb '" + hex(color) + "' notitle, ";
     command += "$" + data + " using 1:2 ";
-    const std::string rgb = " linecolor rgb '" + hex(color) + "'";
-    const std::string width = curve.isFaint ? "0.8" : "1.8";
+    const std::string rgb = " linecolor rgb '" + (isOnMap ? "#ff8c69" : hex(color)) + "'";
+    const std::string width = curve.isFaint && !isOnMap ? "0.8" : "1.8";
     const int dash = curve.isFaint ? 3 : 1 + curve.dash % 5;
     switch (curve.marks) {
         case FigureCurve::Marks::None:
@@ -176,16 +179,43 @@ std::string makeTerminal(const std::string& kind, int width, int height) {
 }
 
 /** Where panels stand, in pixels from the picture's top. **/
+constexpr double RightOfPanels = 28, RightOfMap = 150;
 struct Layout {
     int width = 0, height = 0;
-    double panelHeight = 0;
+    double panelHeight = 0, right = RightOfPanels;
 
     std::string screenX(double x) const { return number(x / width); }
     std::string screenY(double y) const { return number(std::clamp(1 - y / height, 0.0, 1.0)); }
 };
 
 constexpr double LegendLine = 24, PanelGap = 30, BelowPanels = 64;
-constexpr double LeftOfPanels = 100, RightOfPanels = 28;
+constexpr double LeftOfPanels = 100;
+
+/** Data and colours. **/
+std::string makeMapScript(const FigureMap& map, const std::string& name, const std::string& text) {
+    constexpr double decades = 3;  // that are told apart
+    constexpr int stops = 16;
+    double largest = 0;
+    for (const std::vector<double>& row : map.rows)
+        for (const double value : row) largest = std::max(largest, value);
+    if (!(largest > 0)) largest = 1;
+    const double least = largest * std::pow(10, -decades);
+    std::string script = "$" + name + " << END_OF_MAP\n";
+    for (size_t i = 0; i < map.rows.size(); ++i) {
+        for (size_t k = 0; k < map.y.size(); ++k)
+            script += number(map.x[i]) + " " + number(map.y[k]) + " " +
+                      number(std::max(map.rows[i][k], least)) + "\n";
+        script += "\n";
+    }
+    script += "END_OF_MAP\nset palette defined (";
+    for (int k = 0; k <= stops; ++k) {
+        const SimTK::Vec3 color = calcColor(ColorMap::Viridis, double(k) / stops);
+        script += (k ? ", " : "") + number(double(k) / stops);
+        for (int i = 0; i < 3; ++i) script += " " + number(color[i]);
+    }
+    return script + ")\nset logscale cb\nset cbrange [" + number(least) + ":" + number(largest) +
+           "]\nset format cb '%.0e'\nset cblabel " + quoteForGnuplot(map.label) + text;
+}
 
 /** One panel whose upper edge is `upper` below the picture's. **/
 std::string makePanelScript(const Figure& figure, int p, const Layout& layout, double upper) {
@@ -195,7 +225,7 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
     std::string script = "set tmargin at screen " + layout.screenY(upper) + "\n";
     script += "set bmargin at screen " + layout.screenY(upper + layout.panelHeight) + "\n";
     script += "set lmargin at screen " + layout.screenX(LeftOfPanels) + "\n";
-    script += "set rmargin at screen " + layout.screenX(layout.width - RightOfPanels) + "\n";
+    script += "set rmargin at screen " + layout.screenX(layout.width - layout.right) + "\n";
     if (p == 0 && !figure.title.empty())
         script += "set label 1 " + quoteForGnuplot(figure.title) + " at screen 0.5, screen " +
                   layout.screenY(24) + " center font ',13'" + text;
@@ -207,6 +237,7 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
               " center rotate by 90" + text;
     Range y;
     for (const FigureCurve& curve : panel.curves) {
+        if (!panel.map.isEmpty()) continue;
         y.add(curve.y, panel.isLogarithmic);
         for (const double side : {-1, 1}) {
             std::vector<double> edge = curve.error;
@@ -215,9 +246,11 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
             y.add(edge, panel.isLogarithmic);
         }
     }
+    y.add(panel.map.y);
     script += panel.isLogarithmic
                   ? "set logscale y\nset yrange " + makeLogarithmicRange(y, 0.05)
-                  : "unset logscale y\nset yrange " + makeRange(y, 0.05, panel.startsAtZero);
+                  : "unset logscale y\nset yrange " +
+                        makeRange(y, panel.map.isEmpty() ? 0.05 : 0, panel.startsAtZero);
     script += "\n";
     if (hasLegend(panel)) {
         script += "set key at screen " + layout.screenX(LeftOfPanels) + ", screen " +
@@ -227,10 +260,13 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
         script += "unset key\n";
     }
     script += "plot ";
+    if (!panel.map.isEmpty())
+        script += "$map_" + std::to_string(p) + " using 1:2:3 with image notitle" +
+                  (panel.curves.empty() ? "" : ", ");
     for (size_t c = 0; c < panel.curves.size(); ++c)
         script += (c ? ", " : "") +
                   makeCurveCommand("curve_" + std::to_string(p) + "_" + std::to_string(c),
-                                   panel.curves[c], hasLegend(panel));
+                                   panel.curves[c], hasLegend(panel), !panel.map.isEmpty());
     return script + "\n";
 }
 
@@ -246,6 +282,7 @@ std::string makeGnuplotScript(const std::string& kind, const Figure& figure) {
             ? figure.height
             : (numPanels == 1 ? LonePanelHeight : numPanels * PanelHeight) + TitleHeight;
     std::string script = makeTerminal(kind, layout.width, layout.height);
+    const std::string text = " textcolor rgb '" + hex(theme.text) + "'\n";
     Range x;
     for (int p = 0; p < numPanels; ++p)
         for (size_t c = 0; c < figure.panels[size_t(p)].curves.size(); ++c) {
@@ -253,6 +290,13 @@ std::string makeGnuplotScript(const std::string& kind, const Figure& figure) {
             addData(script, "curve_" + std::to_string(p) + "_" + std::to_string(c), curve);
             x.add(curve.x, figure.isLogarithmic);
         }
+    for (int p = 0; p < numPanels; ++p) {
+        const FigureMap& map = figure.panels[size_t(p)].map;
+        if (map.isEmpty()) continue;
+        x.add(map.x);
+        script += makeMapScript(map, "map_" + std::to_string(p), text);
+        layout.right = RightOfMap;
+    }
     script += "set border 3 linewidth 0.9 linecolor rgb '" + hex(theme.text) + "'\n";
     script += "set tics nomirror out scale 0.6 textcolor rgb '" + hex(theme.text) + "'\n";
     script += "set grid linetype 1 linewidth 0.7 linecolor rgb '" + hex(theme.grid) + "'\n";
@@ -277,6 +321,39 @@ std::string makeGnuplotScript(const std::string& kind, const Figure& figure) {
         upper += layout.panelHeight + PanelGap;
     }
     return script + "unset multiplot\n";
+}
+
+void writeFigureCsv(const std::string& path, const Figure& figure) {
+    std::string text;
+    for (const FigurePanel& panel : figure.panels) {
+        CsvLine head;
+        size_t count = 0;
+        for (const FigureCurve& curve : panel.curves) {
+            head.add(figure.xLabel)
+                .add(curve.name.empty() ? panel.label : curve.name + ": " + panel.label);
+            count = std::max(count, curve.x.size());
+        }
+        if (count > 0) text += head.end();
+        for (size_t k = 0; k < count; ++k) {
+            CsvLine line;
+            for (const FigureCurve& curve : panel.curves)
+                if (k < curve.x.size())
+                    line.add(curve.x[k]).add(curve.y[k]);
+                else
+                    line.add("").add("");
+            text += line.end();
+        }
+        if (panel.map.isEmpty()) continue;
+        text += CsvLine().add(figure.xLabel).add(panel.label).add(panel.map.label).end();
+        for (size_t i = 0; i < panel.map.rows.size(); ++i)
+            for (size_t k = 0; k < panel.map.y.size(); ++k)
+                text += CsvLine()
+                            .add(panel.map.x[i])
+                            .add(panel.map.y[k])
+                            .add(panel.map.rows[i][k])
+                            .end();
+    }
+    replaceFile(path, text);
 }
 
 void drawFigure(const std::string& path, const Figure& figure) {

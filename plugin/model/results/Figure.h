@@ -18,11 +18,20 @@ struct FigureCurve {
     bool isFaint = false;  ///< thin and grey: a line to compare with
 };
 
+/** Colours over two axes, on a logarithmic scale. **/
+struct FigureMap {
+    std::vector<double> x, y;               ///< evenly spaced
+    std::vector<std::vector<double>> rows;  ///< of each x, at each y
+    std::string label;                      ///< of the colours
+    bool isEmpty() const { return rows.empty(); }
+};
+
 struct FigurePanel {
     std::string label;  ///< of the value axis
     std::vector<FigureCurve> curves;
     bool startsAtZero = false;
     bool isLogarithmic = false;  ///< along the value axis
+    FigureMap map = {};          ///< under the curves
 };
 
 struct Figure {
@@ -33,6 +42,10 @@ struct Figure {
     bool isLogarithmic = false;       ///< along x
     int width = 0, height = 0;        ///< [pixels, 96 an inch]; 0: what suits
 };
+
+/** The numbers of a figure as CSV: x and y of each curve side by side; a map's x, y and value line
+by line. @throws std::runtime_error. **/
+void writeFigureCsv(const std::string& path, const Figure& figure);
 
 /** @throws std::runtime_error if the file's kind is not png, svg or pdf, if gnuplot is missing or
 fails, or if there is nothing to draw. **/

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "simflex/base/NumberText.h"
+#include "simflex/model/Spectra.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/UnitScale.h"
@@ -215,6 +216,146 @@ Figure makeTransientFigure(const std::vector<FigureSource>& sources, const Figur
     return figure;
 }
 
+/** The rows of the wanted times of a speed in rad/s. **/
+std::vector<double> chooseSpeed(const FigureSource& source, const FigureWishes& wishes) {
+    if (wishes.speedProbe.empty()) return {};
+    const auto columns = chooseColumns(*source.analysis, {wishes.speedProbe});
+    if (columns.size() != 1 || columns[0].unit != "rad/s")
+        throw std::runtime_error("--speed wants one number in rad/s, and '" + wishes.speedProbe +
+                                 "' " +
+                                 (columns.size() == 1 ? "is in '" + columns[0].unit + "'"
+                                                      : "has " + std::to_string(columns.size())) +
+                                 ": name a probe like {rate: JOINT}");
+    std::vector<double> speed = columns[0].values;
+    cutToTimes(source.analysis->time, wishes, speed);
+    return speed;
+}
+
+/** Adds a curve to the panel of its unit. **/
+void addByUnit(Figure& figure, const std::string& what, const std::string& unit,
+               const FigureCurve& curve) {
+    const std::string label = makeAxisLabel(what, unit);
+    auto panel = std::find_if(figure.panels.begin(), figure.panels.end(),
+                              [&](const FigurePanel& other) { return other.label == label; });
+    if (panel == figure.panels.end())
+        panel = figure.panels.insert(figure.panels.end(), FigurePanel{label, {}, true});
+    panel->curves.push_back(curve);
+}
+
+constexpr const char* AliasAdvice =
+    " vibrates up to half the rate of rows: what is faster appears at lower frequencies; run it "
+    "with a shorter interval";
+
+Figure makeVibrationFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
+    constexpr double pi = 3.14159265358979323846;
+    const bool isWaterfall = wishes.vibration == FigureWishes::Vibration::Waterfall;
+    const bool isSpectrum = wishes.vibration == FigureWishes::Vibration::Spectrum;
+    Figure figure;
+    figure.xLabel = isSpectrum ? "frequency [Hz]" : "speed [rad/s]";
+    int number = 0;
+    for (const FigureSource& source : sources) {
+        std::vector<double> time = source.analysis->time;
+        cutToTimes(source.analysis->time, wishes, time);
+        const std::vector<double> speed = chooseSpeed(source, wishes);
+        for (ChosenColumn& column : chooseColumns(*source.analysis, wishes.probes)) {
+            cutToTimes(source.analysis->time, wishes, column.values);
+            const std::string name =
+                sources.size() > 1 ? column.name + " (" + source.label + ")" : column.name;
+            FigureCurve curve;
+            curve.name = name;
+            curve.color = number++;
+            curve.dash = curve.color / 7;
+            const auto countShown = [&](const std::vector<double>& frequency) {
+                return wishes.highest > 0
+                           ? size_t(std::upper_bound(frequency.begin(), frequency.end(),
+                                                     wishes.highest) -
+                                    frequency.begin())
+                           : frequency.size();
+            };
+            try {
+                if (isAliased(calcSpectrum(time, column.values)))
+                    wishes.warnings.push_back(name + AliasAdvice);
+                if (isSpectrum) {
+                    const AmplitudeSpectrum spectrum = calcSpectrum(time, column.values);
+                    const auto shown = std::ptrdiff_t(countShown(spectrum.frequency));
+                    const UnitScale unit =
+                        chooseUnitScale(column.unit, findLargest(spectrum.amplitude));
+                    curve.x.assign(spectrum.frequency.begin(), spectrum.frequency.begin() + shown);
+                    curve.y.assign(spectrum.amplitude.begin(), spectrum.amplitude.begin() + shown);
+                    scale(curve.y, unit.size);
+                    addByUnit(figure, "amplitude", unit.unit, curve);
+                    continue;
+                }
+                if (!isWaterfall) {
+                    for (const OrderTrack& track : trackOrders(time, column.values, speed,
+                                                               wishes.orders, wishes.revolutions)) {
+                        const UnitScale unit =
+                            chooseUnitScale(column.unit, findLargest(column.values));
+                        curve.name = name + ", " + writeGeneral(track.order, 6) + "×";
+                        curve.color = number++;
+                        curve.dash = curve.color / 7;
+                        curve.x = track.speed;
+                        curve.y = track.amplitude;
+                        scale(curve.y, unit.size);
+                        addByUnit(figure, "amplitude", unit.unit, curve);
+                    }
+                    continue;
+                }
+                if (!figure.panels.empty())
+                    throw std::runtime_error(
+                        "a waterfall shows one number: name one probe, as in 'tip.x'");
+                const Waterfall waterfall =
+                    calcWaterfall(time, column.values, speed, wishes.numPieces);
+                const bool rises = std::is_sorted(waterfall.speed.begin(), waterfall.speed.end()),
+                           isOverSpeed = !speed.empty() && rises;
+                if (!speed.empty() && !rises)
+                    wishes.warnings.push_back(
+                        "the speed does not rise all the time: the waterfall "
+                        "is over time");
+                const std::vector<double>& x = isOverSpeed ? waterfall.speed : waterfall.time;
+                figure.xLabel = isOverSpeed ? "speed [rad/s]" : "time [s]";
+                FigurePanel panel{"frequency [Hz]", {}};
+                const size_t shown = countShown(waterfall.frequency);
+                panel.map.label = makeAxisLabel(name, column.unit);
+                panel.map.y.assign(waterfall.frequency.begin(),
+                                   waterfall.frequency.begin() + std::ptrdiff_t(shown));
+                // Onto even places.
+                for (size_t i = 0; i < x.size(); ++i) {
+                    const double share = x.size() > 1 ? double(i) / double(x.size() - 1) : 0;
+                    const double at = x.front() + share * (x.back() - x.front());
+                    size_t high = size_t(std::lower_bound(x.begin(), x.end(), at) - x.begin());
+                    high = std::min(std::max<size_t>(high, 1), x.size() - 1);
+                    const size_t low = high > 0 ? high - 1 : 0;
+                    const double part = x[high] > x[low] ? (at - x[low]) / (x[high] - x[low]) : 0;
+                    panel.map.x.push_back(at);
+                    auto& row = panel.map.rows.emplace_back();
+                    for (size_t k = 0; k < shown; ++k)
+                        row.push_back((1 - part) * waterfall.amplitude[low][k] +
+                                      part * waterfall.amplitude[high][k]);
+                }
+                if (!wishes.orders.empty() && waterfall.speed.empty())
+                    throw std::runtime_error("--orders are of a speed: name it by --speed");
+                for (const double order : wishes.orders) {
+                    FigureCurve line;
+                    line.name = writeGeneral(order, 6) + "×";
+                    line.isFaint = true;
+                    for (size_t i = 0; i < x.size(); ++i) {
+                        const double hertz = order * std::abs(waterfall.speed[i]) / (2 * pi);
+                        if (hertz > panel.map.y.back()) continue;
+                        line.x.push_back(x[i]);
+                        line.y.push_back(hertz);
+                    }
+                    panel.curves.push_back(line);
+                }
+                figure.panels.push_back(panel);
+            } catch (const std::invalid_argument& error) {
+                throw std::runtime_error("'" + name + "': " + error.what());
+            }
+        }
+    }
+    return figure;
+}
+
 bool hasDamping(const std::vector<FigureSource>& sources) {
     for (const FigureSource& source : sources)
         for (const auto& row : source.analysis->dampingRatio)
@@ -267,6 +408,27 @@ FigureCurve makeModeCurve(const FigureSource& source, size_t file, size_t mode, 
     return curve;
 }
 
+/** Of modes whose curves lie on each other one is drawn, with the names of all. **/
+void joinAlike(FigurePanel& panel) {
+    constexpr double invisible = 2e-3;  // of the largest value
+    double largest = 0;
+    for (const FigureCurve& curve : panel.curves) largest = findLargest(curve.y, largest);
+    std::vector<FigureCurve> drawn;
+    for (FigureCurve& curve : panel.curves) {
+        const auto alike = std::find_if(drawn.begin(), drawn.end(), [&](const FigureCurve& other) {
+            if (other.x != curve.x || other.name.empty() || curve.name.empty()) return false;
+            for (size_t k = 0; k < curve.y.size(); ++k)
+                if (!(std::abs(curve.y[k] - other.y[k]) <= invisible * largest)) return false;
+            return true;
+        });
+        if (alike == drawn.end())
+            drawn.push_back(std::move(curve));
+        else
+            alike->name += " = " + curve.name;
+    }
+    panel.curves = std::move(drawn);
+}
+
 Figure makeCampbellFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
     constexpr double pi = 3.14159265358979323846;
     Figure figure;
@@ -286,6 +448,7 @@ Figure makeCampbellFigure(const std::vector<FigureSource>& sources, const Figure
             highest = findLargest(frequencies.curves.back().y, highest);
         }
     }
+    for (FigurePanel* panel : {&frequencies, &damping}) joinAlike(*panel);
     for (const double order : wishes.orders) {
         FigureCurve line;
         line.name = writeGeneral(order, 6) + "×";
@@ -371,6 +534,13 @@ Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWi
     if (type == "frequency_response") return makeBodeFigure(sources, wishes);
     if (type == "eigen") return makeEigenFigure(sources);
     if (type == "campbell") return makeCampbellFigure(sources, wishes);
+    if (!wishes.speedProbe.empty() && wishes.orders.empty() &&
+        wishes.vibration != FigureWishes::Vibration::Waterfall)
+        throw std::runtime_error("--speed is of --waterfall, or of --orders 1,2 …");
+    if (wishes.vibration != FigureWishes::Vibration::None || !wishes.speedProbe.empty())
+        return makeVibrationFigure(sources, wishes);
+    if (!wishes.orders.empty())
+        throw std::runtime_error("--orders are of a speed: name it by --speed");
     return makeTransientFigure(sources, wishes);
 }
 

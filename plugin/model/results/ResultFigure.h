@@ -24,11 +24,22 @@ struct FigureWishes {
     enum class Panels { ByUnit, Together, Stacked } panels = Panels::ByUnit;
     double from = -std::numeric_limits<double>::infinity(), to = -from;  ///< [s]
     bool hasPoints = false;                                              ///< rows are marked
-    std::vector<double> orders;  ///< campbell: lines of this many times the speed [rad/s]
+    /** campbell and waterfall: lines of this many times the speed [rad/s]; transient with a speed:
+    these orders of it are tracked. **/
+    std::vector<double> orders;
+    /** Of a transient analysis, in place of values over time: see Spectra.h. **/
+    enum class Vibration { None, Spectrum, Waterfall } vibration = Vibration::None;
+    std::string speedProbe;  ///< [rad/s]; a waterfall without one is over time
+    double highest = 0;      ///< frequency that is shown [Hz]; 0: all
+    int numPieces = 60;      ///< of a waterfall
+    double revolutions = 8;  ///< of a piece in which orders are tracked
+    /** What the figure does not tell and ought to. **/
+    mutable std::vector<std::string> warnings;
 };
 
 /** Probes over time (or over another probe), frequencies of eigenmodes, a Campbell diagram or a
-Bode diagram: the analyses must be of one type. @throws std::runtime_error. **/
+Bode diagram; of a transient analysis also spectra, a waterfall or orders of a speed: the analyses
+must be of one type. @throws std::runtime_error. **/
 Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes);
 
 }  // namespace model

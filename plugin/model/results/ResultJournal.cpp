@@ -71,8 +71,6 @@ void visit(Archive& archive, ResultHeader& header) {
 void visit(Archive& archive, ResultJournal::Analysis& analysis) {
     Results::Analysis& contents = analysis.contents;
     archive.visit(contents.name, contents.type);
-    archive.visitCount(analysis.numQ);
-    archive.visitCount(analysis.numU);
     contents.probes.resize(archive.visitSize(contents.probes.size(), LeastSeries));
     analysis.numColumns = 0;
     for (Results::Series& series : contents.probes) {
@@ -80,8 +78,13 @@ void visit(Archive& archive, ResultJournal::Analysis& analysis) {
         archive.visit(column.name, column.unit, column.columns, series.rows);
         analysis.numColumns += int(column.columns.size());
     }
-    archive.visit(contents.q, contents.u, contents.speeds, contents.frequency,
-                  contents.dampingRatio);
+    analysis.numStates = 0;
+    for (const ResultState& state : ResultStates) {
+        std::vector<std::string>& columns = contents.stateColumns[state.name];
+        archive.visit(columns, contents.*state.rows);
+        analysis.numStates += int(columns.size());
+    }
+    archive.visit(contents.speeds, contents.frequency, contents.dampingRatio);
     archive.visit(contents.inputs, contents.outputs, contents.inputUnits, contents.outputUnits);
     std::vector<std::string> names;
     for (const auto& entry : contents.matrices) names.push_back(entry.first);

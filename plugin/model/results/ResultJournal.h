@@ -19,7 +19,7 @@ public:
     /** An analysis; the rows of a transient one stay in the file. **/
     struct Analysis {
         Results::Analysis contents;
-        int numColumns = 0, numQ = 0, numU = 0;
+        int numColumns = 0, numStates = 0;  ///< in a row
         struct Segment {
             std::uint64_t offset;  ///< of its first row's record
             int first, count;
@@ -28,8 +28,8 @@ public:
         std::uint64_t start = 0;  ///< end of its first record
         int numRows = 0;
 
-        /** Numbers in a row: time, columns, q, u. **/
-        int getRowSize() const { return 1 + numColumns + numQ + numU; }
+        /** Numbers in a row: time, columns, states in their order. **/
+        int getRowSize() const { return 1 + numColumns + numStates; }
     };
 
     enum class Access { Create, Append, Read };

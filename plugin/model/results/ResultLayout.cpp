@@ -92,6 +92,12 @@ hdf5::Handle createMatrix(hid_t parent, const std::string& name,
                         H5Dclose, "create '" + name + "'");
 }
 
+void writeStateColumns(hid_t states, const Results::Analysis& contents) {
+    const auto columns = hdf5::createGroup(states, "columns");
+    for (const auto& [name, names] : contents.stateColumns)
+        if (!names.empty()) hdf5::writeTexts(columns, name, names);
+}
+
 /** Where a data set stands in a row of the journal. **/
 struct Strip {
     hdf5::Handle data;
@@ -127,13 +133,17 @@ void writeTransient(hid_t group, hid_t probes, const ResultJournal::Analysis& an
             {createMatrix(probes, series.column.name, {n, hsize_t(width)}), begin, width, false});
         begin += width;
     }
-    if (analysis.numQ + analysis.numU > 0) {
+    if (analysis.numStates > 0) {
         const auto states = hdf5::createGroup(group, "states");
-        strips.push_back(
-            {createMatrix(states, "q", {n, hsize_t(analysis.numQ)}), begin, analysis.numQ, false});
-        begin += analysis.numQ;
-        strips.push_back(
-            {createMatrix(states, "u", {n, hsize_t(analysis.numU)}), begin, analysis.numU, false});
+        for (const ResultState& state : ResultStates) {
+            const auto found = analysis.contents.stateColumns.find(state.name);
+            if (found == analysis.contents.stateColumns.end() || found->second.empty()) continue;
+            const int width = int(found->second.size());
+            strips.push_back(
+                {createMatrix(states, state.name, {n, hsize_t(width)}), begin, width, false});
+            begin += width;
+        }
+        writeStateColumns(states, analysis.contents);
     }
     const int rowSize = analysis.getRowSize();
     const int perBlock = int(std::max<size_t>(1, BlockNumbers / size_t(rowSize)));
@@ -181,8 +191,11 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
         } else {
             for (const auto& series : contents.probes)
                 writeMatrix(probes, series.column.name, series.rows);
-            if (!contents.q.empty() && !contents.q[0].empty())
-                writeMatrix(hdf5::createGroup(group, "states"), "q", contents.q);
+            if (!contents.q.empty() && !contents.q[0].empty()) {
+                const auto states = hdf5::createGroup(group, "states");
+                writeMatrix(states, "q", contents.q);
+                writeStateColumns(states, contents);
+            }
         }
         int place = 0;
         for (const auto& series : contents.probes) {
@@ -269,8 +282,21 @@ void readProbes(hid_t group, hsize_t numRows, Results::Analysis& analysis) {
 void readStates(hid_t group, hsize_t numRows, Results::Analysis& analysis) {
     if (numRows == 0 || !hdf5::hasLink(group, "states")) return;
     const auto states = hdf5::openGroup(group, "states");
-    analysis.q = readMatrix(states, "q", numRows, 0);
-    if (hdf5::hasLink(states, "u")) analysis.u = readMatrix(states, "u", numRows, 0);
+    for (const ResultState& state : ResultStates)
+        if (hdf5::hasLink(states, state.name))
+            analysis.*state.rows = readMatrix(states, state.name, numRows, 0);
+    if (!hdf5::hasLink(states, "columns")) return;  // of an older simflex
+    const auto columns = hdf5::openGroup(states, "columns");
+    for (const ResultState& state : ResultStates) {
+        const auto& rows = analysis.*state.rows;
+        if (rows.empty()) continue;
+        analysis.stateColumns[state.name] = hdf5::readTexts(columns, state.name);
+        if (analysis.stateColumns[state.name].size() != rows[0].size())
+            throw std::runtime_error(std::string("'states/") + state.name + "' has " +
+                                     std::to_string(rows[0].size()) + " columns, not the " +
+                                     std::to_string(analysis.stateColumns[state.name].size()) +
+                                     " that are named");
+    }
 }
 
 void readPorts(hid_t group, Results::Analysis& analysis) {

@@ -52,9 +52,10 @@ void fillRows(const ResultJournal& journal, const ResultJournal::Analysis& analy
             result.time.push_back(take(1)[0]);
             for (auto& series : result.probes)
                 series.rows.push_back(take(series.column.columns.size()));
-            if (states == ReadStates::No || analysis.numQ + analysis.numU == 0) continue;
-            result.q.push_back(take(size_t(analysis.numQ)));
-            result.u.push_back(take(size_t(analysis.numU)));
+            if (states == ReadStates::No || analysis.numStates == 0) continue;
+            for (const ResultState& state : ResultStates)
+                if (const size_t width = result.stateColumns[state.name].size(); width > 0)
+                    (result.*state.rows).push_back(take(width));
         }
     }
 }
@@ -66,7 +67,9 @@ Results readJournal(const ResultJournal& journal, ReadStates states) {
     for (const auto& analysis : journal.getAnalyses()) {
         data.analyses.push_back(analysis.contents);
         data.analyses.back().warnings = journal.getWarnings(analysis.contents.name);
-        if (states == ReadStates::No) data.analyses.back().q.clear();
+        if (states == ReadStates::No)
+            for (const ResultState& state : ResultStates)
+                (data.analyses.back().*state.rows).clear();
         fillRows(journal, analysis, states, data.analyses.back());
     }
     return data;
@@ -95,6 +98,13 @@ void checkShapes(const Results::Analysis& analysis) {
         for (const auto& row : series.rows)
             checkCount("values of a probe", row.size(), series.column.columns.size());
     }
+    for (const ResultState& state : ResultStates)
+        for (const auto& row : analysis.*state.rows) {
+            const auto columns = analysis.stateColumns.find(state.name);
+            checkCount("names of columns of states",
+                       columns == analysis.stateColumns.end() ? 0 : columns->second.size(),
+                       row.size());
+        }
     const auto &frequency = analysis.frequency, &damping = analysis.dampingRatio;
     if (analysis.type == "campbell")
         checkCount("rows of frequencies", frequency.size(), analysis.speeds.size());
@@ -198,11 +208,13 @@ void ResultWriter::append(const Results::Analysis& source) {
     analysis.contents.isComplete = false;
     if (source.type == "transient") {  // its rows follow
         for (Results::Series& series : analysis.contents.probes) series.rows.clear();
-        analysis.contents.q.clear();
-        analysis.contents.u.clear();
-        analysis.numQ = source.q.empty() ? 0 : int(source.q[0].size());
-        analysis.numU = source.u.empty() ? 0 : int(source.u[0].size());
+        for (const ResultState& state : ResultStates) {
+            (analysis.contents.*state.rows).clear();
+            if ((source.*state.rows).empty()) analysis.contents.stateColumns.erase(state.name);
+        }
     }
+    for (const auto& [name, columns] : analysis.contents.stateColumns)
+        analysis.numStates += int(columns.size());
     begin(analysis);
     for (const std::string& warning : source.warnings)  // before rows, which may be cut
         m_journal->addWarning(source.name, warning);
@@ -210,8 +222,11 @@ void ResultWriter::append(const Results::Analysis& source) {
         std::vector<double> values;
         for (const auto& series : source.probes)
             values.insert(values.end(), series.rows[k].begin(), series.rows[k].end());
-        appendRow(source.time[k], values, source.q.empty() ? std::vector<double>() : source.q[k],
-                  source.u.empty() ? std::vector<double>() : source.u[k]);
+        std::vector<double> states;
+        for (const ResultState& state : ResultStates)
+            if (const auto& rows = source.*state.rows; !rows.empty())
+                states.insert(states.end(), rows[k].begin(), rows[k].end());
+        appendRow(source.time[k], values, states);
     }
     if (!source.statistics.empty()) m_journal->addStatistics(source.name, source.statistics);
     if (!source.events.empty()) m_journal->addEvents(source.name, source.events);
@@ -219,17 +234,15 @@ void ResultWriter::append(const Results::Analysis& source) {
 }
 
 void ResultWriter::appendRow(double time, const std::vector<double>& values,
-                             const std::vector<double>& q, const std::vector<double>& u) {
+                             const std::vector<double>& states) {
     const auto& analyses = m_journal->getAnalyses();
     if (analyses.empty() || analyses.back().contents.type != "transient")
         throw std::runtime_error("no transient analysis has begun");
     checkCount("values in a row", values.size(), size_t(analyses.back().numColumns));
-    checkCount("generalized coordinates in a row", q.size(), size_t(analyses.back().numQ));
-    checkCount("generalized speeds in a row", u.size(), size_t(analyses.back().numU));
+    checkCount("numbers of states in a row", states.size(), size_t(analyses.back().numStates));
     m_row.assign(1, time);
     m_row.insert(m_row.end(), values.begin(), values.end());
-    m_row.insert(m_row.end(), q.begin(), q.end());
-    m_row.insert(m_row.end(), u.begin(), u.end());
+    m_row.insert(m_row.end(), states.begin(), states.end());
     updJournal().addRow(m_row);
 }
 
@@ -241,15 +254,15 @@ void ResultWriter::add(const Results::Analysis& analysis) {
 }
 
 void ResultWriter::beginTransient(const std::string& name, const std::vector<ResultColumn>& probes,
-                                  int numQ, int numU) {
+                                  const std::map<std::string, std::vector<std::string>>& states) {
     guard([&] {
         ResultJournal::Analysis analysis;
         analysis.contents.name = name;
         analysis.contents.type = "transient";
         for (const ResultColumn& probe : probes) analysis.contents.probes.push_back({probe, {}});
         checkShapes(analysis.contents);
-        analysis.numQ = numQ;
-        analysis.numU = numU;
+        analysis.contents.stateColumns = states;
+        for (const auto& [table, columns] : states) analysis.numStates += int(columns.size());
         begin(analysis);
     });
 }
@@ -264,8 +277,8 @@ void ResultWriter::resumeTransient(const std::string& name, int numRows) {
 }
 
 void ResultWriter::addRow(double time, const std::vector<double>& values,
-                          const std::vector<double>& q, const std::vector<double>& u) {
-    guard([&] { appendRow(time, values, q, u); });
+                          const std::vector<double>& states) {
+    guard([&] { appendRow(time, values, states); });
 }
 
 void ResultWriter::flush() {

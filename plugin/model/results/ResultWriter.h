@@ -24,15 +24,16 @@ public:
     ResultWriter(const ResultWriter&) = delete;
     ResultWriter& operator=(const ResultWriter&) = delete;
 
-    /** Begins an analysis of rows over time. **/
+    /** Begins an analysis of rows over time.
+    @param states  columns of states that are kept, by Results' names of them **/
     void beginTransient(const std::string& analysis, const std::vector<ResultColumn>& probes,
-                        int numQ, int numU);
+                        const std::map<std::string, std::vector<std::string>>& states = {});
     /** Goes on with one after its first `numRows` rows; later ones are dropped. **/
     void resumeTransient(const std::string& analysis, int numRows);
     /** @param values  of all probes, column after column
-    @param q, u  empty where states are not kept **/
-    void addRow(double time, const std::vector<double>& values, const std::vector<double>& q,
-                const std::vector<double>& u);
+    @param states  one behind the other in the order of ResultStates **/
+    void addRow(double time, const std::vector<double>& values,
+                const std::vector<double>& states = {});
     /** Everything so far is on the disk, where readResults() finds it. The HDF5 file is replaced
     too, unless that would take more than a tenth of the time. **/
     void flush();
@@ -58,8 +59,8 @@ private:
     ResultJournal& updJournal();
     void begin(const ResultJournal::Analysis& analysis);
     void append(const Results::Analysis& analysis);
-    void appendRow(double time, const std::vector<double>& values, const std::vector<double>& q,
-                   const std::vector<double>& u);
+    void appendRow(double time, const std::vector<double>& values,
+                   const std::vector<double>& states);
 
     std::string m_path;
     std::optional<ResultJournal> m_journal;

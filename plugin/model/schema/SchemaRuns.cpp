@@ -245,7 +245,7 @@ SchemaForm resultOutput() {
                        .orElse("false")
                        .such("true"),
                    SchemaKey("states", {choice({"every", "none"})},
-                             "Keeps all coordinates and speeds at the times of output.")
+                             "Keeps states, accelerations and forces of joints at the times of output.")
                        .orElse("every")
                        .such("none"),
                    SchemaKey("checkpoint", {number(0)},

@@ -169,7 +169,7 @@ protected:
         header.title = "Swing'; system('touch owned'); `touch owned`";
         writeRun(folder / "a.h5", 60);
         ResultWriter writer(folder / "b.h5", header);
-        writer.beginTransient("run", makeProbes(), 1, 2);
+        writer.beginTransient("run", makeProbes(), makeStates());
         addCircle(writer, 0, 60);
         writer.setComplete("run");
     }
@@ -233,10 +233,10 @@ TEST_F(PlotTest, CompareTellsByItsExitStatusWhetherResultsAgree) {
     EXPECT_THAT(err, HasSubstr("analysis 'rest' is only in a"));
     EXPECT_EQ(run("compare a.h5 b.h5 --analysis run --tolerance 0"), 0) << err;
     ResultWriter writer(folder / "c.h5", makeHeader());
-    writer.beginTransient("run", makeProbes(), 0, 0);
+    writer.beginTransient("run", makeProbes());
     for (int k = 0; k < 60; ++k) {
         const double t = k * kStep;
-        writer.addRow(t, {2 * std::cos(t), 2 * std::sin(t), 1.001 * t}, {}, {});
+        writer.addRow(t, {2 * std::cos(t), 2 * std::sin(t), 1.001 * t});
     }
     writer.flush();
     EXPECT_EQ(run("compare b.h5 c.h5 --plot difference.svg"), 1);

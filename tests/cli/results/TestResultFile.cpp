@@ -52,7 +52,7 @@ TEST_F(ResultFileTest, WarningsStayThroughFlushResumeAndCut) {
     {
         ResultWriter writer(path, makeHeader());
         writer.addWarning("", open);
-        writer.beginTransient("run", makeProbes(), 1, 2);
+        writer.beginTransient("run", makeProbes(), makeStates());
         writer.addWarning("run", bent);
         addCircle(writer, 0, 5);
         writer.flush();
@@ -88,6 +88,8 @@ TEST_F(ResultFileTest, EverythingWrittenIsReadBackInTheSameOrder) {
     EXPECT_EQ(rest.type, "static");
     EXPECT_THAT(rest.probes[0].rows, ElementsAre(std::vector<double>{2, 0}));
     EXPECT_THAT(rest.q, ElementsAre(std::vector<double>{0.5}));
+    EXPECT_THAT(rest.stateColumns.at("q"), ElementsAre("turn"));
+    EXPECT_THAT(run.stateColumns.at("u"), ElementsAre("one", "two"));
     EXPECT_EQ(run.type, "transient");
     EXPECT_TRUE(run.isComplete);
     EXPECT_EQ(run.time.size(), 100u);
@@ -110,7 +112,7 @@ TEST_F(ResultFileTest, TheSameRunGivesTheSameBytesHoweverOftenFlushedOrResumed) 
     {
         ResultWriter writer(path, makeHeader());
         writer.add(makeAnalysis("static"));
-        writer.beginTransient("run", makeProbes(), 1, 2);
+        writer.beginTransient("run", makeProbes(), makeStates());
         for (int k = 0; k < 60; ++k) {
             addCircleRow(writer, k);
             if (k % 7 == 0) writer.flush();
@@ -155,7 +157,7 @@ TEST_F(ResultFileTest, GoingOnDropsWhatCameAfter) {
 TEST_F(ResultFileTest, RowsThatFollowStatisticsAreKeptToo) {
     {
         ResultWriter writer(path, makeHeader());
-        writer.beginTransient("run", makeProbes(), 1, 2);
+        writer.beginTransient("run", makeProbes(), makeStates());
         addCircle(writer, 0, 10);
         writer.setStatistics("run", {{"steps", 1}});
         addCircle(writer, 10, 30);
@@ -166,7 +168,7 @@ TEST_F(ResultFileTest, RowsThatFollowStatisticsAreKeptToo) {
 
 TEST_F(ResultFileTest, ARunningRunCanBeReadByOthersAndWrittenByNoOther) {
     ResultWriter writer(path, makeHeader());
-    writer.beginTransient("run", makeProbes(), 1, 2);
+    writer.beginTransient("run", makeProbes(), makeStates());
     addCircle(writer, 0, 5);
     EXPECT_EQ(readResults(path).analyses[0].time.size(), 5u);
     EXPECT_FALSE(readResults(path).analyses[0].isComplete);
@@ -200,7 +202,7 @@ TEST_F(ResultFileTest, AWriterKilledAtAnyMomentLeavesEveryFlushedRow) {
     for (int round = 0; round < 25; ++round) {
         const int flushed = killAt(1 + std::rand() % 100, [&](volatile int& told) {
             ResultWriter writer(path, makeHeader());
-            writer.beginTransient("run", makeProbes(), 1, 2);
+            writer.beginTransient("run", makeProbes(), makeStates());
             for (int k = 0; k < 100000; ++k) {
                 addCircleRow(writer, k);
                 if (k % 3 != 0) continue;
@@ -239,7 +241,7 @@ TEST_F(ResultFileTest, AFullDiskIsToldAndLosesNothingOfBefore) {
         int rows = 0;
         try {
             ResultWriter writer(path, makeHeader());
-            writer.beginTransient("run", makeProbes(), 1, 2);
+            writer.beginTransient("run", makeProbes(), makeStates());
             for (;; ++rows) addCircleRow(writer, rows);
         } catch (const std::runtime_error& error) {
             writeText(folder / "error", error.what());
@@ -310,7 +312,7 @@ TEST_F(ResultFileTest, AJournalOfAnotherRunIsNotMistakenForThisOnes) {
     other.title = "Other";
     killAt(1, [&](volatile int& told) {
         ResultWriter writer(folder / "other.h5", other);
-        writer.beginTransient("run", makeProbes(), 1, 2);
+        writer.beginTransient("run", makeProbes(), makeStates());
         addCircle(writer, 0, 500);
         told = 1;
         for (;;) pause();
@@ -322,9 +324,9 @@ TEST_F(ResultFileTest, AJournalOfAnotherRunIsNotMistakenForThisOnes) {
 
 TEST_F(ResultFileTest, NamesThatWouldMakeFoldersOfTheirOwnAreRefused) {
     ResultWriter writer(path, makeHeader());
-    EXPECT_THROW(writer.beginTransient("a/b", makeProbes(), 0, 0), std::runtime_error);
-    EXPECT_THROW(writer.beginTransient("run", {{"../x", "m", {""}}}, 0, 0), std::runtime_error);
-    EXPECT_THROW(writer.addRow(0, {1}, {}, {}), std::runtime_error);
+    EXPECT_THROW(writer.beginTransient("a/b", makeProbes()), std::runtime_error);
+    EXPECT_THROW(writer.beginTransient("run", {{"../x", "m", {""}}}), std::runtime_error);
+    EXPECT_THROW(writer.addRow(0, {1}), std::runtime_error);
 }
 
 TEST_F(ResultFileTest, CsvHasOneTitledColumnForEachNumberAndAllDigits) {

@@ -3,6 +3,7 @@
 Result files of a swinging point, whose every value is known. **/
 
 #include <cmath>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -23,10 +24,14 @@ inline std::vector<ResultColumn> makeProbes() {
     return {{"swing", "m", {"x", "y"}}, {"angle", "rad", {""}}};
 }
 
+inline std::map<std::string, std::vector<std::string>> makeStates() {
+    return {{"q", {"turn"}}, {"u", {"one", "two"}}};
+}
+
 /** Row k of a point on a circle of radius 2 m, at 1 rad/s. **/
 inline void addCircleRow(model::ResultWriter& writer, int k) {
     const double t = k * kStep;
-    writer.addRow(t, {2 * std::cos(t), 2 * std::sin(t), t}, {t}, {1, -t});
+    writer.addRow(t, {2 * std::cos(t), 2 * std::sin(t), t}, {t, 1, -t});
 }
 
 inline void addCircle(model::ResultWriter& writer, int first, int end) {
@@ -56,6 +61,7 @@ inline Results::Analysis makeAnalysis(const std::string& type) {
         analysis.name = "rest";
         analysis.probes = {{makeProbes()[0], {{2, 0}}}, {makeProbes()[1], {{0}}}};
         analysis.q = {{0.5}};
+        analysis.stateColumns = {{"q", {"turn"}}};
     } else if (type == "eigen") {
         analysis.name = "modes";
         analysis.frequency = {{1, 2.5, 40}};
@@ -73,7 +79,7 @@ inline Results::Analysis makeAnalysis(const std::string& type) {
 inline void writeRun(const std::string& path, int numRows = 100) {
     model::ResultWriter writer(path, makeHeader());
     writer.add(makeAnalysis("static"));
-    writer.beginTransient("run", makeProbes(), 1, 2);
+    writer.beginTransient("run", makeProbes(), makeStates());
     addCircle(writer, 0, numRows);
     writer.setStatistics("run", {{"steps", 12}, {"iterations", 30}});
     writer.setComplete("run");

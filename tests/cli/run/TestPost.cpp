@@ -43,7 +43,9 @@ analyses:
     const std::string many =
         "tip: {position: bar.tip}, force: {reaction: pivot}, angle: {coordinate: pivot}, "
         "speed: {velocity: bar.tip, component: norm}, bend: {largest_displacement: bar}, "
-        "kinetic: {energy: kinetic}, twice: {expression: \"2*angle + tip.x^2\"}";
+        "kinetic: {energy: kinetic}, twice: {expression: \"2*angle + tip.x^2\"}, "
+        "push: {acceleration: bar.tip}, balance: {energy: balance}, hand: {reaction: pivot, part: "
+        "torque, on: F}";
 };
 
 TEST_F(PostTest, NewProbesAreWhatTheRunWouldHaveRecordedToTheBit) {
@@ -51,7 +53,7 @@ TEST_F(PostTest, NewProbesAreWhatTheRunWouldHaveRecordedToTheBit) {
     ASSERT_EQ(runModel("-o first.h5"), 0) << err;
     writeModel(makeBar(many));
     ASSERT_EQ(post("first.h5 model.yaml"), 0) << err;
-    EXPECT_THAT(out, HasSubstr("run: 41 rows, 7 probes\n"));
+    EXPECT_THAT(out, HasSubstr("run: 41 rows, 10 probes\n"));
     EXPECT_THAT(out, HasSubstr("results: first.post.h5\n"));
     ASSERT_EQ(runModel("-o again.h5"), 0) << err;
     EXPECT_TRUE(readWithoutSeconds("first.post.h5") == readWithoutSeconds("again.h5"));
@@ -124,21 +126,45 @@ TEST_F(PostTest, AnAnimationHasNodesWhereParaViewHasThem) {
     EXPECT_THAT(err, HasSubstr("output.states: an animation is made of States"));
 }
 
-TEST_F(PostTest, WhatStatesDoNotTellIsRefused) {
+/** A joint that an event releases, and a filter: neither follows from coordinates and speeds. **/
+TEST_F(PostTest, WhatEventsReleaseAndFiltersKnowIsToldToTheBitToo) {
+    const std::string more =
+        "states: {slow: {low_pass: {input: bar_speed, time_constant: 0.03}}}\n"
+        "events: {drop: {when: t > 0.3, do: [{release: pivot}]}}\n";
+    const std::string first = "bar_speed: {velocity: bar.tip, component: norm}";
+    writeModel(makeBar(first) + more);
+    ASSERT_EQ(runModel("-o first.h5"), 0) << err;
+    const Results::Analysis kept = read("run", "first.h5");
+    EXPECT_THAT(kept.stateColumns.at("z"), ::testing::Contains("slow"));
+    EXPECT_THAT(kept.stateColumns.at("q"),
+                ::testing::IsSupersetOf({"bar.quaternion.w", "bar.x", "bar.mode 1", "bar.mode 2"}));
+    EXPECT_THAT(kept.stateColumns.at("u"), ::testing::Contains("bar.angular_velocity.z"));
+    EXPECT_EQ(kept.stateColumns.at("multipliers")[0], "pivot.0");
+    EXPECT_NE(kept.multipliers.front()[0], 0);
+    EXPECT_EQ(kept.multipliers.back(), std::vector<double>(kept.multipliers[0].size(), 0));
+    const std::string now = first +
+                            ", force: {reaction: pivot}, push: {acceleration: bar.tip}, "
+                            "filtered: {expression: 2*slow}, work: {energy: balance}";
+    writeModel(makeBar(now) + more);
+    ASSERT_EQ(post("first.h5 model.yaml"), 0) << err;
+    ASSERT_EQ(runModel("-o again.h5"), 0) << err;
+    EXPECT_TRUE(readWithoutSeconds("first.post.h5") == readWithoutSeconds("again.h5"));
+    const Results::Analysis told = read("run", "first.post.h5");
+    const auto& force = find(told, "force").rows;
+    EXPECT_GT(std::abs(force[10][1]), 0);
+    EXPECT_EQ(force.back(), (std::vector<double>{0, 0, 0}));
+}
+
+TEST_F(PostTest, WhatIsNotOfTheRunIsRefused) {
     writeModel(makeBar("tip: {position: bar.tip}"));
     ASSERT_EQ(runModel("--only run"), 0) << err;
-    for (const char* const probe :
-         {"{reaction: pivot}", "{acceleration: bar.tip}", "{energy: balance}"}) {
-        EXPECT_NE(post(std::string("model.results.h5 --set 'probes.new=") + probe + "'"), 0);
-        EXPECT_THAT(err, HasSubstr("probe 'new' tells of forces, accelerations, work"));
-    }
-    EXPECT_NE(access((folder / "model.results.post.h5").c_str(), F_OK), 0);
     EXPECT_NE(post("model.results.h5 --set gravity='[0,-1,0]'"), 0);
     EXPECT_THAT(err, HasSubstr("'gravity' is not as it was in the run"));
     EXPECT_NE(post("model.results.h5 --only walk"), 0);
     EXPECT_THAT(err, HasSubstr("there is no analysis 'walk'"));
     EXPECT_NE(post("model.results.h5 -o model.results.h5"), 0);
     EXPECT_THAT(err, HasSubstr("would be replaced by what is made of it"));
+    EXPECT_NE(access((folder / "model.results.post.h5").c_str(), F_OK), 0);
 }
 
 TEST_F(PostTest, PartsThatHaveChangedAreNoticed) {

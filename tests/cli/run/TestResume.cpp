@@ -205,7 +205,7 @@ TEST(RunCheckpoint, FramesAreAppended) {
     const auto add = [&](int count) {
         for (int k = 0; k < count; ++k) {
             const double t = double(checkpoint.frames.size());
-            checkpoint.frames.push_back({t, {t, 2 * t, 3}, {-t}, {t / 2}});
+            checkpoint.frames.push_back({t, {t, 2 * t, 3}, {-t}, {t / 2}, {1, 0}});
         }
         model::writeRunCheckpoint(path, checkpoint);
     };
@@ -224,6 +224,7 @@ TEST(RunCheckpoint, FramesAreAppended) {
             EXPECT_EQ(found.frames[k].time, double(k));
             EXPECT_EQ(found.frames[k].q, (std::vector<double>{double(k), 2.0 * double(k), 3}));
             EXPECT_EQ(found.frames[k].u, (std::vector<double>{-double(k)}));
+            EXPECT_EQ(found.frames[k].holding, (std::vector<double>{1, 0}));
             EXPECT_EQ(found.frames[k].z, (std::vector<double>{double(k) / 2}));
         }
     };

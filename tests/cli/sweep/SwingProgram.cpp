@@ -38,8 +38,8 @@ int main(int argc, char** argv) {
         return 1;
     }
     ResultWriter writer(output, ResultHeader());
-    writer.beginTransient("run", {{"turn", "rad", {""}}}, 0, 0);
-    for (int k = 0; k <= 10; ++k) writer.addRow(0.1 * k, {speed * 0.1 * k}, {}, {});
+    writer.beginTransient("run", {{"turn", "rad", {""}}});
+    for (int k = 0; k <= 10; ++k) writer.addRow(0.1 * k, {speed * 0.1 * k});
     if (speed == 7 && !resumes) {
         int received = 0;
         sigwait(&interrupts, &received);
