@@ -86,7 +86,12 @@ struct Assembly {
         Joint::Weld(flexible, a.interface("B"), b.interface("A"));
         Joint::Pin(flexible, b.interface("B"), Attachment(crank, Vec3(0.1, 0.2, 0.3)));
         Bushing(flexible, a.interface("A"), b.interface("B"),
-                Bushing::diagonal(Vec6(300, 200, 100, 3000, 2000, 1000)));
+                Bushing::diagonal(Vec6(300, 200, 100, 3000, 2000, 1000)),
+                Bushing::diagonal(Vec6(3, 5, 2, 40, 30, 20)));
+        Bushing(flexible, Attachment(crank, Vec3(0, 0.1, 0)), a.interface("B"),
+                Bushing::diagonal(Vec6(10, 20, 30, 400, 300, 200)),
+                Bushing::diagonal(Vec6(1, 2, 3, 4, 5, 6)));
+        ModalDamping(flexible, a, 0.02);
         state = system.realizeTopology();
         a.setFramePose(state, Transform(Rotation(0.4, UnitVec3(1, 2, -1)), Vec3(0.1, 0.2, 0.3)));
         b.setFramePose(state, Transform(Rotation(-0.7, UnitVec3(3, 2, 1)), Vec3(0.5, 0.1, 0.2)));
@@ -99,7 +104,7 @@ struct Assembly {
     }
 };
 
-TEST(Linearization, StiffnessFoundInFramesIsThatOfDifferencesOfAllForces) {
+TEST(Linearization, StiffnessAndDampingFoundInFramesAreThoseOfDifferencesOfAllForces) {
     for (const Real stiffening : {0.0, 1.0}) {
         SCOPED_TRACE(stiffening);
         Assembly model(stiffening);
@@ -133,6 +138,20 @@ TEST(Linearization, StiffnessFoundInFramesIsThatOfDifferencesOfAllForces) {
         EXPECT_LT((K.getDiagonal() - expected.diagonal()).norm(), 1e-9 * expected.norm());
         const ::Eigen::MatrixXd soft = expected.topLeftCorner(6, 6);
         EXPECT_LT((found.topLeftCorner(6, 6) - soft).norm(), 1e-7 * soft.norm());
+        const auto checkDamping = [&] {
+            const BlockMatrix<double> D =
+                calcDampingBlocks(equations, scales, graph, mass, point, {});
+            EXPECT_EQ(D.hasShapes(0), stiffening == 0);
+            const ::Eigen::MatrixXd damping = calcDampingMatrix(equations, scales, point);
+            ::Eigen::MatrixXd foundDamping(n, n);
+            for (Eigen::Index i = 0; i < n; ++i)
+                foundDamping.col(i) = D.multiply(::Eigen::VectorXd::Unit(n, i));
+            EXPECT_LT((foundDamping - damping).norm(), 1e-8 * damping.norm());
+            const ::Eigen::MatrixXd softDamping = damping.topLeftCorner(6, 6);
+            EXPECT_LT((foundDamping.topLeftCorner(6, 6) - softDamping).norm(),
+                      1e-8 * softDamping.norm());
+        };
+        checkDamping();
 
         // What is eliminated: K + M with the joints.
         K.addMass(mass, 1e5);
@@ -217,6 +236,25 @@ TEST(SlowestEigenmodes, FoundByBlockEliminationAreThoseOfDenseMatrices) {
                 norm += std::norm(expected[k].shape[i]);
             }
             EXPECT_LT(std::sqrt(difference), 1e-5 * std::sqrt(norm));
+        }
+    }
+}
+
+TEST(SlowestEigenmodes, AStateThatIsNoEquilibriumIsRefusedByName) {
+    for (const EigenMethod method : {EigenMethod::Blocks, EigenMethod::Dense}) {
+        Hanging model(3, 0.02, 0);
+        EXPECT_FALSE(calcSlowestEigenmodes(model.system, model.state, 3, method).empty());
+        model.state.updQ()[0] += 0.1;  // turned about its ball joint, as a whole
+        BdfIntegrator integrator(model.system);
+        integrator.initialize(model.state);
+        model.state = integrator.getState();
+        try {
+            calcSlowestEigenmodes(model.system, model.state, 3, method);
+            FAIL() << "no exception";
+        } catch (const std::runtime_error& error) {
+            const std::string text = error.what();
+            EXPECT_NE(text.find("no equilibrium: forces of up to"), std::string::npos) << text;
+            EXPECT_NE(text.find("static equilibrium"), std::string::npos) << text;
         }
     }
 }

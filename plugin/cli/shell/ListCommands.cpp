@@ -219,6 +219,7 @@ void printEigenmodes(Shell& shell, const Words& words) {
         calcLinearization(session.getModel().getSystem(), session.copyState(), [] {
             if (wasInterrupted()) throw Cancelled("nothing has changed");
         });
+    requireEquilibrium(session.getModel().getSystem(), linear);
     const std::vector<Eigenmode> modes = calcEigenmodes(linear);
     TextTable table({"mode", "frequency [Hz]", "damping [%]", "moves most"});
     int numMotions = 0;

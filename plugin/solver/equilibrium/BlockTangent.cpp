@@ -134,31 +134,70 @@ BlockMatrix<Scalar> BlockMatrix<Scalar>::transpose() const {
 }
 
 template <class Scalar>
+VectorXd BlockMatrix<Scalar>::calcCoordinateScale(const VectorXd& scale, size_t b) const {
+    const VectorXd own = scale.segment(graph->firstU[b], graph->sizes[b]);
+    if (!hasShapes(b)) return own;
+    VectorXd result(countCoordinates(b));
+    result << own.head(countFirst(b)),
+        (own.tail(modes[b].shapes.rows()).asDiagonal() * modes[b].shapes)
+            .colwise()
+            .norm()
+            .transpose();
+    return result;
+}
+
+template <class Scalar>
 double BlockMatrix<Scalar>::findSkew(const VectorXd& scale) const {
     double skew = 0;
     const BlockMatrix other = transpose();
-    for (size_t b = 0; b < columns.size(); ++b)
+    for (size_t b = 0; b < columns.size(); ++b) {
+        const VectorXd right = calcCoordinateScale(scale, b);
         for (size_t k = 0; k < columns[b].size(); ++k) {
-            const size_t row = size_t(graph->neighbours[b][k]);
+            const Matrix difference = columns[b][k] - other.columns[b][k];
+            if (difference.size() == 0 || !(difference.cwiseAbs().maxCoeff() > 0)) continue;
             const Matrix scaled =
-                scale.segment(graph->firstU[row], graph->sizes[row]).asDiagonal() *
-                (columns[b][k] - other.columns[b][k]) *
-                scale.segment(graph->firstU[b], graph->sizes[b]).asDiagonal();
-            if (scaled.size() > 0) skew = std::max(skew, double(scaled.cwiseAbs().maxCoeff()));
+                calcCoordinateScale(scale, size_t(graph->neighbours[b][k])).asDiagonal() *
+                difference * right.asDiagonal();
+            skew = std::max(skew, double(scaled.cwiseAbs().maxCoeff()));
         }
+    }
     return skew;
+}
+
+template <class Scalar>
+auto BlockMatrix<Scalar>::expand(size_t b, size_t k) const -> Matrix {
+    const size_t row = size_t(graph->neighbours[b][k]);
+    const Matrix& own = columns[b][k];
+    if (!hasShapes(row) && !hasShapes(b)) return own;
+    const auto widen = [&](size_t of, const Matrix& rows) {
+        if (!hasShapes(of)) return rows;
+        const Eigen::Index first = countFirst(of), count = modes[of].shapes.cols();
+        Matrix wide(graph->sizes[of], rows.cols());
+        wide.topRows(first) = rows.topRows(first);
+        wide.bottomRows(wide.rows() - first).noalias() = modes[of].shapes * rows.bottomRows(count);
+        return wide;
+    };
+    Matrix full = widen(b, widen(row, own).transpose()).transpose();
+    if (row == b) full.diagonal().tail(modes[b].diagonal.size()) += modes[b].diagonal;
+    return full;
 }
 
 template <class Scalar>
 void BlockMatrix<Scalar>::addMass(const BlockMass& mass, Scalar factor) {
     for (size_t b = 0; b < columns.size(); ++b) {
         Matrix& own = at(int(b), int(b));
+        const BodyMass& body = mass.M[b];
         if (!hasShapes(b)) {
-            own += factor * mass.M[b];
+            const Eigen::Index head = body.head.rows(), tail = body.tail.size();
+            own.topLeftCorner(head, head) += factor * body.head;
+            if (tail == 0) continue;
+            own.diagonal().tail(tail) += factor * body.tail;
+            own.bottomLeftCorner(tail, head).leftCols(3) += factor * body.coupling;
+            own.topRightCorner(head, tail).topRows(3) += factor * body.coupling.transpose();
             continue;
         }
         const Eigen::Index first = countFirst(b), last = own.cols() - 3;
-        own.topLeftCorner(first, first) += factor * mass.M[b].topLeftCorner(first, first);
+        own.topLeftCorner(first, first) += factor * body.head;
         for (Eigen::Index a = 0; a < 3; ++a) {
             own(last + a, a) += factor;
             own(a, last + a) += factor;
@@ -204,9 +243,32 @@ BlockMatrix<double>::Modes listModes(Evaluation& equations, const BlockMass& mas
         for (size_t k = 0; k < shapes.size(); ++k)
             modes.shapes.middleCols(Eigen::Index(6 * k), 6) =
                 Eigen::Map<const MatrixXd>(shapes[k]->columns.data(), n, 6);
-        modes.shapes.rightCols(3) = mass.M[size_t(b)].block(6, 0, n, 3);
+        modes.shapes.rightCols(3) = mass.M[size_t(b)].coupling;
     }
     return all;
+}
+
+/** What a unit of each force and torque on a frame, in Ground, does to its block: n×6. **/
+MatrixXd calcFrameRows(const Evaluation& equations, int inBlock, int frame,
+                       const BlockMatrix<double>& of) {
+    const size_t b = size_t(inBlock);
+    MatrixXd rows = MatrixXd::Zero(of.countCoordinates(b), 6);
+    for (int i = 0; i < 6; ++i) {
+        SimTK::SpatialVec unit(SimTK::Vec3(0), SimTK::Vec3(0));
+        unit[i / 3][i % 3] = 1;
+        if (!of.hasShapes(b)) {
+            equations.getBlock(inBlock).addInRow(frame, unit, rows.col(i).data());
+            continue;
+        }
+        const FlexibleBlock& block = *equations.getBlocks().flexible[b];
+        const std::vector<const FrameShapes*> list = listShapes(block);
+        const auto place =
+            std::find(list.begin(), list.end(), block.getShapes(frame)) - list.begin();
+        double coefficients[6];
+        block.calcColumn(frame, unit, rows.col(i).data(), coefficients);
+        std::copy_n(coefficients, 6, rows.col(i).data() + 6 + 6 * place);
+    }
+    return rows;
 }
 
 /** What holds or pushes some frames: their forces, for displacements of the flexible bodies that
@@ -324,15 +386,7 @@ private:
                                     const BlockMatrix<double>& K) {
         const size_t b = size_t(side.block);
         const int count = K.countCoordinates(b);
-        if (!side.flexible) {
-            MatrixXd A = MatrixXd::Zero(count, 6);
-            for (int i = 0; i < 6; ++i) {
-                SimTK::SpatialVec unit(SimTK::Vec3(0), SimTK::Vec3(0));
-                unit[i / 3][i % 3] = 1;
-                equations.getBlock(side.block).addInRow(side.frame, unit, A.col(i).data());
-            }
-            return A;
-        }
+        if (!side.flexible) return calcFrameRows(equations, side.block, side.frame, K);
         MatrixXd Y = MatrixXd::Zero(count, 12);
         Y.topLeftCorner(6, 6).setIdentity();
         const FrameShapes* shapes = side.flexible->getShapes(side.frame);
@@ -431,6 +485,66 @@ std::vector<FrameTangent> listFrameTangents(Evaluation& equations,
     return tangents;
 }
 
+/** Nothing of what is held; modes that are have no shapes. **/
+void clearHeld(const Topology& topology, BlockMatrix<double>& A) {
+    const BlockGraph& graph = *A.graph;
+    for (int b = 0; b < topology.numBlocks(); ++b)
+        for (size_t k = 0; k < A.columns[size_t(b)].size(); ++k) {
+            MatrixXd& part = A.columns[size_t(b)][k];
+            const int row = graph.neighbours[size_t(b)][k];
+            for (Eigen::Index i = 0; i < A.countFirst(size_t(row)); ++i)
+                if (topology.isPrescribed[size_t(graph.firstU[size_t(row)] + i)])
+                    part.row(i).setZero();
+            for (Eigen::Index j = 0; j < A.countFirst(size_t(b)); ++j)
+                if (topology.isPrescribed[size_t(graph.firstU[size_t(b)] + j)])
+                    part.col(j).setZero();
+        }
+}
+
+/** ∂r/∂u at a point, by differences. **/
+BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScales& scales,
+                                     const BlockGraph& graph, const SolutionPoint& point,
+                                     const std::function<void()>& observer) {
+    BlockMatrix<double> D(graph);
+    std::vector<double> u = point.u;
+    VectorXd r(equations.getTopology().numU);
+    for (const std::vector<int>& blocks : graph.groups) {
+        int largest = 0;
+        for (const int b : blocks) largest = std::max(largest, graph.sizes[size_t(b)]);
+        for (int i = 0; i < largest; ++i) {
+            std::vector<int> moved;
+            for (const int b : blocks)
+                if (i < graph.sizes[size_t(b)] &&
+                    !equations.getTopology().isPrescribed[size_t(graph.firstU[size_t(b)] + i)])
+                    moved.push_back(b);
+            for (int k = 0; k < 4; ++k) {
+                if (observer) observer();
+                const auto calcStep = [&](int b) {
+                    const size_t speed = size_t(graph.firstU[size_t(b)] + i);
+                    return scales.step[speed] * scales.rate[speed];
+                };
+                for (const int b : moved)
+                    u[size_t(graph.firstU[size_t(b)] + i)] += DifferencePlaces[k] * calcStep(b);
+                equations.realize(point.t, point.q.data(), u.data());
+                equations.calcResidual(point.q.data(), u.data(), point.uDot.data(),
+                                       point.lambda.data(), r.data());
+                for (const int b : moved) {
+                    for (size_t n = 0; n < graph.neighbours[size_t(b)].size(); ++n) {
+                        const size_t row = size_t(graph.neighbours[size_t(b)][n]);
+                        D.columns[size_t(b)][n].col(i) +=
+                            DifferenceWeights[k] / calcStep(b) *
+                            r.segment(graph.firstU[row], graph.sizes[row]);
+                    }
+                    const size_t speed = size_t(graph.firstU[size_t(b)] + i);
+                    u[speed] = point.u[speed];
+                }
+            }
+        }
+    }
+    equations.realize(point.t, point.q.data(), point.u.data());
+    return D;
+}
+
 /** Adds what a block's own loads change as it moves; it is left elsewhere. **/
 void differentiateLoads(Evaluation& equations, const CoordinateScales& scales, FlexibleBlock& block,
                         const SolutionPoint& point, MatrixXd& K) {
@@ -498,20 +612,82 @@ BlockMatrix<double> calcStiffness(
         own.diagonal().tail(block.numU - 6) += block.getModel().omegaSquared;
         if (block.hasLoads()) differentiateLoads(equations, scales, block, point, own);
     }
-    // Nothing of what is held; modes that are have no shapes.
-    for (int b = 0; b < topology.numBlocks(); ++b)
-        for (size_t k = 0; k < K.columns[size_t(b)].size(); ++k) {
-            MatrixXd& part = K.columns[size_t(b)][k];
-            const int row = graph.neighbours[size_t(b)][k];
-            for (Eigen::Index i = 0; i < K.countFirst(size_t(row)); ++i)
-                if (topology.isPrescribed[size_t(graph.firstU[size_t(row)] + i)])
-                    part.row(i).setZero();
-            for (Eigen::Index j = 0; j < K.countFirst(size_t(b)); ++j)
-                if (topology.isPrescribed[size_t(graph.firstU[size_t(b)] + j)])
-                    part.col(j).setZero();
-        }
+    clearHeld(topology, K);
     equations.realize(point.t, point.q.data(), point.u.data());
     return K;
+}
+
+BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateScales& scales,
+                                      const BlockGraph& graph, const BlockMass& mass,
+                                      const SolutionPoint& point,
+                                      const std::function<void()>& observer) {
+    const Topology& topology = equations.getTopology();
+    if (topology.hasForeignForces || !topology.simbodyRows.empty() || !topology.frictions.empty() ||
+        std::any_of(point.u.begin(), point.u.end(), [](double value) { return value != 0; }))
+        return differentiateByU(equations, scales, graph, point, observer);
+
+    if (observer) observer();
+    equations.realize(point.t, point.q.data(), point.u.data());
+    BlockMatrix<double>::Modes modes = listModes(equations, mass);
+    for (int b = 0; b < topology.numFlexible; ++b) {
+        const FlexibleBlock& block = *equations.getBlocks().flexible[size_t(b)];
+        if (topology.guts->bodies()[size_t(b)].dampingCoupling.size() > 0)
+            modes[size_t(b)] = {};
+        else if (modes[size_t(b)].diagonal.size() > 0)
+            modes[size_t(b)].diagonal = block.getDamping();
+    }
+    BlockMatrix<double> D(graph, std::move(modes));
+    for (int b = 0; b < topology.numFlexible; ++b) {
+        const FlexibleBlock& block = *equations.getBlocks().flexible[size_t(b)];
+        const MatrixXd& coupling = topology.guts->bodies()[size_t(b)].dampingCoupling;
+        const Eigen::Index n = block.numU - 6;
+        MatrixXd& own = D.at(b, b);
+        if (!D.hasShapes(size_t(b))) own.diagonal().tail(n) += block.getDamping();
+        if (coupling.size() > 0 && n > 0) own.bottomRightCorner(n, n) += coupling;
+    }
+    // Of frames: their forces by their speeds.
+    constexpr double Step = CoordinateScales::StepFraction;
+    LoadTerms::Forces forces;
+    for (size_t e = 0; e < topology.elements.size(); ++e) {
+        const std::vector<FrameRef>& frames = topology.elements[e].frames;
+        SimTK::Array_<FrameMotion> motions;
+        std::vector<MatrixXd> rows;
+        for (const FrameRef& frame : frames) {
+            motions.push_back(equations.getBlocks().motionOf(frame));
+            rows.push_back(frame.block < 0 ? MatrixXd()
+                                           : calcFrameRows(equations, frame.block, frame.frame, D));
+        }
+        forces.resize(unsigned(frames.size()));
+        MatrixXd slopes(Eigen::Index(6 * frames.size()), 6);
+        for (size_t side = 0; side < frames.size(); ++side) {
+            const int column = frames[side].block;
+            if (column < 0) continue;
+            slopes.setZero();
+            for (int i = 0; i < 6; ++i) {
+                const double h = i < 3 ? Step : Step * scales.lengths[size_t(column)];
+                double& speed = motions[unsigned(side)].V[i / 3][i % 3];
+                const double before = speed;
+                for (int k = 0; k < 4; ++k) {
+                    speed = before + DifferencePlaces[k] * h;
+                    for (SimTK::SpatialVec& force : forces)
+                        force = SimTK::SpatialVec(SimTK::Vec3(0), SimTK::Vec3(0));
+                    equations.getLoads().calcForcesAt(int(e), motions, forces);
+                    for (size_t s = 0; s < frames.size(); ++s)
+                        for (int a = 0; a < 6; ++a)
+                            slopes(Eigen::Index(6 * s) + a, i) +=
+                                DifferenceWeights[k] / h * forces[unsigned(s)][a / 3][a % 3];
+                }
+                speed = before;
+            }
+            for (size_t s = 0; s < frames.size(); ++s)
+                if (frames[s].block >= 0)
+                    D.at(frames[s].block, column).noalias() -=
+                        rows[s] * slopes.middleRows(Eigen::Index(6 * s), 6) *
+                        rows[side].transpose();
+        }
+    }
+    clearHeld(topology, D);
+    return D;
 }
 
 BlockMass::BlockMass(Evaluation& equations)
@@ -522,17 +698,15 @@ BlockMass::BlockMass(Evaluation& equations)
         const NewtonSystem::Block& block = system.blocks[size_t(b)];
         const int n = block.size;
         firstU.push_back(equations.getBlock(b).firstU);
-        M.push_back(MatrixXd::Zero(n, n));
-        MatrixXd& own = M.back();
+        M.emplace_back();
+        BodyMass& own = M.back();
         if (block.form == NewtonSystem::Block::Form::Arrow) {
             const NewtonSystem::Part& part = system.parts[size_t(block.part)];
-            const Eigen::Map<const MatrixXd> coupling(block.coupling.data(), n - 6, 3);
-            own.topLeftCorner(6, 6) = Eigen::Map<const MatrixXd>(block.head.data(), 6, 6);
-            own.bottomLeftCorner(n - 6, 3) = coupling;
-            own.topRightCorner(3, n - 6) = coupling.transpose();
-            for (int i = 0; i < n - 6; ++i) own(6 + i, 6 + i) = part.diagonal[size_t(i)];
+            own.head = Eigen::Map<const MatrixXd>(block.head.data(), 6, 6);
+            own.coupling = Eigen::Map<const MatrixXd>(block.coupling.data(), n - 6, 3);
+            own.tail = Eigen::Map<const VectorXd>(part.diagonal.data(), n - 6);
         } else {
-            own = Eigen::Map<const MatrixXd>(block.matrix.data(), n, n);
+            own.head = Eigen::Map<const MatrixXd>(block.matrix.data(), n, n);
         }
         MatrixXd all(n, block.numColumns());
         system.expandGt(block, all.data());
@@ -550,36 +724,56 @@ BlockMass::BlockMass(Evaluation& equations)
     }
 }
 
+void BodyMass::addProduct(const Eigen::Ref<const VectorXd>& x, Eigen::Ref<VectorXd> y) const {
+    const Eigen::Index h = head.rows(), f = tail.size();
+    y.head(h).noalias() += head * x.head(h);
+    if (f == 0) return;
+    y.head<3>().noalias() += coupling.transpose() * x.tail(f);
+    y.tail(f).noalias() += coupling * x.head<3>();
+    y.tail(f) += tail.cwiseProduct(x.tail(f));
+}
+
+MatrixXd BodyMass::expand() const {
+    const Eigen::Index h = head.rows(), f = tail.size();
+    if (f == 0) return head;
+    MatrixXd full = MatrixXd::Zero(h + f, h + f);
+    full.topLeftCorner(h, h) = head;
+    full.bottomLeftCorner(f, h).leftCols(3) = coupling;
+    full.topRightCorner(h, f).topRows(3) = coupling.transpose();
+    full.diagonal().tail(f) = tail;
+    return full;
+}
+
 VectorXd BlockMass::multiply(const VectorXd& x) const {
-    VectorXd y(x.size());
+    VectorXd y = VectorXd::Zero(x.size());
     for (size_t b = 0; b < M.size(); ++b)
-        y.segment(firstU[b], M[b].rows()) = M[b] * x.segment(firstU[b], M[b].rows());
+        M[b].addProduct(x.segment(firstU[b], M[b].size()), y.segment(firstU[b], M[b].size()));
     return y;
 }
 
 VectorXd BlockMass::multiplyG(const VectorXd& x) const {
     VectorXd y = VectorXd::Zero(numMultipliers);
     for (size_t b = 0; b < M.size(); ++b) {
-        const VectorXd own = Gt[b].transpose() * x.segment(firstU[b], M[b].rows());
+        const VectorXd own = Gt[b].transpose() * x.segment(firstU[b], M[b].size());
         for (size_t k = 0; k < rows[b].size(); ++k) y[rows[b][k]] += own[Eigen::Index(k)];
     }
     return y;
 }
 
 VectorXd BlockMass::multiplyGt(const VectorXd& y) const {
-    VectorXd x(firstU.empty() ? 0 : firstU.back() + M.back().rows());
+    VectorXd x(firstU.empty() ? 0 : firstU.back() + M.back().size());
     for (size_t b = 0; b < M.size(); ++b) {
         VectorXd own(Eigen::Index(rows[b].size()));
         for (size_t k = 0; k < rows[b].size(); ++k) own[Eigen::Index(k)] = y[rows[b][k]];
-        x.segment(firstU[b], M[b].rows()) = Gt[b] * own;
+        x.segment(firstU[b], M[b].size()).noalias() = Gt[b] * own;
     }
     return x;
 }
 
 VectorXd BlockMass::getDiagonal() const {
-    VectorXd diagonal(firstU.empty() ? 0 : firstU.back() + M.back().rows());
+    VectorXd diagonal(firstU.empty() ? 0 : firstU.back() + M.back().size());
     for (size_t b = 0; b < M.size(); ++b)
-        diagonal.segment(firstU[b], M[b].rows()) = M[b].diagonal();
+        diagonal.segment(firstU[b], M[b].size()) << M[b].head.diagonal(), M[b].tail;
     return diagonal;
 }
 

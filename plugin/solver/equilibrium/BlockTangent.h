@@ -46,8 +46,12 @@ struct BlockMatrix {
     Vector multiply(const Vector& x) const;
     Vector getDiagonal() const;
     BlockMatrix transpose() const;
-    /** The largest entry of scale·(A − Aᵀ)·scale. **/
+    /** The largest entry of scale·(A − Aᵀ)·scale; more, where there are shapes. **/
     double findSkew(const Eigen::VectorXd& scale) const;
+    /** Of a block's coordinates in `columns`: what entries of scale·A·scale are at most. **/
+    Eigen::VectorXd calcCoordinateScale(const Eigen::VectorXd& scale, size_t block) const;
+    /** A block by speeds: that of a column's k-th neighbour. **/
+    Matrix expand(size_t column, size_t k) const;
     void addMass(const BlockMass& mass, Scalar factor);
 
     bool hasShapes(size_t block) const {
@@ -84,11 +88,28 @@ BlockMatrix<double> calcStiffness(
     const BlockMass& mass, const SolutionPoint& point,
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate);
 
-/** ∂r/∂u at a point at rest, zero in columns of prescribed speeds.
-@param observer  called before every evaluation **/
+/** ∂r/∂u at a point at rest, zero in columns of prescribed speeds: of modes by themselves, and what
+force elements do in their frames; where Simbody has a say, or friction, by differences of r.
+@param mass  at the point
+@param observer  called before every evaluation of r **/
 BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateScales& scales,
-                                      const BlockGraph& graph, const SolutionPoint& point,
+                                      const BlockGraph& graph, const BlockMass& mass,
+                                      const SolutionPoint& point,
                                       const std::function<void()>& observer);
+
+/** Of one block: an arrow, whose modes have unit mass or nearly and turn with the body, or full.
+ * **/
+struct BodyMass {
+    Eigen::MatrixXd head;      ///< 6×6 of an arrow, n×n
+    Eigen::MatrixXd coupling;  ///< f×3: of modes with the body's turning
+    Eigen::VectorXd tail;      ///< f
+
+    Eigen::Index size() const { return head.rows() + tail.size(); }
+    /** y += M x. **/
+    void addProduct(const Eigen::Ref<const Eigen::VectorXd>& x,
+                    Eigen::Ref<Eigen::VectorXd> y) const;
+    Eigen::MatrixXd expand() const;
+};
 
 /** Mass matrix and constraint Jacobian by blocks, at the last realize(). **/
 struct BlockMass {
@@ -101,7 +122,7 @@ struct BlockMass {
 
     int numMultipliers;
     std::vector<int> firstU;
-    std::vector<Eigen::MatrixXd> M;      ///< n×n
+    std::vector<BodyMass> M;
     std::vector<Eigen::MatrixXd> Gt;     ///< n×columns
     std::vector<std::vector<int>> rows;  ///< of the columns, ascending
 };

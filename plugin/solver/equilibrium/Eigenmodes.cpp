@@ -9,6 +9,7 @@
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/body/Assembly.h"
+#include "simflex/solver/StateSpace.h"
 #include "simflex/solver/equations/FlexibleBlock.h"
 #include "simflex/solver/equations/StateImage.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
@@ -376,11 +377,23 @@ namespace {
 constexpr double ZeroOfSoftest = 1e-12, LeastModeShift = 1e-9;
 constexpr int MostRigidMotions = 6;
 constexpr int LeastSpeeds = 300, LeastSpeedsOfMode = 6;
-constexpr int KrylovBlock = 4, NumDecades = 12, MostKrylovRounds = 12, MostDampedRounds = 12;
+constexpr int KrylovBlock = 4, DampedBlock = 16, NumDecades = 12, MostKrylovRounds = 12,
+              MostDampedRounds = 12;
 /** Of displacements, in the norm of K + σM. **/
 constexpr double ModeAccuracy = 1e-8, DampedAccuracy = 1e-7;
-/** Accelerations of what is at rest, for its size [1/s²]. **/
-constexpr double SlowestChange = 1e-6;
+/** Of a rate, what it may change when it has not moved, and where it may be another one's. **/
+constexpr double SameRate = 1e-9, NearRate = 1e-5;
+/** Accelerations of what is at rest without a doubt, for its size [1/s²]; and, of the softest
+mode's ω², what holds free motions where there is one. **/
+constexpr double SlowestChange = 1e-6, HeldBesides = 1e-9;
+
+void refuseImbalance(const std::string& imbalance) {
+    if (!imbalance.empty())
+        throw NoEquilibrium(
+            "there are no natural modes about this State, which is no "
+            "equilibrium: " +
+            imbalance + "; find a static equilibrium first");
+}
 
 /** The undamped modes of slowest |ω² + σ|, σ small, and what damping makes of them. **/
 class SlowModes {
@@ -394,6 +407,8 @@ public:
 
 private:
     void linearize();
+    /** See simflex::describeImbalance(). **/
+    std::string describeImbalance();
     void factor(double shift);
     /** Eigenvalues ω² below this one. **/
     int count(double omegaSquared);
@@ -404,16 +419,17 @@ private:
         return f;
     }
     /** Adds what is new in X, orthonormal in M. **/
-    void extend(const MatrixXd& X);
+    void extend(MatrixXd X);
+    auto V() const { return m_space.leftCols(m_count); }
+    auto KV() const { return m_stiff.leftCols(m_count); }
     /** Ritz pairs in the space. **/
     void project();
     /** Of a residual, relative to the mode. **/
-    double calcError(const VectorXd& x, const VectorXd& correction) const {
-        const auto norm = [&](const VectorXd& y) {
-            return std::sqrt(std::abs(y.dot(m_K->multiply(y))) +
-                             m_shift * y.dot(m_mass->multiply(y)));
+    double calcError(const VectorXd& x, const VectorXd& Kx, const VectorXd& correction) const {
+        const auto norm = [&](const VectorXd& y, const VectorXd& Ky) {
+            return std::sqrt(std::abs(y.dot(Ky)) + m_shift * y.dot(m_mass->multiply(y)));
         };
-        return norm(correction) / norm(x);
+        return norm(correction, m_K->multiply(correction)) / norm(x, Kx);
     }
     /** Roots of round-off: of what is free there are two. **/
     bool isAboutZero(Complex lambda) const { return std::norm(lambda) <= 1e-2 * m_shift; }
@@ -428,6 +444,8 @@ private:
     CoordinateScales m_scales;
     BlockGraph m_graph;
     SolutionPoint m_point;
+    bool m_isAccelerated = false;
+    VectorXd m_uDot;
     std::string m_obstacle;
     std::optional<BlockMass> m_mass;
     std::optional<BlockMatrix<double>> m_K, m_D;
@@ -435,8 +453,9 @@ private:
     bool m_isSymmetric = true;
     double m_softest = 0, m_stiffest = 0, m_shift = 0;  ///< ω²
     VectorXd m_s;
-    Vector m_metres;     ///< of Simbody's speeds
-    MatrixXd m_V, m_KV;  ///< the space
+    Vector m_metres;            ///< of Simbody's speeds
+    MatrixXd m_space, m_stiff;  ///< the space V and K V, and room for more
+    Eigen::Index m_count = 0;
     VectorXd m_values;   ///< ω² of Ritz pairs, ascending
     MatrixXd m_vectors;  ///< in the space
 };
@@ -467,13 +486,21 @@ SlowModes::SlowModes(const MultibodySystem& system, const State& state,
     step.calcAccelerations(m_point.t, m_point.q, m_point.u, m_point.uDot, m_point.lambda);
     for (int b = 0; b < topology.numBlocks(); ++b) {
         const Block& block = m_equations.getBlock(b);
-        for (int i = block.firstU; i < block.firstU + block.numU; ++i)
-            if (m_point.u[size_t(i)] != 0 ||
-                std::abs(m_point.uDot[size_t(i)]) * m_scales.metres[size_t(i)] >
-                    SlowestChange * m_scales.lengths[size_t(b)])
-                m_obstacle = "'" + block.name + "' is not at rest";
+        for (int i = block.firstU; i < block.firstU + block.numU; ++i) {
+            if (m_point.u[size_t(i)] != 0) m_obstacle = "'" + block.name + "' is not at rest";
+            m_isAccelerated |= std::abs(m_point.uDot[size_t(i)]) * m_scales.metres[size_t(i)] >
+                               SlowestChange * m_scales.lengths[size_t(b)];
+        }
     }
+    m_uDot = Eigen::Map<const VectorXd>(m_point.uDot.data(), topology.numU);
     std::fill(m_point.uDot.begin(), m_point.uDot.end(), 0.0);
+}
+
+std::string SlowModes::describeImbalance() {
+    if (!m_isAccelerated) return "";
+    const VectorXd forces = m_mass->multiply(m_uDot);
+    factor(HeldBesides * m_softest);
+    return describeDeparture(m_equations, m_scales, solve(forces), forces);
 }
 
 void SlowModes::linearize() {
@@ -495,7 +522,8 @@ void SlowModes::linearize() {
     for (const FlexibleBlock* block : m_equations.getBlocks().flexible)
         isDamped = isDamped || !block->getDamping().isZero();
     if (isDamped)
-        m_D.emplace(calcDampingBlocks(m_equations, m_scales, m_graph, m_point, m_observer));
+        m_D.emplace(
+            calcDampingBlocks(m_equations, m_scales, m_graph, *m_mass, m_point, m_observer));
 
     // Turning has other axes with Simbody, but the same radius about all of them.
     m_metres.resize(topology.numU);
@@ -545,40 +573,63 @@ int SlowModes::count(double omegaSquared) {
     return m_elimination->countNegative();
 }
 
-void SlowModes::extend(const MatrixXd& X) {
+void SlowModes::extend(MatrixXd X) {
     constexpr double Dependent = 1e-6;
-    Eigen::Index count = m_V.cols();
-    m_V.conservativeResize(m_s.size(), count + X.cols());
-    m_KV.conservativeResize(m_s.size(), count + X.cols());
-    for (Eigen::Index j = 0; j < X.cols(); ++j) {
+    const Eigen::Index n = m_s.size();
+    MatrixXd MX(n, X.cols());
+    const auto clear = [&] {
+        for (Eigen::Index j = 0; j < X.cols(); ++j) MX.col(j) = m_mass->multiply(X.col(j));
+        const MatrixXd parts = V().transpose() * MX;
+        X.noalias() -= V() * parts;
+    };
+    // Among themselves: what is left of a column; those that are kept come first.
+    Eigen::Index kept = 0;
+    const auto orthogonalize = [&](Eigen::Index j) {
         VectorXd x = X.col(j);
-        const auto clear = [&] {
-            const VectorXd parts = m_V.leftCols(count).transpose() * m_mass->multiply(x);
-            x -= m_V.leftCols(count) * parts;
-        };
-        const auto calcNorm = [&] { return std::sqrt(x.dot(m_mass->multiply(x))); };
-        const double before = calcNorm();
-        clear();
-        const double size = calcNorm();
-        if (!(size > Dependent * before)) continue;
-        x /= size;
+        x -= X.leftCols(kept) * (MX.leftCols(kept).transpose() * x);
+        X.col(kept) = x;
+        MX.col(kept) = m_mass->multiply(x);
+        return std::sqrt(X.col(kept).dot(MX.col(kept)));
+    };
+    VectorXd before(X.cols());
+    for (Eigen::Index j = 0; j < X.cols(); ++j)
+        before[j] = std::sqrt(X.col(j).dot(m_mass->multiply(X.col(j))));
+    clear();
+    for (Eigen::Index j = 0; j < X.cols(); ++j) {
+        const double size = orthogonalize(j);
+        if (!(size > Dependent * before[j])) continue;
+        X.col(kept) /= size;
         // What the rows' compliance leaves open, and is no longer small, would cost no energy.
-        VectorXd more = VectorXd::Zero(x.size()), gap = -m_mass->multiplyG(x);
+        VectorXd more = VectorXd::Zero(n), gap = -m_mass->multiplyG(X.col(kept));
         m_elimination->solve(more, gap);
-        x += more;
-        clear();
-        const double rest = calcNorm();
-        if (!(rest > 0.5)) continue;
-        m_V.col(count) = x / rest;
-        m_KV.col(count) = m_K->multiply(x / rest);
-        ++count;
+        X.col(kept) += more;
+        MX.col(kept) = m_mass->multiply(X.col(kept));
+        ++kept;
     }
-    m_V.conservativeResize(m_s.size(), count);
-    m_KV.conservativeResize(m_s.size(), count);
+    X.conservativeResize(Eigen::NoChange, kept);
+    MX.conservativeResize(Eigen::NoChange, kept);
+    clear();
+    const Eigen::Index all = kept, first = m_count;
+    kept = 0;
+    if (m_space.cols() < m_count + all) {
+        const Eigen::Index columns = m_count + std::max(all, m_count / 2 + 16);
+        m_space.conservativeResize(n, columns);
+        m_stiff.conservativeResize(n, columns);
+    }
+    for (Eigen::Index j = 0; j < all; ++j) {
+        const double rest = orthogonalize(j);
+        if (!(rest > 0.5)) continue;
+        X.col(kept) /= rest;
+        MX.col(kept) /= rest;
+        m_space.col(first + kept) = X.col(kept);
+        m_stiff.col(first + kept) = m_K->multiply(X.col(kept));
+        ++kept;
+    }
+    m_count += kept;
 }
 
 void SlowModes::project() {
-    const MatrixXd K = m_V.transpose() * m_KV;
+    const MatrixXd K = V().transpose() * KV();
     const SymmetricEigen eigen = calcSymmetricEigen(0.5 * (K + K.transpose()));
     m_values = eigen.values;
     m_vectors = eigen.vectors;
@@ -598,31 +649,38 @@ void SlowModes::findUndamped(int wanted) {
     factor(m_shift);
     // What differences leave of a free motion may count as a vibration.
     const Eigen::Index most = numFree + wanted + MostRigidMotions;
-    m_V.resize(n, 0);
-    m_KV.resize(n, 0);
+    m_count = 0;
+    m_space.resize(n, 0);
+    m_stiff.resize(n, 0);
     MatrixXd X(n, KrylovBlock);
     for (Eigen::Index j = 0; j < X.cols(); ++j)
         for (Eigen::Index i = 0; i < n; ++i)
             X(i, j) = m_s[i] * std::cos(1.3 * double((i + 1) * (j + 1)) + double(j));
     Eigen::Index target = most + most / 2 + 2 * KrylovBlock;
     for (int round = 0; round < MostKrylovRounds; ++round) {
-        while (m_V.cols() < target) {
+        while (m_count < target) {
             if (m_observer) m_observer();
             for (Eigen::Index j = 0; j < X.cols(); ++j)
                 X.col(j) = solve(m_mass->multiply(X.col(j)));
-            const Eigen::Index before = m_V.cols();
+            const Eigen::Index before = m_count;
             extend(X);
-            X = m_V.rightCols(m_V.cols() - before);
+            X = m_space.middleCols(before, m_count - before);
             if (X.cols() == 0) break;  // all there are
         }
         project();
         const Eigen::Index found = std::min(most, m_values.size());
         double error = 0;
-        for (Eigen::Index k = 0; k < found && X.cols() > 0; ++k) {
-            const VectorXd x = m_V * m_vectors.col(k);
-            const VectorXd r = m_KV * m_vectors.col(k) - m_values[k] * m_mass->multiply(x);
-            error = std::max(error, calcError(x, solve(r)));
-            if (error > ModeAccuracy) break;
+        // The fastest come last.
+        for (Eigen::Index end = found; end > 0 && X.cols() > 0 && error <= ModeAccuracy;) {
+            const Eigen::Index first = std::max<Eigen::Index>(0, end - KrylovBlock);
+            const MatrixXd own = m_vectors.middleCols(first, end - first), x = V() * own,
+                           Kx = KV() * own;
+            for (Eigen::Index k = 0; k < x.cols(); ++k)
+                error = std::max(
+                    error,
+                    calcError(x.col(k), Kx.col(k),
+                              solve(Kx.col(k) - m_values[first + k] * m_mass->multiply(x.col(k)))));
+            end = first;
         }
         if (error <= ModeAccuracy) {
             if (found == 0) return;
@@ -643,22 +701,24 @@ void SlowModes::findUndamped(int wanted) {
         target += target / 3 + KrylovBlock;
     }
     throw std::runtime_error("calcSlowestEigenmodes(): " + std::to_string(wanted) +
-                             " modes do not converge in " + std::to_string(m_V.cols()) +
+                             " modes do not converge in " + std::to_string(m_count) +
                              " directions");
 }
 
 void SlowModes::findDamped(int wanted, std::vector<PencilMode>& modes, MatrixXd& basis) {
     // As many undamped ones more as bring most of what is lacking.
-    const Eigen::Index kept = std::min(m_V.cols(), Eigen::Index(wanted + wanted / 2 + 8));
-    MatrixXd V = m_V * m_vectors.leftCols(kept);
-    m_V = V;
-    m_KV = m_KV * m_vectors.leftCols(kept);
+    const Eigen::Index kept = std::min(m_count, Eigen::Index(wanted + wanted / 2 + 8));
+    m_space = (V() * m_vectors.leftCols(kept)).eval();
+    m_stiff = (KV() * m_vectors.leftCols(kept)).eval();
+    m_count = kept;
     const double rate = std::sqrt(std::max(m_shift, ZeroOfSoftest * m_softest));
+    MatrixXd DV(m_s.size(), 0);
+    std::vector<Complex> good;
     for (int round = 0; round < MostDampedRounds; ++round) {
-        const Eigen::Index p = m_V.cols();
-        MatrixXd DV(m_V.rows(), p);
-        for (Eigen::Index j = 0; j < p; ++j) DV.col(j) = m_D->multiply(m_V.col(j));
-        const MatrixXd K = m_V.transpose() * m_KV, D = m_V.transpose() * DV;
+        const Eigen::Index p = m_count, known = DV.cols();
+        DV.conservativeResize(m_s.size(), p);
+        for (Eigen::Index j = known; j < p; ++j) DV.col(j) = m_D->multiply(m_space.col(j));
+        const MatrixXd K = V().transpose() * KV(), D = V().transpose() * DV;
         // (λ − s)⁻¹: the slowest are the largest.
         ReducedPencil pencil;
         pencil.rate = rate;
@@ -681,32 +741,64 @@ void SlowModes::findDamped(int wanted, std::vector<PencilMode>& modes, MatrixXd&
         });
         if (int(modes.size()) > wanted) modes.resize(size_t(wanted));
         double worst = 0;
-        std::vector<VectorXd> lacking;
+        // A mode by itself that was found and has not moved since is there still.
+        const auto isKnown = [&](Complex own) {
+            const auto isNear = [&](double allowed) {
+                return [own, allowed](Complex other) {
+                    return std::abs(other - own) <= allowed * std::abs(own);
+                };
+            };
+            return std::any_of(good.begin(), good.end(), isNear(SameRate)) &&
+                   std::count_if(modes.begin(), modes.end(), [&](const PencilMode& mode) {
+                       return isNear(NearRate)(mode.nu);
+                   }) == 1;
+        };
+        // Real and imaginary parts of the others, side by side.
+        std::vector<Complex> rates;
+        MatrixXd Y(p, 2 * Eigen::Index(modes.size()));
         for (const PencilMode& mode : modes) {
-            if (isAboutZero(mode.nu)) continue;
-            const VectorXd re = mode.y.real(), im = mode.y.imag();
-            const Complex l = mode.nu, ll = l * l;
-            const VectorXd x[2] = {m_V * re, m_V * im}, Dx[2] = {DV * re, DV * im},
-                           Kx[2] = {m_KV * re, m_KV * im},
-                           Mx[2] = {m_mass->multiply(x[0]), m_mass->multiply(x[1])};
-            const VectorXd r[2] = {
-                ll.real() * Mx[0] - ll.imag() * Mx[1] + l.real() * Dx[0] - l.imag() * Dx[1] + Kx[0],
-                ll.real() * Mx[1] + ll.imag() * Mx[0] + l.real() * Dx[1] + l.imag() * Dx[0] +
-                    Kx[1]};
-            const double size = std::hypot(x[0].norm(), x[1].norm());
-            for (const int part : {0, 1}) {
-                const VectorXd correction = solve(r[part]);
-                const double error = calcError(x[x[0].norm() > x[1].norm() ? 0 : 1], correction);
-                worst = std::max(worst, error);
-                if (error > DampedAccuracy && size > 0) lacking.push_back(correction);
+            if (isAboutZero(mode.nu) || isKnown(mode.nu)) continue;
+            Y.col(2 * Eigen::Index(rates.size())) = mode.y.real();
+            Y.col(2 * Eigen::Index(rates.size()) + 1) = mode.y.imag();
+            rates.push_back(mode.nu);
+        }
+        MatrixXd lacking(m_s.size(), DampedBlock);
+        Eigen::Index numLacking = 0;
+        const Eigen::Index before = m_count;
+        for (size_t first = 0; first < rates.size(); first += DampedBlock) {
+            const size_t count = std::min(size_t(DampedBlock), rates.size() - first);
+            const MatrixXd y = Y.middleCols(2 * Eigen::Index(first), 2 * Eigen::Index(count)),
+                           x = m_space.leftCols(p) * y, Dx = DV * y, Kx = m_stiff.leftCols(p) * y;
+            for (size_t k = 0; k < count; ++k) {
+                const Eigen::Index re = 2 * Eigen::Index(k), im = re + 1;
+                const Complex l = rates[first + k], ll = l * l;
+                const VectorXd Mx[2] = {m_mass->multiply(x.col(re)), m_mass->multiply(x.col(im))};
+                const VectorXd r[2] = {
+                    ll.real() * Mx[0] - ll.imag() * Mx[1] + l.real() * Dx.col(re) -
+                        l.imag() * Dx.col(im) + Kx.col(re),
+                    ll.real() * Mx[1] + ll.imag() * Mx[0] + l.real() * Dx.col(im) +
+                        l.imag() * Dx.col(re) + Kx.col(im)};
+                double largest = 0;
+                const Eigen::Index larger = x.col(re).norm() > x.col(im).norm() ? re : im;
+                for (const VectorXd& rest : r) {
+                    const VectorXd correction = solve(rest);
+                    const double error = calcError(x.col(larger), Kx.col(larger), correction);
+                    largest = std::max(largest, error);
+                    if (!(error > DampedAccuracy)) continue;
+                    lacking.col(numLacking++) = correction;
+                    if (numLacking < lacking.cols()) continue;
+                    extend(lacking);
+                    numLacking = 0;
+                }
+                worst = std::max(worst, largest);
+                if (largest <= DampedAccuracy) good.push_back(l);
             }
         }
         if (worst <= DampedAccuracy) break;
-        const Eigen::Index before = m_V.cols();
-        for (const VectorXd& x : lacking) extend(x);
-        if (m_V.cols() == before) break;
+        extend(lacking.leftCols(numLacking));
+        if (m_count == before) break;
     }
-    basis = m_V.leftCols(modes.empty() ? 0 : modes[0].y.size());
+    basis = m_space.leftCols(modes.empty() ? 0 : modes[0].y.size());
 }
 
 Eigenmode SlowModes::makeMode(Complex lambda, const VectorXcd& x) const {
@@ -737,13 +829,14 @@ Eigenmode SlowModes::makeMode(Complex lambda, const VectorXcd& x) const {
 
 std::vector<Eigenmode> SlowModes::calc(int wanted) {
     linearize();
+    refuseImbalance(describeImbalance());
     findUndamped(wanted);
     // Nothing but round-off restores it.
     const VectorXd diagonal = m_K->getDiagonal().cwiseAbs();
+    const MatrixXd shapes = V() * m_vectors;
     const auto isFree = [&](Eigen::Index k) {
-        const VectorXd x = m_V * m_vectors.col(k);
         return std::abs(m_values[k]) <=
-               ZeroOfSoftest * m_softest + RoundOffOfSum * x.cwiseAbs2().dot(diagonal);
+               ZeroOfSoftest * m_softest + RoundOffOfSum * shapes.col(k).cwiseAbs2().dot(diagonal);
     };
     std::vector<char> areFree;
     int numFree = 0, numUnstable = 0;
@@ -757,7 +850,7 @@ std::vector<Eigenmode> SlowModes::calc(int wanted) {
         std::min(m_values.size(), Eigen::Index(wanted + numFree + numUnstable));
     for (Eigen::Index k = 0; k < found; ++k) {
         if (m_D && !areFree[size_t(k)]) continue;
-        const VectorXcd x = (m_V * m_vectors.col(k)).cast<Complex>();
+        const VectorXcd x = shapes.col(k).cast<Complex>();
         const double size = std::sqrt(std::abs(m_values[k]));
         if (areFree[size_t(k)])
             modes.push_back(makeMode(0, x));
@@ -791,6 +884,10 @@ std::vector<Eigenmode> SlowModes::calc(int wanted) {
 
 }  // namespace
 
+void requireEquilibrium(const MultibodySystem& system, const Linearization& linearization) {
+    if (!linearization.later) refuseImbalance(describeImbalance(system, linearization));
+}
+
 std::vector<Eigenmode> calcSlowestEigenmodes(const MultibodySystem& system, const State& state,
                                              int count, EigenMethod method,
                                              const std::function<void()>& observer) {
@@ -808,7 +905,9 @@ std::vector<Eigenmode> calcSlowestEigenmodes(const MultibodySystem& system, cons
             throw std::invalid_argument("calcSlowestEigenmodes(): not by block elimination: " +
                                         modes.getObstacle());
     }
-    std::vector<Eigenmode> modes = calcEigenmodes(calcLinearization(system, state, observer));
+    const Linearization linear = calcLinearization(system, state, observer);
+    requireEquilibrium(system, linear);
+    std::vector<Eigenmode> modes = calcEigenmodes(linear);
     const auto firstElastic = std::find_if(
         modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
     if (modes.end() - firstElastic > count) modes.erase(firstElastic + count, modes.end());

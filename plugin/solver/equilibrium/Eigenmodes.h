@@ -16,6 +16,7 @@ Tests hold undamped frequencies to 1e-9 of themselves, complex ones to 1e-8; ver
 beside very stiff parts are less sharp. Dense: O(n³) for n speeds. The slowest modes of many bodies
 at rest are found by block elimination, in time proportional to n. **/
 
+#include <stdexcept>
 #include <vector>
 
 #include "simflex/solver/Linearization.h"
@@ -47,6 +48,14 @@ has two eigenvalues and two modes.
     (Linearization::unsteady). **/
 std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization);
 
+/** Modes about a State at rest that is no equilibrium say nothing. **/
+class NoEquilibrium : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+/** @throws NoEquilibrium that names the body that leaves a State at rest, and how far. **/
+void requireEquilibrium(const SimTK::MultibodySystem& system, const Linearization& linearization);
+
 enum class EigenMethod {
     Automatic,  ///< block elimination where it is possible and quicker
     Dense,      ///< all modes, of which the slowest are given
@@ -58,9 +67,10 @@ enum class EigenMethod {
 
 /** All rigid motions and the `count` slowest modes besides, as calcEigenmodes() has them.
 @param observer  as in calcLinearization()
+@throws NoEquilibrium as requireEquilibrium()
 @throws std::invalid_argument as calcLinearization() and calcEigenmodes(); with EigenMethod::Blocks
-    also where something moves, accelerates or rubs, has states of its own, or has forces or
-    constraints of Simbody's. **/
+    also where something moves or rubs, has states of its own, or has forces or constraints of
+    Simbody's. **/
 std::vector<Eigenmode> calcSlowestEigenmodes(const SimTK::MultibodySystem& system,
                                              const SimTK::State& state, int count,
                                              EigenMethod method = EigenMethod::Automatic,

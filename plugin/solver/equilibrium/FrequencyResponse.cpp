@@ -33,10 +33,10 @@ constexpr double MultiplierCompliance = 1e-12, LeastTailPivot = 1e-12;
 /** Of the softest vibration's ω², below which inertia is too little to be a pivot: corrections take
 what is too much of it back. **/
 constexpr double LeastPivotInertia = 1e-10;
-/** Displacement of a body, of its size, that makes an equilibrium none. **/
-constexpr double HarmonicImbalance = 1e-4;
 /** Of the softest vibration's rate, what holds free motions. **/
 constexpr double HarmonicInertiaHold = 1e-3;
+/** Accelerations of what is at rest, for its size [1/s²]. **/
+constexpr double SlowestDeparture = 1e-6;
 
 }  // namespace
 
@@ -169,15 +169,21 @@ FrequencyResponse::Contents::Contents(const MultibodySystem& system, const State
     sizes = graph.sizes;
     isHeld.assign(size_t(topology.numU), 1);
     for (const int i : listFreeSpeeds(equations)) isHeld[size_t(i)] = 0;
-    const BlockMatrix<double> stiffness =
-        differentiateByQ(equations, scales, graph, now.t, now.q, now.u,
-                         [&](const std::vector<double>& moved, VectorXd& r) {
-                             if (observer) observer();
-                             equations.realize(now.t, moved.data(), now.u.data());
-                             equations.calcResidual(moved.data(), now.u.data(), now.uDot.data(),
-                                                    now.lambda.data(), r.data());
-                         });
-    takeMatrices(graph, stiffness, calcDampingBlocks(equations, scales, graph, now, observer));
+    double fastest = 0;
+    for (int b = 0; b < topology.numBlocks(); ++b)
+        for (int i = firstU[size_t(b)]; i < firstU[size_t(b)] + sizes[size_t(b)]; ++i)
+            fastest = std::max(fastest, std::abs(now.uDot[size_t(i)]) * scales.metres[size_t(i)] /
+                                            scales.lengths[size_t(b)]);
+    if (fastest <= SlowestDeparture) std::fill(now.uDot.begin(), now.uDot.end(), 0.0);
+    const BlockMatrix<double> stiffness = calcStiffness(
+        equations, scales, graph, *mass, now, [&](const std::vector<double>& moved, VectorXd& r) {
+            if (observer) observer();
+            equations.realize(now.t, moved.data(), now.u.data());
+            equations.calcResidual(moved.data(), now.u.data(), now.uDot.data(), now.lambda.data(),
+                                   r.data());
+        });
+    takeMatrices(graph, stiffness,
+                 calcDampingBlocks(equations, scales, graph, *mass, now, observer));
 }
 
 void FrequencyResponse::Contents::takeMatrices(const BlockGraph& graph,
@@ -201,9 +207,16 @@ void FrequencyResponse::Contents::takeMatrices(const BlockGraph& graph,
         stiffness.findSkew(scale) <= SmallSkew && rate * damping.findSkew(scale) <= SmallSkew;
 
     // Modes that are coupled among themselves or with neighbours stay among the head.
+    const auto isNothing = [&](size_t column, size_t k) {
+        const auto isZero = [&](const BlockMatrix<double>& A) {
+            const MatrixXd& values = A.columns[column][k];
+            return values.size() == 0 || values.cwiseAbs().maxCoeff() == 0;
+        };
+        return isZero(stiffness) && isZero(damping);
+    };
     const auto scaled = [&](const BlockMatrix<double>& A, size_t column, size_t k) {
         const size_t row = size_t(graph.neighbours[column][k]);
-        return MatrixXd(scale.segment(firstU[row], sizes[row]).asDiagonal() * A.columns[column][k] *
+        return MatrixXd(scale.segment(firstU[row], sizes[row]).asDiagonal() * A.expand(column, k) *
                         scale.segment(firstU[column], sizes[column]).asDiagonal());
     };
     std::vector<Eigen::Index> numHead(sizes.size());
@@ -213,6 +226,7 @@ void FrequencyResponse::Contents::takeMatrices(const BlockGraph& graph,
     for (size_t b = 0; b < sizes.size(); ++b)
         for (size_t k = 0; k < graph.neighbours[b].size(); ++k) {
             const size_t row = size_t(graph.neighbours[b][k]);
+            if (isNothing(b, k)) continue;
             MatrixXd size = scaled(stiffness, b, k).cwiseAbs();
             size += rate * scaled(damping, b, k).cwiseAbs();
             if (row == b) {
@@ -230,14 +244,14 @@ void FrequencyResponse::Contents::takeMatrices(const BlockGraph& graph,
         }
     for (const auto& [b, k] : coupled)
         pairs.push_back(
-            {graph.neighbours[b][k], int(b), stiffness.columns[b][k], damping.columns[b][k]});
+            {graph.neighbours[b][k], int(b), stiffness.expand(b, k), damping.expand(b, k)});
     for (size_t b = 0; b < sizes.size(); ++b) {
         const std::vector<int>& list = graph.neighbours[b];
         const size_t own =
             size_t(std::lower_bound(list.begin(), list.end(), int(b)) - list.begin());
-        M.emplace_back(mass->M[b], numHead[b]);
-        K.emplace_back(stiffness.columns[b][own], numHead[b]);
-        D.emplace_back(damping.columns[b][own], numHead[b]);
+        M.emplace_back(mass->M[b].expand(), numHead[b]);
+        K.emplace_back(stiffness.expand(b, own), numHead[b]);
+        D.emplace_back(damping.expand(b, own), numHead[b]);
     }
 }
 
@@ -515,7 +529,6 @@ const OperatingPoint& FrequencyResponse::getPoint() const {
 std::string FrequencyResponse::describeImbalance() const {
     const StandardArithmetic standard;
     const Contents& c = *m_contents;
-    const Topology& topology = c.equations.getTopology();
     const double hold = square(HarmonicInertiaHold) * c.softest;
     Contents::Solver solver(c);
     solver.setFrequency(0, hold);
@@ -526,24 +539,7 @@ std::string FrequencyResponse::describeImbalance() const {
         if (c.isHeld[size_t(i)]) motion[i] = 0;
     solver.solve(motion, none);
     const VectorXd departure = motion.real();
-    double worst = HarmonicImbalance;
-    std::string description;
-    for (int b = 0; b < topology.numBlocks(); ++b) {
-        const Block& block = c.equations.getBlock(b);
-        const double size = c.scales.lengths[size_t(b)];
-        const double moved = block.calcDisplacement(departure.data() + block.firstU);
-        if (!(moved > worst * size)) continue;
-        worst = moved / size;
-        double force = 0;
-        for (int i = block.firstU; i < block.firstU + block.numU; ++i)
-            if (c.scales.metres[size_t(i)] > 0)
-                force = std::max(force, std::abs(forces[i]) / c.scales.metres[size_t(i)]);
-        std::ostringstream text;
-        text << "forces of up to " << force << " N on '" << block.name << "' lead it " << moved
-             << " m away";
-        description = text.str();
-    }
-    return description;
+    return describeDeparture(c.equations, c.scales, departure, forces);
 }
 
 FrequencyResponse::Amplitudes FrequencyResponse::calcMotions(Real omega,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
@@ -25,8 +24,10 @@ constexpr double MissedDrive = 1e-8;
 /** Of a size that an observed number has, what may be round-off. **/
 constexpr double SameNumber = 64 * std::numeric_limits<double>::epsilon();
 constexpr double RelativeStep = 1e-4;  // of states
-/** Of a body's size, and of the slowest vibration's ω² for what nothing holds. **/
-constexpr double SmallImbalance = 1e-4, InertiaHold = 1e-3;
+/** So many are differenced without asking whether any of them counts. **/
+constexpr Eigen::Index FewCoordinates = 8;
+/** Of the slowest vibration's ω², for what nothing holds. **/
+constexpr double InertiaHold = 1e-3;
 
 /** What bends by less than this part of its change is straight. **/
 constexpr double SmallBend = 1e-9;
@@ -67,7 +68,9 @@ private:
         VectorXd displacement = VectorXd::Zero(m_steps.size());
         for (Eigen::Index i = first; i < end; ++i)
             displacement[i] = m_steps[i] * (0.6 + 0.4 * std::cos(1.7 * double(i)));
-        const Values moved = m_function(displacement);
+        return isAnother(m_function(displacement));
+    }
+    bool isAnother(const Values& moved) const {
         for (size_t k = 0; k < moved.size(); ++k)
             if (!(std::abs(moved[k] - m_middle[k]) <= SameNumber * std::abs(m_middle[k])))
                 return true;
@@ -75,13 +78,17 @@ private:
     }
     void search(Eigen::Index first, Eigen::Index end) {
         if (first == end || m_steps.segment(first, end - first).maxCoeff() == 0) return;
-        if (end - first > 1) {
+        if (end - first > FewCoordinates) {
             if (!depends(first, end)) return;
             const Eigen::Index middle = (first + end) / 2;
             search(first, middle);
             search(middle, end);
             return;
         }
+        for (Eigen::Index i = first; i < end; ++i)
+            if (m_steps[i] > 0) difference(i);
+    }
+    void difference(Eigen::Index first) {
         VectorXd displacement = VectorXd::Zero(m_steps.size()), slope, largest;
         slope = largest = VectorXd::Zero(m_derivative.rows());
         const auto evaluate = [&](int place) {
@@ -92,7 +99,9 @@ private:
             return moved;
         };
         // On one side: a sine about its zero has the same chords on both.
-        const Values after = evaluate(1), farAfter = evaluate(2);
+        const Values after = evaluate(1);
+        if (!isAnother(after)) return;
+        const Values farAfter = evaluate(2);
         bool isStraight = true;
         for (size_t i = 0; i < after.size(); ++i) {
             slope[Eigen::Index(i)] = 0.5 * (farAfter[i] - m_middle[i]);
@@ -406,24 +415,7 @@ std::string describeImbalance(const MultibodySystem& system, const Linearization
     const CoordinateScales scales(equations.getBlocks());
     const MatrixXd T = calcSimbodyNumbering(equations, q.data());
     const VectorXd own = T.transpose() * departure, ownForces = T.transpose() * forces;
-    double worst = SmallImbalance;
-    std::string description;
-    for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
-        const Block& block = equations.getBlock(b);
-        const double size = scales.lengths[size_t(b)];
-        const double moved = block.calcDisplacement(own.data() + block.firstU);
-        if (!(moved > worst * size)) continue;
-        worst = moved / size;
-        double force = 0;
-        for (int i = block.firstU; i < block.firstU + block.numU; ++i)
-            if (scales.metres[size_t(i)] > 0)
-                force = std::max(force, std::abs(ownForces[i]) / scales.metres[size_t(i)]);
-        std::ostringstream text;
-        text << "forces of up to " << force << " N on '" << block.name << "' lead it " << moved
-             << " m away";
-        description = text.str();
-    }
-    return description;
+    return describeDeparture(equations, scales, own, ownForces);
 }
 
 }  // namespace simflex

@@ -100,9 +100,15 @@ void TangentElimination<Scalar>::condense(const BlockMatrix<Scalar>& A, size_t b
     const BlockModes<Scalar>& modes = A.modes[b];
     const Eigen::Index n = modes.diagonal.size(), count = modes.shapes.cols();
     const auto ofModes = scale.tail(n);
-    const Eigen::HouseholderQR<MatrixXd> qr(ofModes.asDiagonal() * modes.shapes);
-    condensed.U = qr.householderQ() * MatrixXd::Identity(n, count);
-    condensed.R = qr.matrixQR().topRows(count).template triangularView<Eigen::Upper>();
+    MatrixXd shapes = ofModes.asDiagonal() * modes.shapes;
+    // With another shift they are the same.
+    if (condensed.shapes.rows() != n || condensed.shapes.cols() != count ||
+        condensed.shapes != shapes) {
+        condensed.shapes = std::move(shapes);
+        const Eigen::HouseholderQR<MatrixXd> qr(condensed.shapes);
+        condensed.U = qr.householderQ() * MatrixXd::Identity(n, count);
+        condensed.R = qr.matrixQR().topRows(count).template triangularView<Eigen::Upper>();
+    }
     condensed.inverse = (ofModes.cwiseAbs2().cwiseProduct(modes.diagonal)).cwiseInverse();
     condensed.inverseU = condensed.inverse.asDiagonal() * condensed.U;
     const Matrix compliance = condensed.U.transpose() * condensed.inverseU;

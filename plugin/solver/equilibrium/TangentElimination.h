@@ -63,7 +63,8 @@ private:
     /** A block's modes at the last factor(), in scaled unknowns. **/
     struct Condensed {
         Eigen::VectorXd scale;     ///< of the first coordinates
-        Eigen::MatrixXd U, R;      ///< of all shapes, scaled; nothing if modes are as they are
+        Eigen::MatrixXd shapes;    ///< scaled; nothing if modes are as they are
+        Eigen::MatrixXd U, R;      ///< shapes = U R
         Vector inverse;            ///< Λ⁻¹
         Matrix inverseU, weights;  ///< Λ⁻¹U, T
         int numNegative = 0;       ///< of what went before

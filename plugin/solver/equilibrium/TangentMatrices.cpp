@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/solver/equilibrium/BlockTangent.h"
@@ -15,6 +16,10 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double RankTolerance = 1e-10;
+/** Displacement of a body, of its size, that makes an equilibrium none. **/
+constexpr double SmallDeparture = 1e-4;
+/** The same, where a linear estimate says nothing of how far it goes. **/
+constexpr double FarAway = 10;
 
 /** A force that bends by more than this part of its change, or of this part of the largest change,
 may have a kink: a stop that closes. **/
@@ -58,6 +63,31 @@ bool areAlike(const VectorXd& a, const VectorXd& b, double allowed) {
 
 }  // namespace
 
+std::string describeDeparture(const Evaluation& equations, const CoordinateScales& scales,
+                              const VectorXd& departure, const VectorXd& forces) {
+    double worst = SmallDeparture;
+    std::string description;
+    for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        const double size = scales.lengths[size_t(b)];
+        const double moved = block.calcDisplacement(departure.data() + block.firstU);
+        if (!(moved > worst * size)) continue;
+        worst = moved / size;
+        double force = 0;
+        for (int i = block.firstU; i < block.firstU + block.numU; ++i)
+            if (scales.metres[size_t(i)] > 0)
+                force = std::max(force, std::abs(forces[i]) / scales.metres[size_t(i)]);
+        std::ostringstream text;
+        text << "forces of up to " << force << " N on '" << block.name << "' lead it ";
+        if (moved > FarAway * size)
+            text << "away, and nothing near holds it";
+        else
+            text << moved << " m away";
+        description = text.str();
+    }
+    return description;
+}
+
 std::vector<int> listFreeSpeeds(const Evaluation& equations) {
     std::vector<int> speeds;
     for (int i = 0; i < equations.getTopology().numU; ++i)
@@ -70,8 +100,8 @@ void calcMassAndJacobian(Evaluation& equations, MatrixXd& M, MatrixXd& G) {
     M.setZero(equations.getTopology().numU, equations.getTopology().numU);
     G.setZero(mass.numMultipliers, M.rows());
     for (size_t b = 0; b < mass.M.size(); ++b) {
-        const Eigen::Index first = mass.firstU[b], n = mass.M[b].rows();
-        M.block(first, first, n, n) = mass.M[b];
+        const Eigen::Index first = mass.firstU[b], n = mass.M[b].size();
+        M.block(first, first, n, n) = mass.M[b].expand();
         for (size_t k = 0; k < mass.rows[b].size(); ++k)
             G.row(mass.rows[b][k]).segment(first, n) = mass.Gt[b].col(Eigen::Index(k)).transpose();
     }
@@ -284,49 +314,6 @@ MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales
             D.col(column) += DifferenceWeights[k] / h * r;
         }
         u[i] = point.u[i];
-    }
-    equations.realize(point.t, point.q.data(), point.u.data());
-    return D;
-}
-
-BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateScales& scales,
-                                      const BlockGraph& graph, const SolutionPoint& point,
-                                      const std::function<void()>& observer) {
-    BlockMatrix<double> D(graph);
-    std::vector<double> u = point.u;
-    VectorXd r(equations.getTopology().numU);
-    for (const std::vector<int>& blocks : graph.groups) {
-        int largest = 0;
-        for (const int b : blocks) largest = std::max(largest, graph.sizes[size_t(b)]);
-        for (int i = 0; i < largest; ++i) {
-            std::vector<int> moved;
-            for (const int b : blocks)
-                if (i < graph.sizes[size_t(b)] &&
-                    !equations.getTopology().isPrescribed[size_t(graph.firstU[size_t(b)] + i)])
-                    moved.push_back(b);
-            for (int k = 0; k < 4; ++k) {
-                if (observer) observer();
-                const auto calcStep = [&](int b) {
-                    const size_t speed = size_t(graph.firstU[size_t(b)] + i);
-                    return scales.step[speed] * scales.rate[speed];
-                };
-                for (const int b : moved)
-                    u[size_t(graph.firstU[size_t(b)] + i)] += DifferencePlaces[k] * calcStep(b);
-                equations.realize(point.t, point.q.data(), u.data());
-                equations.calcResidual(point.q.data(), u.data(), point.uDot.data(),
-                                       point.lambda.data(), r.data());
-                for (const int b : moved) {
-                    for (size_t n = 0; n < graph.neighbours[size_t(b)].size(); ++n) {
-                        const size_t row = size_t(graph.neighbours[size_t(b)][n]);
-                        D.columns[size_t(b)][n].col(i) +=
-                            DifferenceWeights[k] / calcStep(b) *
-                            r.segment(graph.firstU[row], graph.sizes[row]);
-                    }
-                    const size_t speed = size_t(graph.firstU[size_t(b)] + i);
-                    u[speed] = point.u[speed];
-                }
-            }
-        }
     }
     equations.realize(point.t, point.q.data(), point.u.data());
     return D;

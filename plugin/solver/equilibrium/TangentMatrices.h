@@ -76,6 +76,12 @@ StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& sca
 Eigen::MatrixXd calcRateMatrix(Evaluation& equations, const CoordinateScales& scales,
                                const SolutionPoint& point);
 
+/** Says which body forces lead away from where it is, by more than 1e-4 of its size, and how far;
+empty if none.
+@param departure  δ to which the forces lead **/
+std::string describeDeparture(const Evaluation& equations, const CoordinateScales& scales,
+                              const Eigen::VectorXd& departure, const Eigen::VectorXd& forces);
+
 /** Speeds that no lock or Motion prescribes. **/
 std::vector<int> listFreeSpeeds(const Evaluation& equations);
 
