@@ -98,6 +98,7 @@ public:
         int numIterations = 0;
         std::vector<std::string> freeMotions;      ///< that nothing holds, in words
         std::vector<std::string> unstableMotions;  ///< in which it falls away, in words
+        bool isByDampedMotion = false;             ///< see StaticEquilibrium
     };
     /** Goes to the static equilibrium near by, at rest; the time stays.
     @param goesOn  asked every now and then

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <optional>
 
 #include "simflex/base/TemporaryFolder.h"
 #include "simflex/model/Session.h"
@@ -196,14 +197,18 @@ py::object settle(OwnSession& own) {
     result["iterations"] = found.numIterations;
     result["free_motions"] = found.freeMotions;
     result["unstable_motions"] = found.unstableMotions;
+    result["by_damped_motion"] = found.isByDampedMotion;
     return makeNamespace(result);
 }
 
-py::object calcModes(OwnSession& own) {
+py::object calcModes(OwnSession& own, std::optional<int> wanted) {
     const std::vector<Eigenmode> modes = own.use(
-        [](const Session& session) {
-            return calcEigenmodes(
-                calcLinearization(session.getModel().getSystem(), session.copyState()));
+        [&](const Session& session) {
+            const SimTK::MultibodySystem& system = session.getModel().getSystem();
+            if (wanted) return calcSlowestEigenmodes(system, session.copyState(), *wanted);
+            const Linearization linear = calcLinearization(system, session.copyState());
+            requireEquilibrium(system, linear);
+            return calcEigenmodes(linear);
         },
         true);
     const py::ssize_t count = py::ssize_t(modes.size()),
@@ -539,9 +544,12 @@ void addSession(py::module_& module) {
                 own.use([&](Session& session) { session.restoreState(path.string()); }, true);
             },
             py::arg("path"), "Goes to the State of a file.")
-        .def("eigenmodes", &calcModes,
-             "Natural modes about this State: frequency [Hz], damping_ratio, eigenvalue [1/s],\n"
-             "shape (speeds × modes); free motions first, of frequency 0.")
+        .def("eigenmodes", &calcModes, py::arg("count") = py::none(),
+             "Natural modes about this State, an equilibrium or a steady motion: frequency [Hz],\n"
+             "damping_ratio, eigenvalue [1/s], shape (speeds × modes); free motions first, of\n"
+             "frequency 0. All of them, or free motions and the `count` slowest of the others, "
+             "which\n"
+             "is quick for many bodies.")
         .def("linearize", &linearize, py::arg("inputs"),
              py::arg("outputs") = std::vector<std::string>(),
              "About this State, an equilibrium or a steady motion: ẋ = A x + B p, y = C x + D p.\n"

@@ -478,9 +478,11 @@ class Session:
     def restore_kept(self, path: Union[PathLike[str], str]) -> None:
         """Goes to the State of a file."""
 
-    def eigenmodes(self) -> Any:
-        """Natural modes about this State: frequency [Hz], damping_ratio, eigenvalue [1/s],
-        shape (speeds × modes); free motions first, of frequency 0."""
+    def eigenmodes(self, count: Optional[int] = None) -> Any:
+        """Natural modes about this State, an equilibrium or a steady motion: frequency [Hz],
+        damping_ratio, eigenvalue [1/s], shape (speeds × modes); free motions first, of
+        frequency 0. All of them, or free motions and the `count` slowest of the others, which
+        is quick for many bodies."""
 
     def linearize(self, inputs: List[str], outputs: List[str] = []) -> Any:
         """About this State, an equilibrium or a steady motion: ẋ = A x + B p, y = C x + D p.

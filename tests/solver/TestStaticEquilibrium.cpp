@@ -6,6 +6,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/forces/AttachmentForce.h"
+#include "simflex/forces/Bushing.h"
 #include "simflex/forces/TorsionSpring.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -279,6 +280,23 @@ TEST(StaticEquilibrium, ChainStartedLevelHangsInAsManyStepsHoweverLongItIs) {
     }
     EXPECT_LE(*std::max_element(iterations.begin(), iterations.end()), 25)
         << ::testing::PrintToString(iterations);
+}
+
+TEST(StaticEquilibrium, ChainThatABushingPullsTogetherComesToRest) {
+    for (const Real strength : {1e2, 1e4, 1e6}) {
+        SCOPED_TRACE(strength);
+        Row<Joint::Pin> chain(6, Rotation(0.02, ZAxis));
+        const auto bushing = Bushing::diagonal(Vec6(0, 0, 0, strength, strength, strength));
+        Bushing(chain.flexible, Attachment(chain.matter.Ground()),
+                chain.links.back().interface("B"), bushing, Mat66(0));
+        State level = chain.system.realizeTopology();
+        level.updQ() = chain.state.getQ();
+        StaticEquilibrium equilibrium(chain.system);
+        equilibrium.solve(level);
+        EXPECT_EQ(equilibrium.isByDampedMotion(), strength > 1e3);
+        EXPECT_TRUE(equilibrium.getUnstableMotions().empty());
+        EXPECT_LT(calcLargestAcceleration(chain.system, equilibrium.getState()), 1e-3);
+    }
 }
 
 TEST(StaticEquilibrium, HundredsOfLinksThatMaySpinStayAsTheyAre) {

@@ -355,8 +355,8 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
         throw std::runtime_error("analysis '" + analysis.getName() + "': " + error.what());
     }
     Equilibrium& equilibrium = m_equilibria[analysis.getName()];
-    equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
-                   solver.getFreeMotions(), solver.getUnstableMotions()};
+    equilibrium = {solver.getState(),       solver.getMultipliers(),     solver.getNumIterations(),
+                   solver.getFreeMotions(), solver.getUnstableMotions(), solver.isByDampedMotion()};
     // A copy of a State is not realized.
     m_model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
     checkLinearRange(analysis.getName(), equilibrium.state);

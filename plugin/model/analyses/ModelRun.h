@@ -82,6 +82,7 @@ private:
         SimTK::Vector multipliers;
         int numIterations = 0;
         std::vector<std::string> freeMotions, unstableMotions;
+        bool isByDampedMotion = false;
     };
 
     /** Tells where the work is. @throws Cancelled if it is to stop; between analyses and where they

@@ -43,6 +43,15 @@ constexpr int NumSubspacePasses = 6, NumFreePasses = 3, MaxGmresSteps = 30;
 next one begins with less. **/
 constexpr double LeastPart = 0.3, LeastStiffening = 4, ShiftDecay = 10;
 constexpr int MostTrials = 8;
+/** Of a correction's work at its beginning, what may be left at its end; else less of it is gone,
+by so many trials. **/
+constexpr double LineSlack = 0.5;
+constexpr int MostLineTrials = 10;
+/** Of a strongly damped motion: the first and the last σ, iterations of a step and steps; how far a
+step goes, of a body's size, and how sharp it is. **/
+constexpr double FirstDamping = 1, LastDamping = 1e-8, LargestDamping = 1e12;
+constexpr int MostCreepIterations = 12, MostCreepSteps = 1000;
+constexpr double CreepAccuracy = 1e-6;
 
 /** @throws std::runtime_error naming a constraint that moves apart. **/
 void refuseUnsteady(const Evaluation& equations, const std::vector<double>& u,
@@ -133,6 +142,7 @@ public:
     /** Of the equilibrium. **/
     void describeMotions(std::vector<std::string>& free, std::vector<std::string>& unstable);
     int numIterations = 0, numLoadSteps = 0;
+    bool isByDampedMotion = false;
 
 private:
     /** What a correction is made of. Unknowns are x/s of all speeds, s = 0 of held ones. **/
@@ -152,6 +162,13 @@ private:
     };
 
     bool converge(double fraction);
+    /** The part of a correction at which forces along it have nearly gone. **/
+    double searchLine(const Tangent& tangent, const VectorXd& delta, const VectorXd& deltaLambda);
+    void move(const VectorXd& delta, const VectorXd& deltaLambda);
+    /** Lets the system go down as a motion in a viscous medium, without inertia: implicit steps of
+    σM δ + r = 0, G δ + g = 0, ever longer ones. Forces and joints are met to CreepAccuracy at every
+    step, so that it stays on the way down where Newton's steps leap. **/
+    bool creep();
     Tangent calcTangent();
     void evaluate(const std::vector<double>& q, VectorXd& r);
     /** What is added to K where it is not positive, or would lead too far. **/
@@ -208,8 +225,10 @@ private:
     SteadyMotion m_motion;
     std::optional<BlockMass> m_mass;
     std::optional<TangentElimination<double>> m_elimination;
-    bool m_goesDownhill = true;
+    bool m_goesDownhill = true, m_searchesLines = false;
     double m_fraction = 1;    ///< of the loads
+    VectorXd m_loads;         ///< what they make of r
+    double m_loadsOf = NaN;   ///< the fraction then
     double m_forceScale = 0;  ///< largest part of any force so far, scaled as r
     double m_change = 0, m_error = 0;
     int m_worstBlock = 0, m_worstRow = -1;
@@ -243,7 +262,20 @@ void StaticEquilibrium::Search::run() {
         }
     }
     if (reached == 1) return;
-    if (reached == 0) m_point = stuck;
+    const SolutionPoint last = reached == 0 ? stuck : m_point;
+    const std::string reason = m_reason;
+    if (m_motion.isAtRest()) {
+        m_point = start;
+        m_searchesLines = true;
+        if (converge(1)) return;
+        m_point = start;
+        if (m_equations.getTopology().states.empty() && creep() && converge(1)) {
+            isByDampedMotion = true;
+            return;
+        }
+    }
+    m_point = last;
+    m_reason = reason;
     fail(reached);
 }
 
@@ -261,8 +293,19 @@ void StaticEquilibrium::Search::evaluate(const std::vector<double>& q, VectorXd&
 
 StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     const int m = m_equations.getTopology().numMultipliers;
-    VectorXd r, withoutJoints, withoutLoads;
-    evaluate(m_point.q, r);
+    VectorXd r;
+    if (m_loadsOf != m_fraction) {
+        // Loads change little from here to there: they are measured once.
+        VectorXd withoutLoads;
+        m_equations.updSimbody().setLoadFraction(0);
+        evaluate(m_point.q, withoutLoads);
+        m_equations.updSimbody().setLoadFraction(m_fraction);
+        evaluate(m_point.q, r);
+        m_loads = r - withoutLoads;
+        m_loadsOf = m_fraction;
+    } else {
+        evaluate(m_point.q, r);
+    }
     m_mass = BlockMass(m_equations);
     if (!m_elimination) {
         m_elimination.emplace(m_graph, *m_mass);
@@ -277,14 +320,10 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
             m_equations, m_scales, m_graph, *m_mass, m_point,
             [&](const std::vector<double>& q, VectorXd& moved) { evaluate(q, moved); });
     }
-    std::vector<double> lambda(size_t(m), 0);
-    std::swap(lambda, m_point.lambda);
-    evaluate(m_point.q, withoutJoints);
-    m_equations.updSimbody().setLoadFraction(0);
-    evaluate(m_point.q, withoutLoads);
-    m_equations.updSimbody().setLoadFraction(m_fraction);
-    std::swap(lambda, m_point.lambda);
-    evaluate(m_point.q, r);
+    // What was differenced has left the speeds elsewhere.
+    if (!m_motion.isAtRest()) evaluate(m_point.q, r);
+    const VectorXd withoutLoads =
+        r - m_loads - m_mass->multiplyGt(Map<const VectorXd>(m_point.lambda.data(), m));
     Tangent tangent{{}, std::move(K), *m_mass, 0, std::move(r), VectorXd(m), std::move(states), {}};
     m_equations.calcPositionErrors(tangent.g.data());
     const VectorXd stiffness = tangent.K.getDiagonal(), inertia = tangent.mass.getDiagonal();
@@ -308,7 +347,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
                 tangent.mass.Gt[b].col(Eigen::Index(k)).cwiseAbs();
     tangent.turning = VectorXd::Zero(stiffness.size());
     for (const int place : m_places) {
-        const auto loads = (withoutJoints - withoutLoads).segment<3>(place);
+        const auto loads = m_loads.segment<3>(place);
         tangent.turning.segment<3>(place - 3).setConstant(
             std::max(reactions.segment<3>(place - 3).maxCoeff(),
                      m_scales.metres[size_t(place - 3)] * loads.norm()));
@@ -318,8 +357,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
         if (m_isHeld[size_t(i)]) continue;
         tangent.s[i] = 1 / std::sqrt(std::abs(stiffness[i]) + softest * inertia[i]);
         const double parts =
-            std::abs(withoutLoads[i]) + std::abs(withoutJoints[i] - withoutLoads[i]) +
-            reactions[i] +
+            std::abs(withoutLoads[i]) + std::abs(m_loads[i]) + reactions[i] +
             inertia[i] * square(m_motion.getRate()) * std::min(1.0, 1 / m_scales.metres[size_t(i)]);
         m_forceScale = std::max(m_forceScale, tangent.s[i] * parts);
     }
@@ -563,6 +601,93 @@ double StaticEquilibrium::Search::limitStep(VectorXd delta) {
     return factor;
 }
 
+void StaticEquilibrium::Search::move(const VectorXd& delta, const VectorXd& deltaLambda) {
+    m_equations.realize(m_point.t, m_point.q.data(), m_point.u.data());
+    m_equations.getBlocks().moveQ(delta.data(), m_point.q.data());
+    m_equations.getBlocks().normalizeQ(m_point.q.data());
+    for (size_t k = 0; k < m_point.lambda.size(); ++k)
+        m_point.lambda[k] += deltaLambda[Eigen::Index(k)];
+}
+
+double StaticEquilibrium::Search::searchLine(const Tangent& tangent, const VectorXd& delta,
+                                             const VectorXd& deltaLambda) {
+    const double before = delta.dot(tangent.r);
+    if (!(before < 0)) return 1;
+    const SolutionPoint from = m_point;
+    VectorXd r;
+    const auto calcWork = [&](double part) {
+        m_point = from;
+        move(part * delta, part * deltaLambda);
+        evaluate(m_point.q, r);
+        m_point = from;
+        return delta.dot(r);
+    };
+    double low = 0, high = 1, atLow = before, atHigh = calcWork(1), part = 1;
+    if (!(atHigh > LineSlack * std::abs(before))) return 1;
+    for (int trial = 0; trial < MostLineTrials; ++trial) {
+        // By a secant, but never next to an end.
+        part = low + (high - low) * std::min(0.9, std::max(0.1, atLow / (atLow - atHigh)));
+        const double now = calcWork(part);
+        if (std::abs(now) <= LineSlack * std::abs(before)) break;
+        (now < 0 ? low : high) = part;
+        (now < 0 ? atLow : atHigh) = now;
+    }
+    return part;
+}
+
+bool StaticEquilibrium::Search::creep() {
+    m_fraction = 1;
+    m_equations.updSimbody().setLoadFraction(1);
+    double sigma = FirstDamping;
+    for (int step = 0; step < MostCreepSteps && sigma < LargestDamping; ++step) {
+        const SolutionPoint before = m_point;
+        VectorXd gone = VectorXd::Zero(m_scales.metres.size());
+        bool hasArrived = false;
+        double gap = Infinity;
+        int iteration = 0;
+        while (iteration < MostCreepIterations && !hasArrived) {
+            Tangent tangent = calcTangent();
+            ++numIterations;
+            ++iteration;
+            if (!tangent.r.allFinite() || !tangent.g.allFinite()) break;
+            tangent.r += sigma * tangent.softest * tangent.mass.multiply(gone);
+            sigma = factorPositive(tangent, sigma, Brake::Inertia);
+            VectorXd delta, deltaLambda, dz;
+            if (!solve(tangent, sigma, delta, deltaLambda, dz)) return false;
+            const double part = limitStep(delta);
+            delta *= part;
+            deltaLambda *= part;
+            if (part == 1) {
+                // No farther than where forces, without the drag, would drive it back.
+                const double line = searchLine(tangent, delta, deltaLambda);
+                delta *= line;
+                deltaLambda *= line;
+            }
+            move(delta, deltaLambda);
+            gone += delta;
+            double change = 0;
+            for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
+                const Block& block = m_equations.getBlock(b);
+                change = std::max(change, block.calcDisplacement(delta.data() + block.firstU) /
+                                              m_scales.lengths[size_t(b)]);
+            }
+            // What moves ever farther is tried in a shorter step.
+            if (iteration > 4 && change > 2 * gap) break;
+            gap = std::min(gap, change);
+            hasArrived = part == 1 && change <= CreepAccuracy;
+        }
+        if (!hasArrived) {
+            m_point = before;
+            sigma *= 8;
+        } else if (sigma <= LastDamping) {
+            return true;
+        } else {
+            sigma /= iteration <= 4 ? 8 : iteration <= 7 ? 2 : 1;
+        }
+    }
+    return false;
+}
+
 bool StaticEquilibrium::Search::converge(double fraction) {
     m_fraction = fraction;
     m_equations.updSimbody().setLoadFraction(fraction);
@@ -600,14 +725,15 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         firstShift = canBrake() && part < 1 && sigma > ShiftGrowth * LeastShift ? sigma / ShiftDecay
                                                                                 : LeastShift;
         delta *= part;
-        if (part < (canBrake() ? LeastPart : 1))
+        if (part < (canBrake() ? LeastPart : 1)) {
             deltaLambda = balance(tangent, tangent.r + tangent.K.multiply(delta));
-
-        m_equations.realize(m_point.t, m_point.q.data(), m_point.u.data());
-        m_equations.getBlocks().moveQ(delta.data(), m_point.q.data());
-        m_equations.getBlocks().normalizeQ(m_point.q.data());
-        for (size_t k = 0; k < m_point.lambda.size(); ++k)
-            m_point.lambda[k] += deltaLambda[Eigen::Index(k)];
+        } else if (m_searchesLines && canBrake() && dz.size() == 0) {
+            const double line = searchLine(tangent, delta, deltaLambda);
+            delta *= line;
+            deltaLambda *= line;
+            part *= line;
+        }
+        move(delta, deltaLambda);
         double largestState = 0;
         for (Eigen::Index i = 0; i < dz.size(); ++i) {
             const int state = tangent.states.states[size_t(i)];
@@ -714,6 +840,7 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     const StandardArithmetic standard;
     requireTopology(m_system, state, "StaticEquilibrium::solve()");
     m_numIterations = m_numLoadSteps = 0;
+    m_isByDampedMotion = false;
     m_freeMotions.clear();
     m_unstableMotions.clear();
     State start = state;
@@ -749,6 +876,7 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     search.run();
     m_numIterations = search.numIterations;
     m_numLoadSteps = search.numLoadSteps;
+    m_isByDampedMotion = search.isByDampedMotion;
     search.describeMotions(m_freeMotions, m_unstableMotions);
 
     // Multipliers of least norm, as the integrators give them.

@@ -18,9 +18,11 @@ getUnstableMotions()).
 
 A step turns and bends a body by at most 0.3 of its size. Loads are applied at once; if that does
 not converge, they, and the squares of speeds, are raised from zero in parts, each starting from the
-last. Loads are gravity, AttachmentForces, DistributedLoads and all of Simbody's force elements, its
-springs too; springs and bushings between attachment frames act in full. They are those of the
-State's time and of the speeds given.
+last. Where that fails, too, corrections are shortened along their lines; at last the system goes
+down by itself, as in a viscous medium (see isByDampedMotion()). Loads are gravity,
+AttachmentForces, DistributedLoads and all of Simbody's force elements, its springs too; springs and
+bushings between attachment frames act in full. They are those of the State's time and of the speeds
+given.
 
 A motion that nothing holds is left alone if no load acts along it (see getFreeMotions()) and
 refused by name otherwise. **/
@@ -85,6 +87,11 @@ public:
     const std::vector<std::string>& getUnstableMotions() const { return m_unstableMotions; }
     int getNumIterations() const { return m_numIterations; }
     int getNumLoadSteps() const { return m_numLoadSteps; }
+    /** True if Newton's iteration did not find it from the State given: the system was let down in
+    a strongly damped motion, without inertia, and this is where it came to rest; there may be
+    others.
+    **/
+    bool isByDampedMotion() const { return m_isByDampedMotion; }
     /**@}**/
 
 private:
@@ -105,6 +112,7 @@ private:
     std::vector<int> m_firstRows;  ///< by JointIndex
     std::vector<std::string> m_freeMotions, m_unstableMotions;
     int m_numIterations = 0, m_numLoadSteps = 0;
+    bool m_isByDampedMotion = false;
 };
 
 /** Gives every flexible body, and every rigid body on a Free mobilizer on Ground, the speeds of a
