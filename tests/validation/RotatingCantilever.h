@@ -30,6 +30,10 @@ const std::shared_ptr<const ReducedBody>& getRotatingCantileverPart();
 /** √(EI/mL⁴) [rad/s] for bending that moves the section along its side `depth`. **/
 double calcFrequencyUnit(double depth);
 
+/** λ of the first `count` flap modes of Euler and Bernoulli's beam, by Ritz's method with
+Legendre's polynomials. @param radius  of the hub, of the length **/
+std::vector<double> calcFlapFrequencies(double eta, double radius, int count);
+
 struct RotatingModes {
     std::vector<Eigenmode> all;
     std::vector<double> flap, lag;  ///< [rad/s], ascending
@@ -37,7 +41,9 @@ struct RotatingModes {
 /** Modes about the steady rotation that its drive asks for, by StaticEquilibrium and
 calcEigenmodes(). Flap is where the
 tip moves along the axis.
-@param speed  [rad/s] **/
-RotatingModes calcRotatingModes(double speed);
+@param speed  [rad/s]
+@param hubRadius  of the root [m] **/
+RotatingModes calcRotatingModes(const std::shared_ptr<const ReducedBody>& part, double speed,
+                                double hubRadius = 0);
 
 }  // namespace simflex::test
