@@ -188,6 +188,15 @@ void printResponse(const Results::Analysis& analysis) {
     for (size_t i = 0; i < analysis.outputs.size(); ++i)
         values.add({makeAxisLabel(analysis.outputs[i], analysis.outputUnits[i]),
                     formatNumber(getStatistic(analysis, "rms of " + analysis.outputs[i]))});
+    // Those of no output: von Mises's stress, by its components.
+    const std::string prefix = "rms of ";
+    for (const auto& [statistic, value] : analysis.statistics) {
+        if (statistic.compare(0, prefix.size(), prefix) != 0) continue;
+        const std::string name = statistic.substr(prefix.size());
+        if (std::find(analysis.outputs.begin(), analysis.outputs.end(), name) ==
+            analysis.outputs.end())
+            values.add({makeAxisLabel(name, "Pa"), formatNumber(value)});
+    }
     print(values);
 }
 

@@ -187,6 +187,10 @@ void ModelRun::runStatic(const ModelValue& analysis) {
                        (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
                        " at the least push; begin elsewhere, or let a damped motion lead to one "
                        "that lasts");
+    if (equilibrium.isByDampedMotion)
+        m_remarks[name].push_back(
+            "Newton's iteration does not converge from where it begins: this is where a strongly "
+            "damped motion comes to rest");
     for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
         m_remarks[name].push_back(motion +
                                   (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
@@ -200,11 +204,21 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name));
     const auto observer = [this] { stopIfAsked(); };
     std::optional<Linearization> linear;  // where outputs ask for its accelerations
-    if (analysis.has("outputs")) linear = calcLinearization(m_model->getSystem(), about, observer);
-    std::vector<Eigenmode> modes = linear
-                                       ? calcEigenmodes(*linear)
-                                       : calcSlowestEigenmodes(m_model->getSystem(), about, count,
-                                                               EigenMethod::Automatic, observer);
+    std::vector<Eigenmode> modes;
+    try {
+        if (analysis.has("outputs")) {
+            linear = calcLinearization(m_model->getSystem(), about, observer);
+            requireEquilibrium(m_model->getSystem(), *linear);
+            modes = calcEigenmodes(*linear);
+        } else {
+            modes = calcSlowestEigenmodes(m_model->getSystem(), about, count,
+                                          EigenMethod::Automatic, observer);
+        }
+    } catch (const NoEquilibrium& error) {
+        if (isRigidTwin()) return leaveOut(name, error.what());
+        throw std::runtime_error("analysis '" + name + "': " + error.what() +
+                                 " (about: static, or the name of a static analysis)");
+    }
     stopIfAsked();
     const auto firstElastic = std::find_if(
         modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
@@ -397,6 +411,7 @@ std::vector<Spectrum> readSpectra(const ModelValue& analysis,
 
 /** Densities of outputs, and the square roots of their integrals among the statistics. **/
 void addDensities(const HarmonicResponse& response, const std::vector<Spectrum>& spectra,
+                  const std::vector<std::pair<std::string, int>>& stresses,
                   Results::Analysis& results) {
     auto& rows = results.matrices["density"];
     for (size_t n = 0; n < response.frequencies.size(); ++n) {
@@ -413,6 +428,24 @@ void addDensities(const HarmonicResponse& response, const std::vector<Spectrum>&
         results.statistics["rms of " + response.outputs[i].name] =
             std::sqrt(integrateSpectrum(response.frequencies, densities));
     }
+    // The mean of the square of von Mises's stress is that of a quadratic form of its components.
+    for (const auto& [name, first] : stresses) {
+        std::vector<double> densities;
+        for (size_t n = 0; n < response.frequencies.size(); ++n) {
+            densities.push_back(0);
+            for (int k = 0; k < response.transfers[n].ncol(); ++k) {
+                SimTK::Complex s[6];
+                for (int i = 0; i < 6; ++i) s[i] = response.transfers[n](first + i, k);
+                double square = 0;
+                for (int i = 0; i < 3; ++i)
+                    square += 0.5 * std::norm(s[i] - s[(i + 1) % 3]) + 3 * std::norm(s[3 + i]);
+                densities.back() +=
+                    square * spectra[size_t(k)].calcDensity(response.frequencies[n]);
+            }
+        }
+        results.statistics["rms of " + name] =
+            std::sqrt(integrateSpectrum(response.frequencies, densities));
+    }
 }
 
 }  // namespace
@@ -424,6 +457,8 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
                                    outputs = getTextsIfGiven(analysis, "outputs");
     const std::optional<Unbalance> unbalance = readUnbalance(analysis);
     const bool isRandom = analysis.has("spectra");
+    const EffectiveStress effectiveStress =
+        isRandom ? EffectiveStress::ByComponents : EffectiveStress::AsItIs;
     const auto observe = [this] { stopIfAsked(); };
     // At one speed, or at that of each frequency.
     const auto makeAt = [&](double frequency) {
@@ -433,7 +468,8 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
                                 writeGeneral(2 * SimTK::Pi * frequency));
         const auto model = std::make_shared<const Model>(readModel(text), m_modelOptions);
         return ModelResponse(text, m_modelOptions, model, Probes::make(model),
-                             findSteadyState(*model, observe), inputs, outputs, unbalance, observe);
+                             findSteadyState(*model, observe), inputs, outputs, unbalance,
+                             effectiveStress, observe);
     };
     HarmonicResponse response;
     std::optional<ModelResponse> model;
@@ -456,7 +492,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         } else {
             model.emplace(m_text, m_modelOptions, m_model, m_probes,
                           assembleState(*m_model, findNamedState(analysis.get("about"), name)),
-                          inputs, outputs, unbalance, observe);
+                          inputs, outputs, unbalance, effectiveStress, observe);
             calcTransfers = [&](const std::vector<double>& wanted, const auto& tell) {
                 return model->calcTransfers(wanted, tell);
             };
@@ -494,7 +530,10 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
                 phase.back().push_back(std::arg(transfer(i, k)) * 180 / SimTK::Pi);
             }
     }
-    if (isRandom) addDensities(response, readSpectra(analysis, response.inputs), results);
+    if (isRandom) {
+        addDensities(response, readSpectra(analysis, response.inputs), model->getStresses(),
+                     results);
+    }
     if (m_options.drawsPictures && analysis.has("shapes")) {
         std::vector<Eigenmode> shapes;
         std::vector<std::string> titles;

@@ -7,8 +7,10 @@
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/body/StressRecovery.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/NearestName.h"
+#include "simflex/model/probes/ProbeKinds.h"
 #include "simflex/model/session/Quantities.h"
 
 namespace simflex {
@@ -96,9 +98,40 @@ State transferState(const Model& model, const Model& other, const State& state) 
 //-------------------------------------------------------------------------------------------------
 // outputs
 
+namespace {
+
+/** The six components of the stress of which a probe tells von Mises's; nothing for others. **/
+std::optional<Probe> findComponents(const std::shared_ptr<const Model>& model, const Probe& probe) {
+    const ModelValue probes = model->getFile().get("probes");
+    if (!probes.isMap() || !probes.has(probe.name)) return {};
+    const ModelValue entry = probes.get(probe.name);
+    if (!entry.isMap() || !entry.has("stress")) return {};
+    const ModelValue stress = entry.get("stress");
+    if (stress.get("what").getText() != "von_mises" || !stress.get("node").isGiven()) return {};
+    const auto recovery =
+        std::make_shared<StressRecovery>(findFlexible(*model, stress.get("body")),
+                                         std::vector<int>{stress.get("node").getInteger()});
+    Probe components;
+    components.name = probe.name;
+    components.unit = probe.unit;
+    components.columns = {"xx", "yy", "zz", "xy", "yz", "zx"};
+    components.calc = [model, recovery](const Moment& moment, double* values) {
+        SimTK::Array_<SimTK::SymMat33> tensors;
+        recovery->calcStress(moment.state, tensors);
+        constexpr int Places[6][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 0}, {2, 1}, {2, 0}};
+        for (int k = 0; k < 6; ++k) values[k] = tensors[0](Places[k][0], Places[k][1]);
+    };
+    return components;
+}
+
+}  // namespace
+
 LinearOutputPorts::LinearOutputPorts(std::shared_ptr<const Model> model, const Probes& probes,
-                                     const std::vector<std::string>& names)
-    : m_model(std::move(model)), m_turns(std::make_unique<TurnCounter>(*m_model)) {
+                                     const std::vector<std::string>& names,
+                                     EffectiveStress effectiveStress)
+    : m_model(std::move(model)),
+      m_turns(std::make_unique<TurnCounter>(*m_model)),
+      m_effectiveStress(effectiveStress) {
     std::vector<std::string> wanted = names;
     if (wanted.empty()) wanted = getNames(probes.getProbes());
     for (const std::string& name : wanted) {
@@ -106,6 +139,17 @@ LinearOutputPorts::LinearOutputPorts(std::shared_ptr<const Model> model, const P
         std::vector<std::string> known;
         for (const Probe& probe : probes.getProbes()) {
             known.push_back(probe.name);
+            if (name == probe.name && effectiveStress == EffectiveStress::ByComponents)
+                if (const auto components = findComponents(m_model, probe)) {
+                    m_stresses.emplace_back(name, int(m_ports.size()));
+                    choice.probe = *components;
+                    for (int k = 0; k < 6; ++k) {
+                        choice.columns.push_back(k);
+                        m_ports.push_back(
+                            {name + '.' + components->columns[size_t(k)], components->unit});
+                    }
+                    break;
+                }
             for (int k = 0; k < int(probe.columns.size()); ++k) {
                 const std::string& column = probe.columns[size_t(k)];
                 const std::string full = column.empty() ? probe.name : probe.name + '.' + column;
@@ -267,7 +311,8 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
                 const EquationErrors errors =
                     calcEquationErrors(other->getSystem(), state, point.uDot, point.multipliers);
                 const std::vector<double> now =
-                    LinearOutputPorts(other, Probes::make(other), outputs)
+                    LinearOutputPorts(other, Probes::make(other), outputs,
+                                      observed.getEffectiveStress())
                         .calc(state, point.uDot, point.multipliers);
                 addWeighted(errors, now);
             } catch (const std::exception& error) {
@@ -405,12 +450,13 @@ ModelLinearization beginLinearization(const ModelText& text, const ModelOptions&
                                       const std::shared_ptr<const Model>& model,
                                       const Probes& probes, const std::vector<std::string>& inputs,
                                       const std::vector<std::string>& outputs,
+                                      EffectiveStress effectiveStress,
                                       const std::function<void()>& observer) {
     if (inputs.empty())
         throw std::runtime_error(
             "a linear model needs an input: the path of a number, such as loads.NAME.force.x");
     return {LinearInputPorts(text, options, *model, inputs),
-            LinearOutputPorts(model, probes, outputs), outputs, *model, observer};
+            LinearOutputPorts(model, probes, outputs, effectiveStress), outputs, *model, observer};
 }
 
 }  // namespace
@@ -420,8 +466,8 @@ LinearSystem linearizeModel(const ModelText& text, const ModelOptions& options,
                             const State& about, const std::vector<std::string>& inputs,
                             const std::vector<std::string>& outputs,
                             const std::function<void()>& observer) {
-    const ModelLinearization ports =
-        beginLinearization(text, options, model, probes, inputs, outputs, observer);
+    const ModelLinearization ports = beginLinearization(text, options, model, probes, inputs,
+                                                        outputs, EffectiveStress::AsItIs, observer);
     LinearSystem result;
     result.inputs = ports.inputs.getPorts();
     result.outputs = ports.outputs.getPorts();
@@ -451,7 +497,7 @@ ModelResponse::ModelResponse(const ModelText& text, const ModelOptions& options,
                              const State& about, const std::vector<std::string>& inputs,
                              const std::vector<std::string>& outputs,
                              const std::optional<Unbalance>& unbalance,
-                             const std::function<void()>& observer)
+                             EffectiveStress effectiveStress, const std::function<void()>& observer)
     : m_model(model), m_state(about), m_unbalance(unbalance) {
     ModelText ownText = text;
     Probes ownProbes = probes;
@@ -470,8 +516,9 @@ ModelResponse::ModelResponse(const ModelText& text, const ModelOptions& options,
         for (const int turn : {1, 2})
             paths.push_back("loads." + load + ".force." + PortAxes[(unbalance->axis + turn) % 3]);
     }
-    const ModelLinearization ports =
-        beginLinearization(ownText, options, m_model, ownProbes, paths, outputs, observer);
+    const ModelLinearization ports = beginLinearization(ownText, options, m_model, ownProbes, paths,
+                                                        outputs, effectiveStress, observer);
+    m_stresses = ports.outputs.getStresses();
     m_inputs = ports.inputs.getPorts();
     if (unbalance) {
         m_inputs.resize(m_inputs.size() - 2);

@@ -17,15 +17,23 @@ file. **/
 namespace simflex {
 namespace model {
 
+/** What becomes of an effective stress of von Mises at a node. Of random motion it has an effective
+value, but no response: its square is a quadratic form of the six components, which have. **/
+enum class EffectiveStress { AsItIs, ByComponents };
+
 /** Columns of probes by name. **/
 class LinearOutputPorts {
 public:
     /** @param names  "tip", "tip.y"; none: all probes
     @throws std::runtime_error that proposes the nearest name. **/
     LinearOutputPorts(std::shared_ptr<const Model> model, const Probes& probes,
-                      const std::vector<std::string>& names);
+                      const std::vector<std::string>& names,
+                      EffectiveStress effectiveStress = EffectiveStress::AsItIs);
 
     const std::vector<LinearSystem::Port>& getPorts() const { return m_ports; }
+    EffectiveStress getEffectiveStress() const { return m_effectiveStress; }
+    /** Of stresses by components: name and first of six ports, xx, yy, zz, xy, yz, zx. **/
+    const std::vector<std::pair<std::string, int>>& getStresses() const { return m_stresses; }
     /** @param state  realized to Stage::Velocity, near the one before **/
     std::vector<double> calc(const SimTK::State& state, const SimTK::Vector& uDot,
                              const SimTK::Vector& multipliers) const;
@@ -39,6 +47,8 @@ private:
     std::unique_ptr<TurnCounter> m_turns;
     std::vector<Choice> m_choices;
     std::vector<LinearSystem::Port> m_ports;
+    EffectiveStress m_effectiveStress;
+    std::vector<std::pair<std::string, int>> m_stresses;
 };
 
 /** Numbers of a model's file by path. **/
@@ -94,8 +104,11 @@ public:
                   const std::shared_ptr<const Model>& model, const Probes& probes,
                   const SimTK::State& about, const std::vector<std::string>& inputs,
                   const std::vector<std::string>& outputs,
-                  const std::optional<Unbalance>& unbalance, const std::function<void()>& observer);
+                  const std::optional<Unbalance>& unbalance, EffectiveStress effectiveStress,
+                  const std::function<void()>& observer);
 
+    /** See LinearOutputPorts. **/
+    const std::vector<std::pair<std::string, int>>& getStresses() const { return m_stresses; }
     const std::vector<LinearSystem::Port>& getInputs() const { return m_inputs; }
     const std::vector<LinearSystem::Port>& getOutputs() const { return m_outputs; }
     /** At frequencies [Hz]. @param observer  told how many are done **/
@@ -115,6 +128,7 @@ private:
     SimTK::State m_state;
     std::optional<Unbalance> m_unbalance;
     std::vector<LinearSystem::Port> m_inputs, m_outputs;
+    std::vector<std::pair<std::string, int>> m_stresses;
     LinearInputs m_inputEffects;
     LinearOutputs m_outputEffects;
     std::optional<FrequencyResponse> m_blocks;

@@ -2,6 +2,7 @@
 Every kind of probe against what can be said of it independently. **/
 
 #include "cli/run/RunTest.h"
+#include "simflex/body/StressRecovery.h"
 
 namespace simflex {
 namespace {
@@ -214,6 +215,68 @@ analyses:
                          std::sqrt(E * 0.03 * std::pow(0.02, 3) / 12 / (2700 * A));
     EXPECT_NEAR(read("modes").frequency.at(0).at(0), first, 0.02 * first);
     EXPECT_THAT(out, HasSubstr("stress [Pa]"));
+    // As placed it is not at rest: small motions about there are no vibrations.
+    EXPECT_NE(runModel("--set analyses.modes.about=placed"), 0);
+    EXPECT_THAT(err, HasSubstr("no equilibrium: forces of up to"));
+    EXPECT_THAT(err, HasSubstr("about: static"));
+}
+
+// Under random forces the mean of the square of von Mises's stress is that of its samples in time.
+TEST_F(CantileverTest, RandomForcesGiveAnEffectiveStressOfVonMises) {
+    writeModel(R"(simflex: 1
+parts:
+  bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 20, stress: all}
+bodies:
+  bar: {part: bar, damping: 0.02}
+joints:
+  wall: {type: weld, between: [ground, bar.root]}
+loads:
+  push: {on: bar.tip, force: [0, 0, 0], torque: [0, 0, 0]}
+probes:
+  mises: {stress: {body: bar, node: 247}}
+  xx: {stress: {body: bar, node: 247, what: xx}}
+  xy: {stress: {body: bar, node: 247, what: xy}}
+  zx: {stress: {body: bar, node: 247, what: zx}}
+analyses:
+  shake:
+    type: frequency_response
+    inputs: [loads.push.force.y, loads.push.torque.x]
+    frequencies: {from: 5, to: 2000, count: 20}
+    spectra: {loads.push.force.y: 4, loads.push.torque.x: 0.5}
+)");
+    ASSERT_EQ(runModel("--only shake"), 0) << err;
+    const Results::Analysis shake = read("shake");
+    EXPECT_THAT(out, HasSubstr("mises [Pa]"));
+    const std::vector<std::string> components = {"xx", "yy", "zz", "xy", "yz", "zx"};
+    for (size_t k = 0; k < 6; ++k) EXPECT_EQ(shake.outputs[k], "mises." + components[k]);
+    // Those that have probes of their own are the same.
+    const auto &magnitude = shake.matrices.at("magnitude"), &phase = shake.matrices.at("phase");
+    for (const size_t other : {6, 7, 8}) {
+        const size_t own = other == 6 ? 0 : other == 7 ? 3 : 5;
+        EXPECT_NEAR(magnitude[7][2 * own], magnitude[7][2 * other], 1e-6 * magnitude[7][0]);
+    }
+    double sum = 0, before = 0;
+    for (size_t n = 0; n < magnitude.size(); ++n) {
+        double density = 0;
+        for (size_t input = 0; input < 2; ++input) {
+            double mean = 0;
+            for (int sample = 0; sample < 64; ++sample) {
+                double s[6];
+                for (size_t k = 0; k < 6; ++k)
+                    s[k] = magnitude[n][2 * k + input] *
+                           std::cos(SimTK::Pi * (phase[n][2 * k + input] / 180 + sample / 32.0));
+                const SimTK::SymMat33 tensor(s[0], s[3], s[1], s[5], s[4], s[2]);
+                mean += SimTK::square(calcVonMises(tensor)) / 64;
+            }
+            density += 2 * mean * (input == 0 ? 4 : 0.5);
+        }
+        if (n > 0)
+            sum += 0.5 * (density + before) * (shake.frequency[0][n] - shake.frequency[0][n - 1]);
+        before = density;
+    }
+    const double found = shake.statistics.at("rms of mises");
+    EXPECT_NEAR(found, std::sqrt(sum), 2e-3 * found);
+    EXPECT_GT(found, 1.0005 * shake.statistics.at("rms of xx"));
 }
 
 TEST_F(CantileverTest, RigidTooPrintsWhatBendingChanges) {
