@@ -498,7 +498,8 @@ void addSession(py::module_& module) {
             "Back to the start.")
         .def("settle", &settle,
              "Goes to the static equilibrium near by; returns iterations, and in words\n"
-             "free_motions, which nothing holds, and unstable_motions, in which it falls away.")
+             "free_motions, which nothing holds, and unstable_motions, in which it falls away;\n"
+             "by_damped_motion is true if Newton's iteration did not find it.")
         .def("get", &get, py::arg("path"), "A number, or an array.")
         .def("set", &set, py::arg("path"), py::arg("value"),
              "A number, or a sequence of as many as get() gives. The motion begins anew from "

@@ -436,7 +436,8 @@ class Session:
 
     def settle(self) -> Any:
         """Goes to the static equilibrium near by; returns iterations, and in words
-        free_motions, which nothing holds, and unstable_motions, in which it falls away."""
+        free_motions, which nothing holds, and unstable_motions, in which it falls away;
+        by_damped_motion is true if Newton's iteration did not find it."""
 
     def get(self, path: str) -> Any:
         """A number, or an array."""
