@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "NodeTable.h"
+#include "simflex/fe/decks/NodeTable.h"
 
 namespace simflex {
 namespace {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "NodeTable.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/decks/NodeTable.h"
 #include "simflex/part/ArrayFile.h"
 
 namespace simflex {

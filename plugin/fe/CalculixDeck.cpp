@@ -5,12 +5,12 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "CalculixRun.h"
-#include "DeckBuilder.h"
-#include "IncompatibleModes.h"
-#include "IntegratedSolids.h"
 #include "simflex/base/Archive.h"
 #include "simflex/base/Hash.h"
+#include "simflex/fe/calculix/CalculixRun.h"
+#include "simflex/fe/decks/DeckBuilder.h"
+#include "simflex/fe/decks/IncompatibleModes.h"
+#include "simflex/fe/decks/IntegratedSolids.h"
 
 namespace simflex {
 namespace {

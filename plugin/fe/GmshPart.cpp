@@ -10,14 +10,14 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "CalculixRun.h"
-#include "DeckModel.h"
-#include "DeckVocabulary.h"
-#include "InpCards.h"
-#include "ProgramRun.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Sandbox.h"
+#include "simflex/fe/calculix/CalculixRun.h"
+#include "simflex/fe/calculix/ProgramRun.h"
+#include "simflex/fe/decks/DeckModel.h"
+#include "simflex/fe/decks/DeckVocabulary.h"
+#include "simflex/fe/decks/InpCards.h"
 
 namespace simflex {
 namespace {
@@ -230,7 +230,7 @@ const char* findShell(const std::string& type) {
 }
 
 /** Writes the deck: nodes, solids (or shells) and node sets of Gmsh's mesh, the material, a
-  *section.
+ *section.
  **/
 void writeDeck(const std::string& path, const fs::path& mesh, const GmshOptions& options,
                const fs::path& deck) {

@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "NodeTable.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/decks/NodeTable.h"
 
 namespace simflex {
 namespace {

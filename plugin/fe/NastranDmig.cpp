@@ -2,9 +2,9 @@
 
 #include <stdexcept>
 
-#include "BulkCards.h"
-#include "NodeTable.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/fe/decks/BulkCards.h"
+#include "simflex/fe/decks/NodeTable.h"
 
 namespace simflex {
 namespace {

@@ -4,8 +4,8 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "simflex/fe/ElementStress.h"
 #include "simflex/fe/NodeSelection.h"
+#include "simflex/fe/decks/ElementStress.h"
 #include "simflex/part/MeshFaces.h"
 
 namespace simflex {

@@ -8,7 +8,7 @@
 #include "FixedInterfaces.h"
 #include "Memory.h"
 #include "StaticLoads.h"
-#include "simflex/fe/GeometricStiffness.h"
+#include "simflex/fe/calculix/GeometricStiffness.h"
 
 namespace simflex {
 namespace {

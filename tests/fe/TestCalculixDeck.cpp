@@ -9,8 +9,8 @@
 #include "fe/FreeModes.h"
 #include "fe/TestDecks.h"
 #include "simflex/fe/CalculixDeck.h"
-#include "simflex/fe/DeckVocabulary.h"
 #include "simflex/fe/NodeSelection.h"
+#include "simflex/fe/decks/DeckVocabulary.h"
 #include "support/GermanLocale.h"
 
 namespace simflex {

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "fe/TestDecks.h"
-#include "simflex/fe/CalculixMatrix.h"
+#include "simflex/fe/calculix/CalculixMatrix.h"
 
 namespace simflex {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "fe/TestDecks.h"
 #include "simflex/fe/CalculixDeck.h"
-#include "simflex/fe/ElementStress.h"
+#include "simflex/fe/decks/ElementStress.h"
 
 namespace simflex {
 namespace {

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "fe/TestDecks.h"
-#include "simflex/fe/GeometricStiffness.h"
+#include "simflex/fe/calculix/GeometricStiffness.h"
 
 namespace simflex {
 namespace {

@@ -1,7 +1,7 @@
 /** @file
 Models of Ansys as decks. **/
 
-#include "../../plugin/fe/DeckBuilder.h"
+#include "../../plugin/fe/decks/DeckBuilder.h"
 #include "Fuzz.h"
 
 using namespace simflex;

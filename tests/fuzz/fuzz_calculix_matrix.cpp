@@ -4,7 +4,7 @@ What CalculiX stores: equations, K and M. What is accepted has all of the mesh's
 
 #include <cmath>
 
-#include "../../plugin/fe/CalculixRun.h"
+#include "../../plugin/fe/calculix/CalculixRun.h"
 #include "Fuzz.h"
 
 using namespace simflex;

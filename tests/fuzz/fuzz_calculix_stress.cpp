@@ -2,7 +2,7 @@
 Stresses that CalculiX prints. What is accepted has a stress for each integration point; a stand-in
 for the program hands over the text. **/
 
-#include "../../plugin/fe/GeometricStiffness.h"
+#include "../../plugin/fe/calculix/GeometricStiffness.h"
 #include "Fuzz.h"
 #include "simflex/fe/CalculixDeck.h"
 

@@ -4,7 +4,7 @@ CalculiX decks: cards and what they mean. An accepted deck without ties, masses,
 
 #include <sstream>
 
-#include "../../plugin/fe/DeckBuilder.h"
+#include "../../plugin/fe/decks/DeckBuilder.h"
 #include "Fuzz.h"
 
 using namespace simflex;

@@ -1,7 +1,7 @@
 /** @file
 Nastran bulk data as a deck, with a file that it includes. **/
 
-#include "../../plugin/fe/DeckBuilder.h"
+#include "../../plugin/fe/decks/DeckBuilder.h"
 #include "Fuzz.h"
 
 using namespace simflex;

@@ -4,7 +4,7 @@ positions, and elements and sets that name them. **/
 
 #include <cmath>
 
-#include "../../plugin/fe/NodeTable.h"
+#include "../../plugin/fe/decks/NodeTable.h"
 #include "Fuzz.h"
 
 using namespace simflex;

@@ -6,9 +6,9 @@ Where the nodes are of a model whose matrices come from a file of their own. Int
 #include <unordered_map>
 #include <vector>
 
-#include "MatrixEntries.h"
 #include "simflex/base/Progress.h"
 #include "simflex/fe/FeModel.h"
+#include "simflex/fe/MatrixEntries.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {

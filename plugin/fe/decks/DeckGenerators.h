@@ -15,7 +15,7 @@ Cards that make nodes and elements of others, in Abaqus's language. Internal to 
 #include <vector>
 
 #include "InpCards.h"
-#include "Vec3d.h"
+#include "simflex/fe/Vec3d.h"
 
 namespace simflex {
 

@@ -17,8 +17,8 @@ DASHPOT1, DASHPOT2) is no part of it. **/
 
 #include "ElasticLaw.h"
 #include "InpCards.h"
-#include "Vec3d.h"
 #include "simflex/fe/FeModel.h"
+#include "simflex/fe/Vec3d.h"
 
 namespace simflex {
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "CalculixMatrix.h"
-#include "MatrixEntries.h"
 #include "ProgramRun.h"
+#include "simflex/fe/MatrixEntries.h"
 
 namespace simflex {
 namespace {

@@ -14,8 +14,8 @@ the plane of the first three, BEAM keeps the distance of two. **/
 #include <string>
 #include <vector>
 
-#include "FaceShapes.h"
 #include "InpCards.h"
+#include "simflex/fe/FaceShapes.h"
 
 namespace simflex {
 

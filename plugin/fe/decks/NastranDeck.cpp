@@ -8,10 +8,10 @@
 #include <stdexcept>
 
 #include "BulkCards.h"
-#include "Vec3d.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NameDistance.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/Vec3d.h"
 
 namespace simflex {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "DeckVocabulary.h"
 #include "ElasticLaw.h"
-#include "MatrixEntries.h"
-#include "SolidElements.h"
-#include "Vec3d.h"
+#include "simflex/fe/MatrixEntries.h"
+#include "simflex/fe/SolidElements.h"
+#include "simflex/fe/Vec3d.h"
 
 namespace simflex {
 namespace {

@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "DeckModel.h"
-#include "FaceShapes.h"
-#include "MatrixEntries.h"
-#include "Vec3d.h"
+#include "simflex/fe/FaceShapes.h"
+#include "simflex/fe/MatrixEntries.h"
+#include "simflex/fe/Vec3d.h"
 
 namespace simflex {
 namespace {

@@ -26,7 +26,7 @@ Elsewhere the node itself is the place between its expanded nodes: u_node = Σ w
 #include <utility>
 #include <vector>
 
-#include "FaceShapes.h"
+#include "simflex/fe/FaceShapes.h"
 
 namespace simflex {
 

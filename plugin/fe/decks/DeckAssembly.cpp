@@ -12,9 +12,9 @@
 #include "HingedElements.h"
 #include "PointElements.h"
 #include "ThinElements.h"
-#include "Vec3d.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/Vec3d.h"
 
 namespace simflex {
 namespace {

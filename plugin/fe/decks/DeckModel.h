@@ -12,8 +12,8 @@ buildDeckModel(). Internal to fe. **/
 #include "HingedElements.h"
 #include "InpCards.h"
 #include "PointElements.h"
-#include "SolidElements.h"
 #include "simflex/fe/FeModel.h"
+#include "simflex/fe/SolidElements.h"
 
 namespace simflex {
 

@@ -5,10 +5,10 @@
 #include <stdexcept>
 
 #include "DeckVocabulary.h"
-#include "FaceShapes.h"
 #include "IntegratedSolids.h"
-#include "SolidElements.h"
 #include "simflex/base/ParallelFor.h"
+#include "simflex/fe/FaceShapes.h"
+#include "simflex/fe/SolidElements.h"
 
 namespace simflex {
 namespace {

@@ -20,7 +20,7 @@ where the first is along n; e₂ = n × e₁. **/
 
 #include "ElasticLaw.h"
 #include "InpCards.h"
-#include "Vec3d.h"
+#include "simflex/fe/Vec3d.h"
 
 namespace simflex {
 

@@ -5,8 +5,8 @@ What a *SHELL SECTION or *BEAM SECTION says of its elements. Internal to fe. **/
 #include <vector>
 
 #include "InpCards.h"
-#include "SolidElements.h"
 #include "ThinElements.h"
+#include "simflex/fe/SolidElements.h"
 
 namespace simflex {
 

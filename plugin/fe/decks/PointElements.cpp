@@ -5,9 +5,9 @@
 #include <map>
 
 #include "DeckModel.h"
-#include "MatrixEntries.h"
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/MatrixEntries.h"
 
 namespace simflex {
 namespace {

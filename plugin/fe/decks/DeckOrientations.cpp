@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "FaceShapes.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/FaceShapes.h"
 
 namespace simflex {
 namespace {

@@ -12,9 +12,9 @@ for C3D6 (2.20) confuses the ends of the wedge, which is not followed. **/
 #include <map>
 
 #include "ElasticLaw.h"
-#include "SolidElements.h"
 #include "simflex/base/Progress.h"
 #include "simflex/fe/FeModel.h"
+#include "simflex/fe/SolidElements.h"
 
 namespace simflex {
 

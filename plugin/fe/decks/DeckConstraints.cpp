@@ -8,9 +8,9 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "ConstraintSystem.h"
-#include "SurfaceTies.h"
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/fe/ConstraintSystem.h"
+#include "simflex/fe/SurfaceTies.h"
 
 namespace simflex {
 namespace {

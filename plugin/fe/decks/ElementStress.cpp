@@ -9,8 +9,8 @@
 #include "DeckBuilder.h"
 #include "DeckVocabulary.h"
 #include "IntegratedSolids.h"
-#include "Vec3d.h"
 #include "simflex/base/ParallelFor.h"
+#include "simflex/fe/Vec3d.h"
 
 namespace simflex {
 namespace {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "Vec3d.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/Vec3d.h"
 
 namespace simflex {
 namespace {

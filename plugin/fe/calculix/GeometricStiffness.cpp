@@ -12,12 +12,12 @@
 #include <thread>
 
 #include "CalculixRun.h"
-#include "DeckBuilder.h"
-#include "DeckVocabulary.h"
-#include "SolidElements.h"
-#include "Vec3d.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/SolidElements.h"
+#include "simflex/fe/Vec3d.h"
+#include "simflex/fe/decks/DeckBuilder.h"
+#include "simflex/fe/decks/DeckVocabulary.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
