@@ -14,6 +14,7 @@
 #include "simflex/python/Callables.h"
 #include "simflex/render/Video.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {
 namespace python {
@@ -205,8 +206,9 @@ py::object calcModes(OwnSession& own, std::optional<int> wanted) {
     const std::vector<Eigenmode> modes = own.use(
         [&](const Session& session) {
             const SimTK::MultibodySystem& system = session.getModel().getSystem();
-            if (wanted) return calcSlowestEigenmodes(system, session.copyState(), *wanted);
-            const Linearization linear = calcLinearization(system, session.copyState());
+            const SimTK::State about = findEquilibriumNearby(system, session.copyState());
+            if (wanted) return calcSlowestEigenmodes(system, about, *wanted);
+            const Linearization linear = calcLinearization(system, about);
             requireEquilibrium(system, linear);
             return calcEigenmodes(linear);
         },

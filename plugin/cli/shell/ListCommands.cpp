@@ -14,6 +14,7 @@ Commands of the prompt that list what the model has, and what it does now. **/
 #include "simflex/model/file/ScalarCheck.h"
 #include "simflex/model/session/JointDrag.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {
 namespace cli {
@@ -215,11 +216,13 @@ std::string findLargest(const Model& model, const Linearization& linear, const E
 void printEigenmodes(Shell& shell, const Words& words) {
     const Session& session = shell.updSession();
     const int count = words.empty() ? 10 : shell.calcCount(words[0], 10000);
-    const Linearization linear =
-        calcLinearization(session.getModel().getSystem(), session.copyState(), [] {
-            if (wasInterrupted()) throw Cancelled("nothing has changed");
-        });
-    requireEquilibrium(session.getModel().getSystem(), linear);
+    const SimTK::MultibodySystem& system = session.getModel().getSystem();
+    const auto observe = [] {
+        if (wasInterrupted()) throw Cancelled("nothing has changed");
+    };
+    const Linearization linear = calcLinearization(
+        system, findEquilibriumNearby(system, session.copyState(), observe), observe);
+    requireEquilibrium(system, linear);
     const std::vector<Eigenmode> modes = calcEigenmodes(linear);
     TextTable table({"mode", "frequency [Hz]", "damping [%]", "moves most"});
     int numMotions = 0;

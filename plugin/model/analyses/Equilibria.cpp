@@ -36,11 +36,12 @@ Results::Analysis makeComplete(const std::string& name, const char* type) {
     return results;
 }
 
-/** With joints met and speeds consistent. **/
-State assembleState(const Model& model, const State& state) {
+/** Where to linearise about: joints are met, speeds consistent, and bodies at rest bent by loads.
+ * **/
+State assembleState(const Model& model, const State& state, const std::function<void()>& observer) {
     const auto integrator = makeIntegrator(model);
     integrator->initialize(state);
-    return integrator->getState();
+    return findEquilibriumNearby(model.getSystem(), integrator->getState(), observer);
 }
 
 /** Each text once, with its number, in the order of the first. **/
@@ -201,8 +202,9 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const ModelValue wanted = analysis.get("count");
     const int count = wanted.isGiven() ? wanted.getInteger() : UsualModes;
-    const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name));
     const auto observer = [this] { stopIfAsked(); };
+    const State about =
+        assembleState(*m_model, findNamedState(analysis.get("about"), name), observer);
     std::optional<Linearization> linear;  // where outputs ask for its accelerations
     std::vector<Eigenmode> modes;
     try {
@@ -340,7 +342,8 @@ std::vector<double> listFrequencies(const ModelValue& analysis) {
 
 void ModelRun::runLinear(const ModelValue& analysis) {
     const std::string name = analysis.getName();
-    const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name));
+    const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name),
+                                      [this] { stopIfAsked(); });
     LinearSystem linear;
     try {
         linear = linearizeModel(m_text, m_modelOptions, m_model, m_probes, about,
@@ -490,9 +493,10 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
                 return transfers;
             };
         } else {
-            model.emplace(m_text, m_modelOptions, m_model, m_probes,
-                          assembleState(*m_model, findNamedState(analysis.get("about"), name)),
-                          inputs, outputs, unbalance, effectiveStress, observe);
+            model.emplace(
+                m_text, m_modelOptions, m_model, m_probes,
+                assembleState(*m_model, findNamedState(analysis.get("about"), name), observe),
+                inputs, outputs, unbalance, effectiveStress, observe);
             calcTransfers = [&](const std::vector<double>& wanted, const auto& tell) {
                 return model->calcTransfers(wanted, tell);
             };

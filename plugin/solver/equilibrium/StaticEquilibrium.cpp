@@ -9,6 +9,7 @@
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/base/Progress.h"
 #include "simflex/body/Assembly.h"
 #include "simflex/solver/BlockEliminationSolver.h"
 #include "simflex/solver/equations/StateImage.h"
@@ -24,7 +25,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double StepLimit = 0.3;        // of a body's size
+constexpr double StepLimit = 0.3;  // of a body's size
+constexpr double Nearby = 1e-3;    // the same
+constexpr int NearbyIterations = 8;
 constexpr double ZeroStiffness = 1e-12;  ///< of the softest mode's
 /** Of a force's parts: what the residual along a free motion may be by round-off. **/
 constexpr double ZeroForce = 1e-9;
@@ -120,7 +123,8 @@ public:
                   motion.isAtRest() ? BlockGraph::Links::OfJoints : BlockGraph::Links::Everywhere),
           m_isHeld(equations.getTopology().isPrescribed),
           m_point(start),
-          m_motion(std::move(motion)) {
+          m_motion(std::move(motion)),
+          m_mostIterations(settings.m_maximumIterations) {
         const Topology& topology = equations.getTopology();
         for (int b = 0; b < topology.numFlexible; ++b)
             m_places.push_back(equations.getBlock(b).firstU + 3);
@@ -137,6 +141,8 @@ public:
 
     /** Raises the loads to their full size. @throws as solve(). **/
     void run();
+    /** @returns whether it is where it began, all but **/
+    bool runNearby();
 
     const SolutionPoint& getPoint() const { return m_point; }
     /** Of the equilibrium. **/
@@ -223,6 +229,7 @@ private:
     std::vector<int> m_places;  ///< first speed of a body's place, where bodies are free in Ground
     SolutionPoint m_point;
     SteadyMotion m_motion;
+    int m_mostIterations;
     std::optional<BlockMass> m_mass;
     std::optional<TangentElimination<double>> m_elimination;
     bool m_goesDownhill = true, m_searchesLines = false;
@@ -277,6 +284,23 @@ void StaticEquilibrium::Search::run() {
     m_point = last;
     m_reason = reason;
     fail(reached);
+}
+
+bool StaticEquilibrium::Search::runNearby() {
+    const std::vector<double> start = m_point.q;
+    m_mostIterations = NearbyIterations;
+    m_goesDownhill = false;
+    if (!converge(1)) return false;
+    for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
+        const Block& block = m_equations.getBlock(b);
+        std::vector<double> moved(m_point.q.begin() + block.firstQ,
+                                  m_point.q.begin() + block.firstQ + block.numQ);
+        block.alignQ(&start[size_t(block.firstQ)], moved.data());
+        for (size_t i = 0; i < moved.size(); ++i) moved[i] -= start[size_t(block.firstQ) + i];
+        if (!(block.calcQDisplacement(moved.data()) <= Nearby * m_scales.lengths[size_t(b)]))
+            return false;
+    }
+    return true;
 }
 
 void StaticEquilibrium::Search::evaluate(const std::vector<double>& q, VectorXd& r) {
@@ -694,7 +718,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
     m_motion.setFactor(std::sqrt(fraction));
     if (!m_point.z.empty()) m_equations.setZ(m_point.z.data());
     double firstShift = LeastShift;
-    for (int iteration = 0; iteration < m_settings.m_maximumIterations; ++iteration) {
+    for (int iteration = 0; iteration < m_mostIterations; ++iteration) {
         const Tangent tangent = calcTangent();
         ++numIterations;
         m_error = 0;
@@ -832,11 +856,22 @@ void StaticEquilibrium::solve(const State& state) {
     run(state, Speeds::Zero);
 }
 
+bool StaticEquilibrium::solveNearby(const State& state) {
+    if (state.getU().normInf() > 0) return false;
+    try {
+        return run(state, Speeds::Zero, Reach::Nearby);
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const std::runtime_error&) {
+        return false;  // a load along what nothing holds, a friction that slides
+    }
+}
+
 void StaticEquilibrium::solveSteadyMotion(const State& state) {
     run(state, Speeds::OfState);
 }
 
-void StaticEquilibrium::run(const State& state, Speeds speeds) {
+bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
     const StandardArithmetic standard;
     requireTopology(m_system, state, "StaticEquilibrium::solve()");
     m_numIterations = m_numLoadSteps = 0;
@@ -873,7 +908,11 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
 
     equations.updBlocks().chooseNumThreads(omp_get_max_threads());
     Search search(*this, equations, point, motion);
-    search.run();
+    if (reach == Reach::Anywhere)
+        search.run();
+    else if (!equations.getTopology().states.empty() ||
+             !equations.getTopology().frictions.empty() || !search.runNearby())
+        return false;
     m_numIterations = search.numIterations;
     m_numLoadSteps = search.numLoadSteps;
     m_isByDampedMotion = search.isByDampedMotion;
@@ -903,6 +942,7 @@ void StaticEquilibrium::run(const State& state, Speeds speeds) {
     equations.getBlocks().putIntoState(point.t, point.q.data(), point.u.data(), m_state);
     for (size_t i = 0; i < point.z.size(); ++i) m_state.updZ()[int(i)] = point.z[i];
     m_system.realize(m_state, Stage::Velocity);
+    return true;
 }
 
 Vector StaticEquilibrium::getMultipliers(const Joint& joint) const {
@@ -910,6 +950,13 @@ Vector StaticEquilibrium::getMultipliers(const Joint& joint) const {
     Vector multipliers(count, 0.0);
     for (int k = 0; k < count && first >= 0; ++k) multipliers[k] = m_multipliers[first + k];
     return multipliers;
+}
+
+State findEquilibriumNearby(const MultibodySystem& system, const State& state,
+                            const std::function<void()>& observer) {
+    StaticEquilibrium equilibrium(system);
+    equilibrium.setObserver(observer);
+    return equilibrium.solveNearby(state) ? equilibrium.getState() : state;
 }
 
 void setSteadyRotation(const MultibodySystem& system, State& state, const Vec3& omega_G,

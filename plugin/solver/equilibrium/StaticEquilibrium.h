@@ -67,7 +67,14 @@ public:
     converge, naming body, correction and joint error. **/
     void solve(const SimTK::State& state);
 
-    /** The same at the State's speeds: joints keep their relative twists and mobilizers their u,
+    /** The equilibrium next to a State at rest, which linearisations are made about: bodies as
+    placed are not bent yet by their loads, and what holds them is not yet in them.
+    @returns false if the State moves, if the system has states of its own or friction, or if a
+    few iterations find none from which each body is less than a thousandth of its size away; there
+    are no results then **/
+    bool solveNearby(const SimTK::State& state);
+
+    /** As solve() at the State's speeds: joints keep their relative twists and mobilizers their u,
     what nothing links to Ground its own twist (see setSteadyRotation()); modal speeds are zero.
     @throws std::runtime_error also if these speeds move a joint apart, naming it. **/
     void solveSteadyMotion(const SimTK::State& state);
@@ -97,7 +104,9 @@ public:
 private:
     class Search;
     enum class Speeds { Zero, OfState };
-    void run(const SimTK::State& state, Speeds speeds);
+    enum class Reach { Anywhere, Nearby };
+    /** @returns false if there is none within reach **/
+    bool run(const SimTK::State& state, Speeds speeds, Reach reach = Reach::Anywhere);
     SimTK::State assemble(const SimTK::State& state) const;
 
     const SimTK::MultibodySystem& m_system;
@@ -114,6 +123,10 @@ private:
     int m_numIterations = 0, m_numLoadSteps = 0;
     bool m_isByDampedMotion = false;
 };
+
+/** The State that solveNearby() finds, or this one: where to linearise about. **/
+SimTK::State findEquilibriumNearby(const SimTK::MultibodySystem& system, const SimTK::State& state,
+                                   const std::function<void()>& observer = {});
 
 /** Gives every flexible body, and every rigid body on a Free mobilizer on Ground, the speeds of a
 rotation with `omega_G` about an axis through `point_G`; modal speeds are zero.
