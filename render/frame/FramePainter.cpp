@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
-#include "simflex/render/raster/Rasterizer.h"
 #include "simflex/render/scene/NodeCloud.h"
 
 namespace simflex {
@@ -32,9 +30,6 @@ double calcNearest(const Scene& scene, const Camera& camera) {
 }
 
 }  // namespace
-
-FramePainter::FramePainter() = default;
-FramePainter::~FramePainter() = default;
 
 DeformedSurface& FramePainter::getSurface(const FrameSnapshot& snapshot, std::size_t part) {
     if (surfaces.size() <= part) surfaces.resize(part + 1);
@@ -132,18 +127,8 @@ static bool isBeyond(double larger, double smaller) {
     return larger > smaller + 1e-6 * std::abs(smaller);
 }
 
-Image FramePainter::draw(const Scene& scene, const Camera& camera, const FrameStyle& style,
-                         int width, int height) {
-    if (!std::getenv("SIMFLEX_GL") &&
-        raster::Rasterizer::canDraw(scene, camera, style, width, height)) {
-        if (!rasterizer) rasterizer = std::make_unique<raster::Rasterizer>();
-        return rasterizer->draw(scene, camera, style, width, height);
-    }
-    if (!renderer) renderer = std::make_unique<GlRenderer>();
-    return renderer->draw(scene, camera, style, width, height);
-}
-
 Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& contourRange) {
+    if (!renderer) renderer = std::make_unique<GlRenderer>();
     Scene scene = snapshot.scene;
     appendParts(snapshot, scene);
     std::vector<Vec3> bounds;
@@ -172,7 +157,7 @@ Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& cont
         }
         style.unit = view.unit;
         style.hasTriad = view.showAxes;
-        Image image = draw(scene, camera, style, view.width, view.height);
+        Image image = renderer->draw(scene, camera, style, view.width, view.height);
         OverlayContent content = view.overlay;
         content.unit = view.unit;
         content.colorBar.low = contourRange[0];

@@ -2,9 +2,8 @@
 /** @file
 Turns snapshots into pictures. Internal to the renderer.
 
-A painter belongs to one thread at a time; several painters give the same bytes. An OpenGL context
-is made when the first picture needs one: where the environment asks for it by SIMFLEX_GL, and for
-what the rasterizer leaves to it.
+A painter belongs to one thread at a time; several painters give the same bytes. The OpenGL context
+is made when the first picture is wanted.
 
     const Extremes values = painter.deform(snapshot);
     run.include(values);
@@ -21,10 +20,6 @@ what the rasterizer leaves to it.
 
 namespace simflex {
 
-namespace raster {
-class Rasterizer;
-}
-
 /** Largest displacement of all parts, not exaggerated. **/
 struct LargestDisplacement {
     double length = 0;       ///< [m]
@@ -35,9 +30,6 @@ struct LargestDisplacement {
 
 class FramePainter {
 public:
-    FramePainter();
-    ~FramePainter();
-
     /** Deforms the parts.
     @return the values that their colours show. **/
     Extremes deform(const FrameSnapshot& snapshot);
@@ -65,11 +57,7 @@ private:
     std::vector<std::unique_ptr<DeformedSurface>> surfaces;
     ContourField::Workspace workspace;
     Extremes values;  // of the snapshot that deform() was called with last
-    Image draw(const Scene& scene, const Camera& camera, const FrameStyle& style, int width,
-               int height);
-
-    std::unique_ptr<raster::Rasterizer> rasterizer;
-    std::unique_ptr<GlRenderer> renderer;  // what the rasterizer cannot draw
+    std::unique_ptr<GlRenderer> renderer;
     Overlay overlay;
 };
 

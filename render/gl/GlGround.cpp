@@ -27,8 +27,58 @@ GlGround::~GlGround() {
     gl.DeleteTextures(1, &shadowTexture);
 }
 
+bool GlGround::isVisible(const Camera& camera, const FrameStyle& style) {
+    if (!style.ground.isShown) return false;
+    const Transform X_PC = ~style.ground.X_GP * camera.X_GC;
+    const bool isPerspective = camera.calcProjection(1)[11] != 0;
+    return isPerspective ? X_PC.p()[2] > 0 : X_PC.R().z()[2] > 0;
+}
+
 bool GlGround::updateShadow(const Scene& scene, const FrameStyle& style) {
-    if (!shadow.cast(scene, style)) return false;
+    const Transform X_PG = ~style.ground.X_GP;
+    const Vec3 light = X_PG.R() * Vec3(style.toLight);
+    if (!(light[2] > 0.05)) return false;
+
+    // Slides a point of P along the light onto z = 0.
+    const auto toGround = [&](const Vec3& p) {
+        return Vec3(p[0] - light[0] / light[2] * p[2], p[1] - light[1] / light[2] * p[2], 0);
+    };
+    Scene casting;
+    for (const SurfaceItem& item : scene.surfaces)
+        if (!item.isTransparent()) casting.surfaces.push_back(item);
+    std::vector<Vec3> bounds;
+    casting.appendBounds(bounds);
+    if (bounds.empty()) return false;
+    Vec3 lower(SimTK::Infinity), upper(-SimTK::Infinity);
+    for (const Vec3& p : bounds) {
+        const Vec3 q = toGround(X_PG * p);
+        for (int k = 0; k < 2; ++k) {
+            lower[k] = std::min(lower[k], q[k]);
+            upper[k] = std::max(upper[k], q[k]);
+        }
+    }
+    const double smallest = 1e-9 * style.ground.radius;
+    const double extent = 1.25 * std::max({upper[0] - lower[0], upper[1] - lower[1], smallest});
+    const Vec3 middle = 0.5 * (lower + upper);
+    shadowRegion =
+        SimTK::Vec4(middle[0] - extent / 2, middle[1] - extent / 2, 1 / extent, 1 / extent);
+
+    shadow.clear();
+    for (const SurfaceItem& item : casting.surfaces) {
+        const Transform X_PM = X_PG * item.X_GM;
+        const double texels = GroundShadow::size / extent;
+        GroundShadow::ToTexel toTexel;
+        const auto setColumn = [&](std::size_t column, const Vec3& v) {
+            for (std::size_t k = 0; k < 2; ++k) toTexel[2 * column + k] = float(texels * v[int(k)]);
+        };
+        for (int column = 0; column < 3; ++column)
+            setColumn(std::size_t(column),
+                      toGround(Vec3(X_PM.R().col(column)) * item.scale[column]));
+        setColumn(3, toGround(X_PM.p()) - Vec3(shadowRegion[0], shadowRegion[1], 0));
+        shadow.add(*item.geometry, toTexel);
+    }
+    shadow.blur();
+    if (shadow.getBox().isEmpty()) return false;
     gl.BindTexture(GL_TEXTURE_2D, shadowTexture);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
     gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R8, GroundShadow::size, GroundShadow::size, 0, GL_RED,
@@ -93,7 +143,6 @@ void GlGround::drawGround(const GlView& view) {
 
 void GlGround::drawShadow(const GlView& view) {
     const FrameStyle& style = view.style;
-    const SimTK::Vec4& shadowRegion = shadow.getRegion();
     if (style.isBackgroundTransparent)
         gl.BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     else

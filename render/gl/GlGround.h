@@ -20,6 +20,9 @@ public:
     GlGround(const GlGround&) = delete;
     GlGround& operator=(const GlGround&) = delete;
 
+    /** Whether there is a ground and the viewer is above it. **/
+    static bool isVisible(const Camera& camera, const FrameStyle& style);
+
     /** Projects what is opaque along the light onto the ground, softly.
     @return false when the light comes from below the horizon, or nothing casts a shadow. **/
     bool updateShadow(const Scene& scene, const FrameStyle& style);
@@ -42,6 +45,7 @@ private:
     GlProgram backgroundProgram, groundProgram, groundShadowProgram;
     GroundShadow shadow;
     GLuint shadowTexture = 0;
+    SimTK::Vec4 shadowRegion{0};  // on the ground: origin x, y, 1 / extent x, y
 };
 
 }  // namespace simflex

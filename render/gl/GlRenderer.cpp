@@ -97,7 +97,7 @@ Image GlRenderer::draw(const Scene& scene, const Camera& camera, const FrameStyl
     parts->surfaces.setColorMap(style.colorMap);
     bounds_G.clear();
     scene.appendBounds(bounds_G);
-    const bool hasGround = isGroundVisible(camera, style);
+    const bool hasGround = GlGround::isVisible(camera, style);
     const bool hasShadow =
         hasGround && style.ground.hasShadow && parts->ground.updateShadow(scene, style);
     Image image(width, height);
@@ -173,7 +173,16 @@ void GlRenderer::drawTriad(const GlView& view) {
     camera.farPlane = 40;
     const GlView triadView(camera, view.style, 2 * half, 2 * half, 0, 2 * half);
 
-    for (const SurfaceItem& item : buildTriad(triadShapes).surfaces)
+    Scene triad;
+    SceneBuilder builder(
+        triad, triadShapes, [](int) { return Transform(); },
+        [](const Vec3&, double) { return 6.0; });
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3 end(0);
+        end[axis] = 1;
+        builder.add(SimTK::DecorativeArrow(Vec3(0), end, 0.22).setColor(getAxisColor(axis)));
+    }
+    for (const SurfaceItem& item : triad.surfaces)
         parts->surfaces.draw(item, triadView, GlSurfaces::chooseSides(item));
 }
 

@@ -5,9 +5,6 @@
 
 namespace simflex {
 
-using SimTK::Transform;
-using SimTK::Vec3;
-
 namespace {
 
 // exp(−k²/12.5) for k = 0 … 8, together with those of −k in 4096ths.
@@ -98,60 +95,6 @@ void GroundShadow::blur() {
         for (std::size_t x = 0; x < width; ++x)
             to[x] = std::uint8_t((255 * sums[x] + (1u << 23)) >> 24);
     }
-}
-
-bool isGroundVisible(const Camera& camera, const FrameStyle& style) {
-    if (!style.ground.isShown) return false;
-    const Transform X_PC = ~style.ground.X_GP * camera.X_GC;
-    const bool isPerspective = camera.calcProjection(1)[11] != 0;
-    return isPerspective ? X_PC.p()[2] > 0 : X_PC.R().z()[2] > 0;
-}
-
-bool GroundShadow::cast(const Scene& scene, const FrameStyle& style) {
-    const Transform X_PG = ~style.ground.X_GP;
-    const Vec3 light = X_PG.R() * Vec3(style.toLight);
-    if (!(light[2] > 0.05)) return false;
-
-    // Slides a point of P along the light onto z = 0.
-    const auto toGround = [&](const Vec3& p) {
-        return Vec3(p[0] - light[0] / light[2] * p[2], p[1] - light[1] / light[2] * p[2], 0);
-    };
-    Scene casting;
-    for (const SurfaceItem& item : scene.surfaces)
-        if (!item.isTransparent()) casting.surfaces.push_back(item);
-    std::vector<Vec3> bounds;
-    casting.appendBounds(bounds);
-    if (bounds.empty()) return false;
-    Vec3 lower(SimTK::Infinity), upper(-SimTK::Infinity);
-    for (const Vec3& p : bounds) {
-        const Vec3 q = toGround(X_PG * p);
-        for (int k = 0; k < 2; ++k) {
-            lower[k] = std::min(lower[k], q[k]);
-            upper[k] = std::max(upper[k], q[k]);
-        }
-    }
-    const double smallest = 1e-9 * style.ground.radius;
-    const double extent = 1.25 * std::max({upper[0] - lower[0], upper[1] - lower[1], smallest});
-    const Vec3 middle = 0.5 * (lower + upper);
-    region = SimTK::Vec4(middle[0] - extent / 2, middle[1] - extent / 2, 1 / extent, 1 / extent);
-
-    clear();
-    for (const SurfaceItem& item : casting.surfaces) {
-        const Transform X_PM = X_PG * item.X_GM;
-        const double perMetre = size / extent;
-        ToTexel toTexel;
-        const auto setColumn = [&](std::size_t column, const Vec3& v) {
-            for (std::size_t k = 0; k < 2; ++k)
-                toTexel[2 * column + k] = float(perMetre * v[int(k)]);
-        };
-        for (int column = 0; column < 3; ++column)
-            setColumn(std::size_t(column),
-                      toGround(Vec3(X_PM.R().col(column)) * item.scale[column]));
-        setColumn(3, toGround(X_PM.p()) - Vec3(region[0], region[1], 0));
-        add(*item.geometry, toTexel);
-    }
-    blur();
-    return !box.isEmpty();
 }
 
 }  // namespace simflex

@@ -5,21 +5,18 @@ The soft shadow that things cast along the light onto a plane. Internal to the r
 A square picture of the plane in which triangles are filled and then blurred by a Gaussian, all in
 whole numbers: a small picture costs less so than a rasterizer that is made for large ones.
 
-    if (shadow.cast(scene, style)) show(shadow.getTexels(), shadow.getRegion());
+    shadow.clear();
+    shadow.add(geometry, toTexel);
+    shadow.blur();
 **/
 
 #include <array>
 #include <cstdint>
 #include <vector>
 
-#include "Camera.h"
-#include "FrameStyle.h"
-#include "Scene.h"
+#include "SurfaceGeometry.h"
 
 namespace simflex {
-
-/** Whether there is a ground and the viewer is above it. **/
-bool isGroundVisible(const Camera& camera, const FrameStyle& style);
 
 class GroundShadow {
 public:
@@ -29,12 +26,6 @@ public:
     /** Columns of the affine map from a geometry's coordinates to texels: x, y of the images of its
     axes, then of its origin. **/
     using ToTexel = std::array<float, 8>;
-
-    /** Projects what is opaque along the light onto the ground, softly.
-    @return false when the light comes from below the horizon, or nothing casts a shadow. **/
-    bool cast(const Scene& scene, const FrameStyle& style);
-    /** Where the texels lie on the ground: origin x, y, 1 / extent x, y. **/
-    const SimTK::Vec4& getRegion() const { return region; }
 
     void clear();
     /** Fills the triangles' texels; of closed surfaces one side is enough. O(triangles). **/
@@ -60,7 +51,6 @@ private:
     std::vector<float> places;  // of vertices
     std::vector<std::uint8_t> texels;
     Box box;
-    SimTK::Vec4 region{0};
 };
 
 }  // namespace simflex

@@ -452,17 +452,4 @@ void SceneBuilder::addArrow(const SurfaceItem& style, const Vec3& start_G, const
     scene.surfaces.push_back(tip);
 }
 
-Scene buildTriad(ShapeCache& shapes) {
-    Scene triad;
-    SceneBuilder builder(
-        triad, shapes, [](int) { return SimTK::Transform(); },
-        [](const Vec3&, double) { return 6.0; });
-    for (int axis = 0; axis < 3; ++axis) {
-        Vec3 end(0);
-        end[axis] = 1;
-        builder.add(SimTK::DecorativeArrow(Vec3(0), end, 0.22).setColor(getAxisColor(axis)));
-    }
-    return triad;
-}
-
 }  // namespace simflex

@@ -96,7 +96,4 @@ private:
     std::map<int, int> numNotFinite;  // decorations by mobilized body
 };
 
-/** The three axes from the origin, of length 1: the small axes in a picture. **/
-Scene buildTriad(ShapeCache& shapes);
-
 }  // namespace simflex
