@@ -9,6 +9,7 @@
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/TorsionSpring.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/StaticEquilibrium.h"
 #include "support/PointMassPart.h"
 
@@ -60,6 +61,40 @@ TEST(StaticEquilibrium, PendulumStartedLevelOrNearlyUprightHangsAtRest) {
         EXPECT_NEAR(force[1], model.body.getPart().mass * Gravity, 1e-9 * Gravity) << angle;
         EXPECT_LT(calcLargestAcceleration(model.system, state), 1e-5) << angle;
     }
+}
+
+TEST(StaticEquilibrium, WhatHangsAsPlacedIsBentByItsWeightBeforeItIsLinearised) {
+    Hanging<Joint::Pin> model;
+    const auto place = [&](Real angle) {  // of the centre of mass, from below
+        model.body.setPoseByInterface(model.state, "A", Transform());
+        const Vec3 p = model.body.getFramePose(model.state).p();
+        const Real turn = -Pi / 2 + angle - std::atan2(p[1], p[0]);
+        model.body.setPoseByInterface(model.state, "A", Transform(Rotation(turn, ZAxis)));
+    };
+    const auto calcFrequency = [&](const State& about) {
+        return calcSlowestEigenmodes(model.system, about, 1).at(0).frequency;
+    };
+    place(0);
+    const Real frequency = calcFrequency(findEquilibriumNearby(model.system, model.state));
+    StaticEquilibrium equilibrium(model.system);
+    equilibrium.solve(model.state);
+    EXPECT_NEAR(frequency, calcFrequency(equilibrium.getState()), 1e-6 * frequency);
+    const auto& part = model.body.getPart();
+    const Vec3 p = model.body.getFramePose(model.state).p();
+    const Real d2 = p[0] * p[0] + p[1] * p[1];
+    const Real rigid = std::sqrt(part.mass * Gravity * std::sqrt(d2) /
+                                 (part.inertia[2] + part.mass * d2)) /
+                       (2 * Pi);
+    EXPECT_NEAR(frequency, rigid, 0.02 * rigid);
+
+    // What is no equilibrium stays what it is.
+    place(0.3);
+    const State tilted = findEquilibriumNearby(model.system, model.state);
+    EXPECT_EQ((tilted.getQ() - model.state.getQ()).normInf(), 0);
+    EXPECT_THROW(calcFrequency(tilted), NoEquilibrium);
+    place(0);
+    model.body.getFrame().setUFromVector(model.state, Vector(6, 0.1));
+    EXPECT_FALSE(equilibrium.solveNearby(model.state));
 }
 
 TEST(StaticEquilibrium, BodyThatNothingHoldsIsNamed) {
