@@ -583,6 +583,42 @@ probes:
     expectNear(calcTransfer(linear, s)(0, 0), own / (own * own + cross * cross), 1e-6);
 }
 
+TEST_F(LinearModelTest, CampbellDiagramsSayWhoSeesTheirFrequencies) {
+    // √(k/m) from rest, less the speed for who turns along.
+    const double own = std::sqrt(4000.0), speed = 60;
+    const std::string begin = "simflex: 1\nparameters: {speed: 60}\n",
+                      spring = "stiffness: [0, 0, 0, 0, 12000, 12000]",
+                      end =
+                          "initial: {start: steady}\n"
+                          "analyses: {whirl: {type: campbell, speeds: [10, 60], count: 2}}\n";
+    writeModel(begin +
+               "bodies: {disc: {mass: 3, inertia: [0.02, 0.01, 0.01]}}\n"
+               "connectors: {bearing: {type: bushing, between: [ground, disc], " +
+               spring + "}}\n" +
+               "joints: {plane: {type: planar, between: [ground, disc], axis: x}}\n"
+               "motions: {spin: {joint: plane, coordinate: 0, position: speed*t}}\n" +
+               end);
+    ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml"), 0) << err;
+    EXPECT_NEAR(read("whirl").frequency.at(1).at(0), (own - speed) / (2 * SimTK::Pi), 1e-5);
+    EXPECT_THAT(out, HasSubstr("as seen by who turns along"));
+
+    writeModel(begin +
+               "bodies: {hub: {mass: 1e-6, inertia: [1, 1, 1]}, "
+               "disc: {mass: 3, inertia: [0.02, 0.01, 0.01]}}\n"
+               "connectors: {bearing: {type: bushing, between: [ground, hub], " +
+               spring + "}}\n" +
+               "joints:\n"
+               "  plane: {type: planar, between: [ground, hub], axis: x}\n"
+               "  pin: {type: pin, between: [hub, disc], axis: x}\n"
+               "motions:\n"
+               "  spin: {joint: pin, position: speed*t}\n"
+               "  still: {joint: plane, coordinate: 0, position: 0}\n" +
+               end);
+    ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml"), 0) << err;
+    EXPECT_NEAR(read("whirl").frequency.at(1).at(0), own / (2 * SimTK::Pi), 1e-5);
+    EXPECT_THAT(out, ::testing::Not(HasSubstr("as seen by who turns along")));
+}
+
 TEST_F(LinearModelTest, FrequencyResponseIsWhatAForcedMotionSettlesTo) {
     std::string model = kShaker;
     const size_t force = model.find("[30, 0, 0]");

@@ -266,11 +266,15 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
         analysis.get("parameter").failUnknown("parameter", parameter, known);
     int done = 0;
     CampbellDiagram diagram;
+    bool isSeenTurning = false;
     try {
         diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real speed) {
             m_fraction = double(done++) / double(speeds.size());
             stopIfAsked();
-            return linearizeAt(m_text, m_modelOptions, parameter, speed, [this] { stopIfAsked(); });
+            Linearization linear =
+                linearizeAt(m_text, m_modelOptions, parameter, speed, [this] { stopIfAsked(); });
+            isSeenTurning |= linear.isSeenTurning;
+            return linear;
         });
     } catch (const std::exception& error) {
         stopIfAsked();
@@ -291,6 +295,11 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
         m_failures.push_back("analysis '" + name + "' has no modes at " +
                              std::to_string(numFailures) + " of its " +
                              std::to_string(speeds.size()) + " speeds");
+    if (isSeenTurning)
+        m_remarks[name].push_back(
+            "as seen by who turns along: what stands still, such as weight, excites once a "
+            "revolution, and an unbalance where a frequency is zero (a hub or housing that does "
+            "not turn makes them those seen from rest)");
     Results::Analysis results = makeComplete(name, "campbell");
     results.speeds = speeds;
     results.frequency.resize(speeds.size());

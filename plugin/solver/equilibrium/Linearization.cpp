@@ -225,6 +225,22 @@ MatrixXd calcCarried(Evaluation& equations, const CoordinateScales& scales, cons
     return carried;
 }
 
+/** Whether motions that constraints allow are other ones where they are carried to. **/
+bool turnsMotions(const Linearization& linear, const MatrixXd& carried, const MatrixXd& G) {
+    constexpr double Turned = 0.1;
+    VectorXd metres = VectorXd::Zero(carried.rows()), sizes = metres;
+    for (int i = 0; i < int(sizes.size()); ++i) {
+        if (linear.isHeld[unsigned(i)] || !(linear.metres[i] > 0)) continue;
+        metres[i] = linear.metres[i];
+        sizes[i] = 1 / metres[i];
+    }
+    const MatrixXd motions = TangentSpace(G * sizes.asDiagonal()).getBasis();
+    if (motions.cols() == 0) return false;
+    const MatrixXd change =
+        metres.asDiagonal() * (carried * (sizes.asDiagonal() * motions)) - motions;
+    return change.colwise().norm().maxCoeff() > Turned;
+}
+
 /** Frequencies of what moves back and forth, the highest first. **/
 std::vector<Real> listFrequencies(const Linearization& linear, Real lowest) {
     std::vector<Real> frequencies;
@@ -371,8 +387,10 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     later.motion = SteadyMotion(equations, result.state, after.t, after.q, after.u, after.q);
     const MatrixXd carried = calcCarried(equations, scales, now, later, 1 / now.motion.getRate());
     equations.realize(after.t, after.q.data(), after.u.data());
-    result.carried =
-        toMatrix(calcSimbodyNumbering(equations, after.q.data()) * carried * T.transpose());
+    const MatrixXd inGround =
+        calcSimbodyNumbering(equations, after.q.data()) * carried * T.transpose();
+    result.carried = toMatrix(inGround);
+    result.isSeenTurning = turnsMotions(result, inGround, now.G * T.transpose());
     result.later = result.state;
     equations.getBlocks().putIntoState(after.t, after.q.data(), after.u.data(), *result.later);
     system.realize(*result.later, Stage::Velocity);
