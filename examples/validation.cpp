@@ -164,10 +164,12 @@ void drawRotatingCantilever(const Arguments& arguments) {
     double largest = 0;
     for (const size_t k : {size_t(1), size_t(0)}) {
         const auto flap = [&](double eta) {
-            return calcRotatingModes(eta * flapUnit).flap.at(k) / flapUnit;
+            return calcRotatingModes(getRotatingCantileverPart(), eta * flapUnit).flap.at(k) /
+                   flapUnit;
         };
         const auto lag = [&](double eta) {
-            return calcRotatingModes(eta * lagUnit).lag.at(k) / lagUnit;
+            return calcRotatingModes(getRotatingCantileverPart(), eta * lagUnit).lag.at(k) /
+                   lagUnit;
         };
         Values eta, table, turned;
         for (const WrightRow& row : kWrightTable) {
@@ -237,9 +239,9 @@ void drawSag(const Arguments& arguments) {
     const Brick brick;
     const simflex::testing::TestFolder folder;
     simflex::testing::writeText(folder / "brick.inp", brick.text());
-    const auto calculix = simflex::testing::calcCalculixSagOfSet(
+    const auto calculix = simflex::testing::calcCalculixDisplacements(
         folder, folder / "brick.inp", {"LEFT", {0, 0, 0}}, {"RIGHT", {brick.size[0], 0, 0}}, "LINE",
-        9.81, {0, -0.8, 0.6});
+        "*DLOAD\nBODY, GRAV, 9.81, 0, -0.8, 0.6\n");
     const auto part = reduceBrick(brick, 50);
     Cantilever model(part, 9.81 * Vec3(0, -0.8, 0.6));
     const State undeformed = model.makeState();

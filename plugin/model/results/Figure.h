@@ -11,9 +11,9 @@ namespace model {
 struct FigureCurve {
     std::string name;  ///< in the legend
     std::vector<double> x, y;
-    std::vector<double> error;  ///< half the height of a band about y; empty: none
-    int color = 0;              ///< index of the theme's colours, taken round
-    int dash = 0;               ///< 0 solid, 1 dashed, 2 dotted …
+    std::vector<double> error = {};  ///< half the height of a band about y; empty: none
+    int color = 0;                   ///< index of the theme's colours, taken round
+    int dash = 0;                    ///< 0 solid, 1 dashed, 2 dotted …
     enum class Marks { None, Points, Stems } marks = Marks::None;
     bool isFaint = false;  ///< thin and grey: a line to compare with
 };
