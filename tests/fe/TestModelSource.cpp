@@ -411,11 +411,11 @@ TEST_F(ModelSource, SpringsTrussesAndMembranesOfAnsysAreThoseOfADeck) {
     const testing::DistortedCube cube("C3D8");
     AnsysModel model(cube.nodes);
     model.add(
-        "ET,1,185\nET,2,14\nET,3,180\nET,4,181\nKEYOPT,4,1,1\nKEYOPT,1,2,1\n"
+        "ET,1,185\nET,2,14\nET,3,180\nET,4,181\nKEYOPT,4,1,1\n"
         "R,5,1e6,3.\nR,6,1e-4\nR,7,.002\n");
     model.beginElements();
     std::string deck = cube.meshText();
-    deck.replace(deck.find("C3D8"), 4, "C3D8R");
+    deck.replace(deck.find("C3D8"), 4, "C3D8I");
     for (size_t e = 0; e < cube.elements.size(); ++e) {
         std::vector<int> nodes;
         for (const int node : cube.elements[e]) nodes.push_back(node + 1);

