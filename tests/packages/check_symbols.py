@@ -22,9 +22,10 @@ OPTIONS = parser.parse_args()
 
 
 def read_classes(text):
-    """Qualified names of the classes that are defined at namespace scope, those of unnamed namespaces left out."""
+    """Qualified names of the classes that are defined at namespace scope, those of unnamed namespaces and
+    specializations left out."""
     namespaces = []
-    pattern = r"^namespace ([\w:]*) ?\{|^(\}  // namespace.*)|^(?:class|struct|enum class|enum) (\w+)\b(?!(?:<[\w, ]*>)?::)[^;{()]*\{"
+    pattern = r"^namespace ([\w:]*) ?\{|^(\}  // namespace.*)|^(?:class|struct|enum class|enum) (\w+)\b(?!<|::)[^;{()]*\{"
     for match in re.finditer(pattern, text, re.M):
         opened, closed, name = match.groups()
         if opened is not None:
