@@ -12,8 +12,8 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
         time              n    [s]; transient
         probes/PROBE      n×k  attributes unit, columns (comma-separated; empty for k = 1), index;
                                static: n = 1; "PROBE error" of runs with error bars
-        states/q, u, udot n×…  Simbody's numbering; of static q alone; left out where states are
-                               not kept
+        states/q, u, udot n×…  Simbody's numbering; left out where states are not kept; one row of
+                               static, and of eigen, which has no udot and multipliers
         states/z               values of states of controllers, filters and inputs
         states/holding         what events lock and release: FlexibleBodySubsystem::getHolding()
         states/multipliers     of constraints and friction, 0 where one is released
@@ -32,6 +32,9 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
         effective_mass         n×3 of eigen with participation [kg]; that of all bodies is a
                                statistic, "mass"
         shape_real, shape_imaginary  n×outputs, of eigen with outputs
+        mode_real, mode_imaginary  n×u of eigen: displacements in the directions of Simbody's
+                               speeds; left out where states are not kept
+        M, D, K, G             of eigen with matrices: see Linearization
         matrices/density       n×outputs, of frequency_response with spectra; their effective
                                values are statistics, "rms of OUTPUT"
         frequency, damping_ratio  n modes of eigen [Hz], n speeds × modes of campbell; the

@@ -155,7 +155,7 @@ void addResults(py::module_& module) {
                     all[py::str(name)] = toMatrix(rows);
                 return all;
             },
-            "A, B, C, D of linear.")
+            "A, B, C, D of linear, shapes of eigen.")
         .def_property_readonly("response", &calcResponse,
                                "Of frequency_response: complex, frequencies×outputs×inputs.")
         .def_property_readonly(

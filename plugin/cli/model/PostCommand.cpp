@@ -31,9 +31,16 @@ void runPost(PostArguments& arguments) {
     const std::string output =
         model::postProcess(arguments.results, text ? &*text : nullptr, arguments.settings, options);
     ProgressBar::clearLine();
-    for (const Results::Analysis& analysis : readResults(output, ReadStates::No).analyses)
-        std::printf("%s: %zu rows, %zu probes\n", analysis.name.c_str(), analysis.time.size(),
-                    analysis.probes.size());
+    for (const Results::Analysis& analysis : readResults(output, ReadStates::No).analyses) {
+        const std::string& name = analysis.name;
+        if (analysis.type == "transient")
+            std::printf("%s: %zu rows, %zu probes\n", name.c_str(), analysis.time.size(),
+                        analysis.probes.size());
+        else if (analysis.type == "static")
+            std::printf("%s: %zu probes at rest\n", name.c_str(), analysis.probes.size());
+        else
+            std::printf("%s: as it was\n", name.c_str());
+    }
     std::printf("results: %s\n", output.c_str());
 }
 

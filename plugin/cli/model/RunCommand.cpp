@@ -8,6 +8,7 @@ simflex run: does the analyses of a model file. **/
 #include <optional>
 
 #include "simflex/base/NumberText.h"
+#include "simflex/base/Progress.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/Options.h"
@@ -103,10 +104,18 @@ void perform(const RunArguments& arguments) {
             "it is run once");
     std::optional<ErrorBarRun> twin;
     if (options.hasErrorBars) twin.emplace(run, options);
-    if (twin)
-        twin->perform(run);
-    else
-        run.perform();
+    try {
+        if (twin)
+            twin->perform(run);
+        else
+            run.perform();
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const std::exception&) {
+        ProgressBar::clearLine();
+        if (run.hasResults()) printComplete(run);
+        throw;
+    }
     ProgressBar::clearLine();
     printSummary(run);
     if (twin) {

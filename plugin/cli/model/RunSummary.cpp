@@ -280,6 +280,17 @@ void printSummary(const ModelRun& run) {
     std::printf("results: %s\n", run.getResultPath().c_str());
 }
 
+void printComplete(const ModelRun& run) {
+    const Results results = readResults(run.getResultPath(), ReadStates::No);
+    bool hasAny = false;
+    for (const Results::Analysis& analysis : results.analyses) {
+        if (!run.isWanted(analysis.name) || !analysis.isComplete) continue;
+        printAnalysis(analysis, run.getRemarks(analysis.name));
+        hasAny = true;
+    }
+    if (hasAny) std::printf("results so far: %s\n", run.getResultPath().c_str());
+}
+
 namespace {
 
 ModelValue readSection(const ResultHeader& header, const char* section) {

@@ -15,6 +15,9 @@ void printAssembly(ModelRun& run);
 /** Extremes and last values of probes, frequencies, what it cost. The same run prints the same. **/
 void printSummary(const ModelRun& run);
 
+/** The same of what was complete before something failed. **/
+void printComplete(const ModelRun& run);
+
 /** "integration 0.05 s, output 0.02 s" of its transient analyses; empty if it had none. **/
 std::string describeSeconds(const ModelRun& run);
 

@@ -135,6 +135,19 @@ void addShapes(const std::shared_ptr<const Model>& model, const Probes& probes,
     }
 }
 
+/** As they are: displacements in the directions of Simbody's speeds. **/
+void addModes(const std::vector<Eigenmode>& modes, Results::Analysis& results) {
+    auto &re = results.matrices["mode_real"], &im = results.matrices["mode_imaginary"];
+    for (const Eigenmode& mode : modes) {
+        re.emplace_back();
+        im.emplace_back();
+        for (int i = 0; i < mode.shape.size(); ++i) {
+            re.back().push_back(mode.shape[i].real());
+            im.back().push_back(mode.shape[i].imag());
+        }
+    }
+}
+
 constexpr int UsualModes = 10, UsualBranches = 6;
 
 /** Where the model begins, or the steady motion next to where it is placed. **/
@@ -161,6 +174,16 @@ Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
 
 }  // namespace
 
+bool ModelRun::keepsStates() const {
+    return m_model->getFile().get("output").get("states").getText() != "none";
+}
+
+bool ModelRun::drawsEquilibrium(const ModelValue& analysis) const {
+    if (!m_options.drawsPictures) return false;
+    if (analysis.get("pictures").isGiven()) return analysis.get("pictures").getBool();
+    return drawsEquilibria(*m_model);
+}
+
 void ModelRun::runStatic(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const Equilibrium& equilibrium = obtainEquilibrium(analysis);
@@ -177,10 +200,16 @@ void ModelRun::runStatic(const ModelValue& analysis) {
         results.probes.push_back({column, {{at, end}}});
         at = end;
     }
-    results.q = {toNumbers(equilibrium.state.getQ())};
-    results.stateColumns["q"] = StateRows(*m_model).getColumns().at("q");
+    if (keepsStates()) {
+        const Vector resting(equilibrium.state.getNU(), 0.0);
+        StateRows(*m_model).keepMoment({equilibrium.state, resting, equilibrium.multipliers, 0},
+                                       results);
+    }
     results.statistics["iterations"] = equilibrium.numIterations;
     m_writer->add(results);
+    if (drawsEquilibrium(analysis))
+        m_remarks[name].push_back(
+            drawState(*m_model, equilibrium.state, name, getUsualFolder()));
     const std::string rubbing = nameRubbingJoints(*m_model);
     if (!rubbing.empty()) warn(name, "is found without the friction of " + rubbing);
     for (const auto& [motion, count] : countEqual(equilibrium.unstableMotions))
@@ -205,10 +234,11 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const auto observer = [this] { stopIfAsked(); };
     const State about =
         assembleState(*m_model, findNamedState(analysis.get("about"), name), observer);
-    std::optional<Linearization> linear;  // where outputs ask for its accelerations
+    const bool keepsMatrices = analysis.get("matrices").getBool();
+    std::optional<Linearization> linear;  // where it is kept, or outputs ask for its accelerations
     std::vector<Eigenmode> modes;
     try {
-        if (analysis.has("outputs")) {
+        if (analysis.has("outputs") || keepsMatrices) {
             linear = calcLinearization(m_model->getSystem(), about, observer);
             requireEquilibrium(m_model->getSystem(), *linear);
             modes = calcEigenmodes(*linear);
@@ -244,11 +274,21 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     }
     results.statistics = {{"rigid_motions", double(numRigid)}, {"resolution", resolution}};
     if (analysis.get("participation").getBool()) addParticipation(*m_model, about, modes, results);
-    if (linear)
+    if (keepsStates()) {
+        StateRows(*m_model).keepState(about, results);
+        addModes(modes, results);
+    }
+    if (keepsMatrices) {
+        results.matrices.insert({{"M", listRows(linear->M)},
+                                 {"D", listRows(linear->D)},
+                                 {"K", listRows(linear->K)}});
+        if (linear->G.nrow() > 0) results.matrices["G"] = listRows(linear->G);
+    }
+    if (analysis.has("outputs"))
         addShapes(m_model, m_probes, analysis.get("outputs").getTexts(), *linear, modes, results,
                   observer);
     if (isDrawn)
-        m_remarks[name].push_back(drawModes(*m_model, {about, Vector(), Vector()}, modes, name,
+        m_remarks[name].push_back(drawModes(*m_model, about, modes, name,
                                             getUsualFolder(), m_options.listener));
     m_writer->add(results);
     const std::string rubbing = nameRubbingJoints(*m_model);

@@ -264,6 +264,16 @@ void ModelRun::beginWork(const std::string& name) {
 
 void ModelRun::perform() {
     openResults();
+    m_hasResults = true;
+    try {
+        performAll();
+    } catch (...) {
+        m_writer.reset();
+        throw;
+    }
+}
+
+void ModelRun::performAll() {
     for (const std::string& warning : m_modelWarnings) m_writer->addWarning("", warning);
     const std::map<std::string, void (ModelRun::*)(const ModelValue&)> ways{
         {"transient", &ModelRun::runTransient},

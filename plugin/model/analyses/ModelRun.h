@@ -58,6 +58,8 @@ public:
     const ModelText& getText() const { return m_text; }
     const Model& getModel() const { return *m_model; }
     const Probes& getProbes() const { return m_probes; }
+    /** Whether perform() has opened its file, which then has what was done even if it has thrown. **/
+    bool hasResults() const { return m_hasResults; }
     /** Whether an analysis is among those that are to be done. **/
     bool isWanted(const std::string& analysis) const;
     /** What was found besides results: "slider along x: nothing holds it". **/
@@ -89,6 +91,7 @@ private:
     take long. **/
     void stopIfAsked() const;
     void beginWork(const std::string& name);
+    void performAll();
     void checkWishes(const ModelValue& file) const;
     void readEarlier();
     void openResults();
@@ -107,6 +110,9 @@ private:
     the one that asks. **/
     SimTK::State findNamedState(const ModelValue& name, const std::string& forAnalysis);
 
+    /** Whether results keep States. **/
+    bool keepsStates() const;
+    bool drawsEquilibrium(const ModelValue& analysis) const;
     /** Whether it goes on from static equilibrium. **/
     bool beginsAtRest(const ModelValue& analysis) const;
 
@@ -126,6 +132,7 @@ private:
     std::shared_ptr<const Model> m_model;
     Probes m_probes;
     std::string m_resultPath;
+    bool m_hasResults = false;
     std::string m_work;  ///< what is being done, and how much of it
     double m_fraction = 0;
     std::unique_ptr<ResultWriter> m_writer;

@@ -169,11 +169,10 @@ public:
             for (const Results::Analysis& analysis : done) writer.add(analysis);
         }
         if (m_draws)
-            for (const Results::Analysis& analysis : done)
-                if (analysis.type == "transient" && !analysis.q.empty()) draw(analysis);
+            for (const Results::Analysis& analysis : done) draw(analysis);
         if (!m_options.vtk.empty())
             for (const Results::Analysis& analysis : done)
-                if (analysis.type == "transient" && !analysis.q.empty()) writeVtk(analysis);
+                if (hasShapes(analysis)) writeVtk(analysis);
         if (!m_options.animation.empty())
             for (const Results::Analysis& analysis : done)
                 if (analysis.type == "transient" && !analysis.q.empty())
@@ -201,10 +200,19 @@ private:
                isSameTree(before->find(probe), now->find(probe));
     }
 
+    /** Moves, or has come to rest. **/
+    static bool hasShapes(const Results::Analysis& analysis) {
+        return (analysis.type == "transient" || analysis.type == "static") && !analysis.q.empty();
+    }
+
+    static std::size_t countRows(const Results::Analysis& analysis) {
+        return analysis.type == "static" ? 1 : analysis.time.size();
+    }
+
     Results::Analysis recalculate(const Results::Analysis& analysis) {
-        if (analysis.type != "transient") return analysis;
+        if (analysis.type != "transient" && analysis.type != "static") return analysis;
         if (analysis.q.empty()) {
-            if (!analysis.time.empty())
+            if (countRows(analysis) > 0)
                 throw std::runtime_error("analysis '" + analysis.name + "' of '" + m_path +
                                          "' has kept no States (output.states: none): run the "
                                          "model anew");
@@ -219,9 +227,9 @@ private:
         const std::string from =
             m_model->getFile().get("analyses").get(analysis.name).get("from").getText();
         if (const auto end = m_turns.find(from); end != m_turns.end()) turns.restore(end->second);
-        for (size_t row = 0; row < analysis.time.size(); ++row) {
+        for (size_t row = 0; row < countRows(analysis); ++row) {
             if (!m_options.listener.tellProgress(analysis.name,
-                                                 double(row) / double(analysis.time.size())))
+                                                 double(row) / double(countRows(analysis))))
                 throw Cancelled("nothing has been written");
             const KeptMoment kept = m_states->unpack(analysis, row);
             turns.update(kept.state);
@@ -264,25 +272,50 @@ private:
     }
 
     void writeVtk(const Results::Analysis& rows) const {
-        const auto isMoving = [](const Results::Analysis& analysis) {
-            return analysis.type == "transient" && !analysis.q.empty();
-        };
         fs::path file(m_options.vtk);
-        if (std::count_if(m_results.analyses.begin(), m_results.analyses.end(), isMoving) > 1)
+        if (std::count_if(m_results.analyses.begin(), m_results.analyses.end(), hasShapes) > 1)
             file.replace_filename(file.stem().string() + "_" + rows.name + ".pvd");
         VtkReporter reporter(m_model->getFlexibleBodies(), 1, file.string());
-        for (size_t row = 0; row < rows.time.size(); ++row) {
-            if (!m_options.listener.tellProgress(file.string(),
-                                                 double(row) / double(rows.time.size())))
+        const size_t numRows = countRows(rows);
+        for (size_t row = 0; row < numRows; ++row) {
+            if (!m_options.listener.tellProgress(file.string(), double(row) / double(numRows)))
                 throw Cancelled("'" + file.string() + "' has the rows up to the " +
                                 std::to_string(row) + ". one");
             reporter.handleEvent(m_states->unpackState(rows, row));
         }
-        m_options.listener.tellNote(file.string() + ": " + std::to_string(rows.time.size()) +
-                                    " times for ParaView");
+        m_options.listener.tellNote(file.string() + ": " + std::to_string(numRows) +
+                                    (numRows == 1 ? " time" : " times") + " for ParaView");
     }
 
-    void draw(const Results::Analysis& rows) const {
+    void draw(const Results::Analysis& analysis) const {
+        if (analysis.q.empty()) return;
+        const std::string usual = fs::path(m_text.path).stem().string() + ".frames";
+        if (analysis.type == "transient")
+            drawMotion(analysis, usual);
+        else if (analysis.type == "static")
+            m_options.listener.tellNote(drawState(*m_model, m_states->unpackState(analysis, 0),
+                                                  analysis.name, usual));
+        else if (analysis.type == "eigen")
+            drawKeptModes(analysis, usual);
+    }
+
+    void drawKeptModes(const Results::Analysis& analysis, const std::string& usual) const {
+        std::vector<Eigenmode> modes;
+        const auto &re = analysis.matrices.at("mode_real"),
+                   &im = analysis.matrices.at("mode_imaginary");
+        for (size_t k = 0; k < re.size(); ++k) {
+            modes.emplace_back();
+            modes.back().frequency = analysis.frequency.at(0).at(k);
+            SimTK::Vector_<SimTK::Complex>& shape = modes.back().shape;
+            shape.resize(int(re[k].size()));
+            for (int i = 0; i < shape.size(); ++i)
+                shape[i] = {re[k][size_t(i)], im[k].at(size_t(i))};
+        }
+        m_options.listener.tellNote(drawModes(*m_model, m_states->unpackState(analysis, 0), modes,
+                                              analysis.name, usual, m_options.listener));
+    }
+
+    void drawMotion(const Results::Analysis& rows, const std::string& usual) const {
         const ModelValue pictures = m_model->getFile().get("pictures");
         const double wanted =
             1 / (pictures.get("rate").getNumber() * pictures.get("slow_motion").getNumber());
@@ -301,7 +334,6 @@ private:
             frames.push_back({rows.time[row], rows.q[row], rows.u[row],
                               rows.z.empty() ? std::vector<double>() : rows.z[row],
                               rows.holding.at(row)});
-        const std::string usual = fs::path(m_text.path).stem().string() + ".frames";
         m_options.listener.tellNote(
             drawFrames(*m_model, frames, rows, usual, m_options.listener, m_options.resumeCommand));
     }

@@ -147,7 +147,32 @@ std::vector<double> StateRows::pack(const Moment& moment) const {
     return row;
 }
 
+void StateRows::keepState(const State& state, Results::Analysis& analysis) const {
+    analysis.q = {toNumbers(state.getQ())};
+    analysis.u = {toNumbers(state.getU())};
+    analysis.z = {toNumbers(state.getZ())};
+    analysis.holding = {toNumbers(m_model.getFlexibleBodies().getHolding(state))};
+    analysis.moment = {{0, state.getTime()}};
+    for (const char* name : {"q", "u", "z", "holding", "moment"})
+        analysis.stateColumns[name] = m_columns.at(name);
+}
+
+void StateRows::keepMoment(const Moment& moment, Results::Analysis& analysis) const {
+    const std::vector<double> row = pack(moment);
+    auto at = row.begin();
+    for (const ResultState& kept : ResultStates) {
+        const auto end = at + std::ptrdiff_t(m_columns.at(kept.name).size());
+        analysis.*kept.rows = {{at, end}};
+        at = end;
+    }
+    analysis.stateColumns = m_columns;
+}
+
 State StateRows::unpackState(const Results::Analysis& analysis, size_t row) const {
+    if (analysis.time.empty() && analysis.moment.empty())
+        throw std::runtime_error("analysis '" + analysis.name +
+                                 "' is of an older simflex, which kept no more than coordinates of "
+                                 "it: run the model anew");
     for (const ResultState& kept : ResultStates) {
         const auto& rows = analysis.*kept.rows;
         if (!rows.empty() && rows[row].size() != m_columns.at(kept.name).size())

@@ -41,7 +41,13 @@ public:
     /** In the order of ResultStates, one behind the other. **/
     std::vector<double> pack(const Moment& moment) const;
 
-    /** @throws std::runtime_error if the States are of another model. **/
+    /** The only row of an analysis without time: of a State alone, or with what forces follow
+    from. **/
+    void keepState(const SimTK::State& state, Results::Analysis& analysis) const;
+    void keepMoment(const Moment& moment, Results::Analysis& analysis) const;
+
+    /** @throws std::runtime_error if the States are of another model, or the file of an older
+    simflex that kept only q of an analysis without time. **/
     SimTK::State unpackState(const Results::Analysis& analysis, std::size_t row) const;
     /** @throws std::runtime_error also if the file is of an older simflex, which did not keep
     what forces follow from. **/

@@ -278,6 +278,12 @@ void addReactions(const Model& model, OffscreenVisualizer& viz) {
         });
 }
 
+/** Of pictures that carry their analysis' name. **/
+std::string findFolder(const Model& model, const std::string& usual) {
+    const ModelValue folder = model.getFile().get("pictures").get("folder");
+    return folder.isGiven() ? folder.getText() : usual;
+}
+
 /** Looks at a whole motion. **/
 void fitTo(const Model& model, const MotionRecorder& motion, OffscreenVisualizer& viz) {
     viz.fitToMotion(motion);
@@ -437,6 +443,28 @@ std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Fram
     return "pictures: " + places;
 }
 
+bool drawsEquilibria(const Model& model) {
+    if (!model.getFile().get("pictures").isGiven()) return false;
+    const ModelValue analyses = model.getFile().get("analyses");
+    const std::vector<std::string> names = analyses.getKeys();
+    return std::none_of(names.begin(), names.end(), [&](const std::string& name) {
+        return analyses.get(name).get("type").getText() == "transient";
+    });
+}
+
+std::string drawState(const Model& model, const State& state, const std::string& analysis,
+                      const std::string& usualFolder) {
+    const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
+    MotionRecorder motion(model.getSystem());
+    motion.record(state);
+    fitTo(model, motion, *viz);
+    const fs::path folder = findFolder(model, usualFolder);
+    fs::create_directories(folder);
+    const std::string file = (folder / (analysis + ".png")).string();
+    viz->drawFrame(state).writePng(file);
+    return "picture: " + file;
+}
+
 void checkAnimationName(const std::string& file) {
     if (fs::path(file).extension() != ".glb")
         throw std::runtime_error("'" + file + "' is no name for an animation: call it .glb");
@@ -505,9 +533,7 @@ std::string drawPeriods(const Model& model, const State& about, const std::vecto
                         const std::vector<std::string>& titles, const std::string& kind,
                         const std::string& analysis, const std::string& usualFolder,
                         const Listener& listener) {
-    const ModelValue pictures = model.getFile().get("pictures");
-    const fs::path folder =
-        pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder;
+    const fs::path folder = findFolder(model, usualFolder);
     fs::create_directories(folder);
     Linearization linear;
     linear.state = about;
@@ -547,14 +573,14 @@ std::string drawPeriods(const Model& model, const State& about, const std::vecto
 
 }  // namespace
 
-std::string drawModes(const Model& model, const OperatingPoint& about,
+std::string drawModes(const Model& model, const State& about,
                       const std::vector<Eigenmode>& modes, const std::string& analysis,
                       const std::string& usualFolder, const Listener& listener) {
     std::vector<std::string> titles;
     for (size_t k = 0; k < modes.size(); ++k)
         titles.push_back("mode " + std::to_string(k + 1) + ": " +
                          writeGeneral(double(modes[k].frequency), 5) + " Hz");
-    return drawPeriods(model, about.state, modes, titles, "mode", analysis, usualFolder, listener);
+    return drawPeriods(model, about, modes, titles, "mode", analysis, usualFolder, listener);
 }
 
 std::string drawShapes(const Model& model, const State& state, const std::vector<Eigenmode>& shapes,

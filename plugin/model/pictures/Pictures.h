@@ -55,6 +55,14 @@ std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Fram
                        const Results::Analysis& rows, const std::string& usualFolder,
                        const Listener& listener, const std::string& resumeCommand);
 
+/** Whether the model's `pictures` are of equilibria: there are analyses that find them, and nothing
+moves. **/
+bool drawsEquilibria(const Model& model);
+/** One picture: FOLDER/ANALYSIS.png.
+@return where it is, for people @throws std::runtime_error. **/
+std::string drawState(const Model& model, const SimTK::State& state, const std::string& analysis,
+                      const std::string& usualFolder);
+
 /** @throws std::runtime_error unless it is called .glb and can be written. **/
 void checkAnimationName(const std::string& file);
 
@@ -83,7 +91,7 @@ bool drawMotion(const Model& model, const MotionRecorder& motion, const Results:
 /** A film of each mode: FOLDER/ANALYSIS_mode_1.gif …; or of each shape that a harmonic motion has,
 with its title: FOLDER/ANALYSIS_shape_1.gif …
 @return where they are, for people @throws Cancelled, std::runtime_error. **/
-std::string drawModes(const Model& model, const OperatingPoint& about,
+std::string drawModes(const Model& model, const SimTK::State& about,
                       const std::vector<Eigenmode>& modes, const std::string& analysis,
                       const std::string& usualFolder, const Listener& listener);
 std::string drawShapes(const Model& model, const SimTK::State& state,

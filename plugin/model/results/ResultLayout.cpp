@@ -163,6 +163,16 @@ void writeMatrix(hid_t parent, const std::string& name, const Rows& rows) {
     hdf5::write(parent, name, {rows.size(), width}, joined.data());
 }
 
+/** Of an analysis without time: one row. **/
+void writeStates(hid_t group, const Results::Analysis& contents) {
+    const auto states = hdf5::createGroup(group, "states");
+    for (const ResultState& state : ResultStates) {
+        const Rows& rows = contents.*state.rows;
+        if (!rows.empty() && !rows[0].empty()) writeMatrix(states, state.name, rows);
+    }
+    writeStateColumns(states, contents);
+}
+
 /** Inputs, outputs and what lies between. **/
 void writePorts(hid_t group, const Results::Analysis& contents) {
     hdf5::writeTexts(group, "inputs", contents.inputs);
@@ -191,11 +201,6 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
         } else {
             for (const auto& series : contents.probes)
                 writeMatrix(probes, series.column.name, series.rows);
-            if (!contents.q.empty() && !contents.q[0].empty()) {
-                const auto states = hdf5::createGroup(group, "states");
-                writeMatrix(states, "q", contents.q);
-                writeStateColumns(states, contents);
-            }
         }
         int place = 0;
         for (const auto& series : contents.probes) {
@@ -221,6 +226,7 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
         writeMatrix(group, "frequency", contents.frequency);
         writeMatrix(group, "damping_ratio", contents.dampingRatio);
     }
+    if (!isTransient && !contents.q.empty()) writeStates(group, contents);
     if (!contents.statistics.empty()) {
         const auto statistics = hdf5::createGroup(group, "statistics");
         for (const auto& [name, value] : contents.statistics) writeNumber(statistics, name, value);
@@ -333,6 +339,18 @@ void readModeMatrices(hid_t group, Results::Analysis& analysis) {
     const hsize_t n = analysis.frequency[0].size();
     if (n > 0 && hdf5::hasLink(group, "effective_mass"))
         analysis.matrices["effective_mass"] = readMatrix(group, "effective_mass", n, 3);
+    if (n > 0 && hdf5::hasLink(group, "mode_real")) {
+        analysis.matrices["mode_real"] = readMatrix(group, "mode_real", n, 0);
+        const hsize_t numSpeeds = analysis.matrices["mode_real"][0].size();
+        analysis.matrices["mode_imaginary"] = readMatrix(group, "mode_imaginary", n, numSpeeds);
+        for (const char* name : {"M", "D", "K"})
+            if (hdf5::hasLink(group, name))
+                analysis.matrices[name] = readMatrix(group, name, numSpeeds, numSpeeds);
+        if (hdf5::hasLink(group, "G")) {
+            const size_t size = hdf5::readNumbers(group, "G", {0, numSpeeds}).size();
+            analysis.matrices["G"] = readMatrix(group, "G", size / numSpeeds, numSpeeds);
+        }
+    }
     if (n == 0 || !hdf5::hasLink(group, "outputs")) return;
     analysis.outputs = hdf5::readTexts(group, "outputs");
     analysis.outputUnits = hdf5::readTexts(group, "output_units");
@@ -353,10 +371,8 @@ Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStat
                 (k > 0 && analysis.time[k] < analysis.time[k - 1]))
                 throw std::runtime_error("'time' decreases at row " + std::to_string(k));
         readProbes(group, analysis.time.size(), analysis);
-        if (states == ReadStates::Yes) readStates(group, analysis.time.size(), analysis);
     } else if (analysis.type == "static") {
         readProbes(group, 1, analysis);
-        if (states == ReadStates::Yes) readStates(group, 1, analysis);
     } else if (analysis.type == "eigen") {
         analysis.frequency = {hdf5::readNumbers(group, "frequency", {0})};
         analysis.dampingRatio = {
@@ -377,6 +393,8 @@ Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStat
                                  "', not transient, static, eigen, campbell, linear or "
                                  "frequency_response");
     }
+    if (states == ReadStates::Yes)
+        readStates(group, analysis.type == "transient" ? analysis.time.size() : 1, analysis);
     if (hdf5::hasLink(group, "statistics"))
         analysis.statistics = readStatistics(hdf5::openGroup(group, "statistics"));
     if (hdf5::hasLink(group, "events")) {

@@ -195,8 +195,14 @@ SchemaForm analysis() {
                 .only({"eigen"})
                 .orElse("false")
                 .such("true"),
-            SchemaKey("pictures", {boolean()}, "Draws the modes.")
+            SchemaKey("matrices", {boolean()},
+                      "Keeps M, D, K and G of M δ̈ + D δ̇ + K δ + Gᵀ δλ = 0, G δ = 0 with the "
+                      "modes.")
                 .only({"eigen"})
+                .orElse("false")
+                .such("true"),
+            SchemaKey("pictures", {boolean()}, "Draws the modes, or the equilibrium.")
+                .only({"eigen", "static"})
                 .orElse("false")
                 .such("true"),
             SchemaKey("speeds", numbersOrRange(), "Values of the parameter, one after the other.")

@@ -126,6 +126,73 @@ TEST_F(PostTest, AnAnimationHasNodesWhereParaViewHasThem) {
     EXPECT_THAT(err, HasSubstr("output.states: an animation is made of States"));
 }
 
+/** A bar that hangs by a spring, at rest and about it. **/
+class PostAtRestTest : public PostTest {
+protected:
+    static std::string makeHanging(const std::string& probes, const std::string& pictures) {
+        return R"(simflex: 1
+gravity: [0, -9.81, 0]
+parts: {bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}}
+bodies: {bar: {part: bar}}
+joints: {pivot: {type: pin, between: [ground, bar.root], axis: z}}
+connectors: {coil: {type: torsion_spring, between: [ground, bar.root], stiffness: 300}}
+analyses:
+  rest: {type: static}
+  modes: {type: eigen, about: rest, matrices: true, count: 3}
+)" + (pictures.empty() ? "" : "pictures: {" + pictures + "}\n") +
+               "probes: {" + probes + "}\n";
+    }
+};
+
+TEST_F(PostAtRestTest, EquilibriaAreToldAndDrawnAsTheRunDoes) {
+    const std::string shown = "size: [160, 120], exaggeration: 20, folder: shots";
+    writeModel(makeHanging(few, ""));
+    ASSERT_EQ(runModel("-o first.h5"), 0) << err;
+    writeModel(makeHanging(many, shown));
+    ASSERT_EQ(post("first.h5 model.yaml --vtk rest.pvd"), 0) << err;
+    EXPECT_TRUE(std::filesystem::exists(std::string(folder / "rest.pvd")));
+    std::vector<std::string> files = testing::listFiles(folder / "shots"), bytes;
+    EXPECT_THAT(files, ::testing::IsSupersetOf({"rest.png", "modes_mode_1.gif"}));
+    for (const std::string& file : files)
+        bytes.push_back(testing::readText(folder / ("shots/" + file)));
+    std::filesystem::remove_all(std::string(folder / "shots"));
+    ASSERT_EQ(runModel("-o again.h5 --set analyses.modes.pictures=true"), 0) << err;
+    for (size_t k = 0; k < files.size(); ++k)
+        EXPECT_TRUE(bytes[k] == testing::readText(folder / ("shots/" + files[k]))) << files[k];
+    const Results::Analysis now = read("rest", "first.post.h5"), anew = read("rest", "again.h5");
+    ASSERT_EQ(now.probes.size(), 10u);
+    for (size_t k = 0; k < now.probes.size(); ++k)
+        EXPECT_EQ(now.probes[k].rows, anew.probes[k].rows) << now.probes[k].column.name;
+}
+
+TEST_F(PostAtRestTest, ModesAreKeptWithTheirMatrices) {
+    writeModel(makeHanging(few, ""));
+    ASSERT_EQ(runModel("-o first.h5"), 0) << err;
+    const Results::Analysis modes = read("modes", "first.h5");
+    const auto &M = modes.matrices.at("M"), &K = modes.matrices.at("K"), &G = modes.matrices.at("G"),
+               &shapes = modes.matrices.at("mode_real");
+    EXPECT_EQ(modes.stateColumns.at("u").size(), M.size());
+    ASSERT_EQ(shapes.size(), 3u);
+    const auto multiply = [](const std::vector<double>& x,
+                             const std::vector<std::vector<double>>& A,
+                             const std::vector<double>& y) {
+        double sum = 0;
+        for (size_t i = 0; i < A.size(); ++i)
+            for (size_t k = 0; k < A[i].size(); ++k) sum += x[i] * A[i][k] * y[k];
+        return sum;
+    };
+    const double stiffest = std::pow(2 * SimTK::Pi * modes.frequency[0].back(), 2);
+    for (size_t i = 0; i < shapes.size(); ++i)
+        for (size_t k = 0; k < shapes.size(); ++k) {
+            const double omega = 2 * SimTK::Pi * modes.frequency[0][i];
+            EXPECT_NEAR(multiply(shapes[i], M, shapes[k]), i == k ? 1 : 0, 1e-9);
+            EXPECT_NEAR(multiply(shapes[i], K, shapes[k]), i == k ? omega * omega : 0,
+                        1e-8 * stiffest);
+        }
+    for (const std::vector<double>& row : G)
+        EXPECT_NEAR(multiply({1}, {row}, shapes[0]), 0, 1e-9);
+}
+
 /** A joint that an event releases, and a filter: neither follows from coordinates and speeds. **/
 TEST_F(PostTest, WhatEventsReleaseAndFiltersKnowIsToldToTheBitToo) {
     const std::string more =

@@ -221,6 +221,9 @@ analyses:
     EXPECT_NE(runModel("--set analyses.modes.about=placed --set parameters.P=2000"), 0);
     EXPECT_THAT(err, HasSubstr("no equilibrium: forces of up to"));
     EXPECT_THAT(err, HasSubstr("about: static"));
+    // What was done before is told all the same.
+    EXPECT_THAT(out, HasSubstr("stress [Pa]"));
+    EXPECT_THAT(out, HasSubstr("results so far: "));
 }
 
 // Under random forces the mean of the square of von Mises's stress is that of its samples in time.
