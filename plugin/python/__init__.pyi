@@ -99,7 +99,7 @@ class Analysis:
 
     @property
     def matrices(self) -> Dict[str, Any]:
-        """A, B, C, D of linear."""
+        """A, B, C, D of linear, shapes of eigen."""
 
     @property
     def response(self) -> NDArray[numpy.complex128]:
