@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 
+#include "StepSolids.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Sandbox.h"
@@ -18,15 +20,17 @@
 #include "simflex/fe/decks/DeckModel.h"
 #include "simflex/fe/decks/DeckVocabulary.h"
 #include "simflex/fe/decks/InpCards.h"
+#include "simflex/fe/decks/ThinElements.h"
 
 namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* MeshName = "mesh.inp";
-constexpr const char* SolidsSet = "SIMFLEX_SOLIDS";
+const std::string SolidsSet = "SIMFLEX_SOLIDS";
 constexpr size_t MostGmshLines = 12;
 constexpr int MostElements = 20000000;
+constexpr size_t MostVolumes = 100000;
 constexpr size_t MostScripts = 1000;  ///< that one includes
 constexpr double Millimetre = 1e-3;
 
@@ -132,35 +136,248 @@ std::string writeSizeCheck(double meshSize, const fs::path& folder) {
     return "size_check.geo";
 }
 
-void runGmsh(const std::string& path, const GmshOptions& options, const fs::path& folder) {
+/** Runs Gmsh in the folder, where it must write the output. **/
+void callGmsh(const std::string& path, const GmshOptions& options, const fs::path& folder,
+              std::vector<std::string> arguments, const std::string& output) {
+    const bool isInSandbox = needsSandbox(path, options);
+    ProgramRun run;
+    run.program = chooseGmshProgram(options.program);
+    run.arguments = std::move(arguments);
+    run.folder = folder;
+    run.log = folder / "gmsh.log";
+    run.cure = "Install it (Debian: gmsh), or set SIMFLEX_GMSH to its path.";
+
+    // Options that a user keeps at home would change the mesh.
+    run.environment["GMSH_HOME"] = folder.string();
+    Sandbox sandbox;
+    if (isInSandbox) {
+        const std::string libraries = run.environment["LD_LIBRARY_PATH"];
+        sandbox = makeSandbox(run.program, fs::absolute(path).string(), libraries, folder);
+        if (!sandbox.program.empty()) run.program = sandbox.program;
+        run.sandbox = &sandbox;
+        run.environment = {{"GMSH_HOME", folder.string()},
+                           {"HOME", folder.string()},
+                           {"LC_ALL", "C"},
+                           {"LD_LIBRARY_PATH", libraries},
+                           {"OMP_NUM_THREADS", "1"}};
+    }
+    ChildProcess process = startProgram(run);
+    const std::string suffix = suffixOf(path);
+    const ChildEnd& end = waitForProgram(
+        process,
+        suffix == ".msh" || suffix == ".unv" ? "Gmsh converts the mesh" : "Gmsh meshes the part",
+        options.calculix.progress);
+    const std::string errors = readErrors(run.log);
+    if (end.isSuccess() && errors.empty() && fs::exists(folder / output)) return;
+    std::string message =
+        path + ": Gmsh could not mesh the part:" + (end.signal ? " it " + end.describe() : "") +
+        (errors.empty() ? readLastLines(run.log, MostGmshLines) : errors);
+    const auto says = [&](const char* words) { return errors.find(words) != std::string::npos; };
+    if (isInSandbox && (says("Unable to open file") || says("/bin/sh") || says("socket")))
+        message +=
+            "\n  (A script reads only files of its own folder that it names plainly, Include "
+            "\"NAME\"; and writes none. --allow-scripts lets it do anything.)";
+    throw std::runtime_error(message);
+}
+
+/** A name as Gmsh writes it to a deck, in capitals. **/
+std::string groupName(const std::string& name) {
+    std::string group;
+    for (const char c : name)
+        group += isLetter(c) || isDigit(c) || c == '-' || c == '.' ? toUpper(c) : '_';
+    return group;
+}
+
+std::string joined(const std::set<std::string>& names) {
+    std::string list;
+    for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+    return list;
+}
+
+/** What is made of solids and groups: whether they are of the part, and of which material. **/
+class Choice {
+public:
+    Choice(const std::string& path, const GmshOptions& options) : m_path(path) {
+        for (const std::string& solid : options.solids) m_solids.insert(groupName(solid));
+        for (size_t k = 0; k < options.materials.size(); ++k)
+            m_materials[groupName(options.materials[k].name)] = int(k);
+        m_hasOthers = !options.material.name.empty();
+    }
+
+    bool isNeeded() const { return !m_solids.empty() || !m_materials.empty(); }
+
+    bool isOfPart(const std::set<std::string>& groups) const {
+        return m_solids.empty() || std::any_of(groups.begin(), groups.end(), [&](const auto& name) {
+                   return m_solids.count(name) > 0;
+               });
+    }
+
+    /** The index of the material of what is in these groups, −1: that of all others. **/
+    int findMaterial(const std::set<std::string>& groups) const {
+        const std::string* first = nullptr;
+        int material = -1;
+        for (const std::string& group : groups) {
+            const auto found = m_materials.find(group);
+            if (found == m_materials.end()) continue;
+            if (first && material != found->second)
+                throw std::invalid_argument(m_path + ": one solid is " + *first + " and " + group +
+                                            ", which have different materials");
+            first = &group;
+            material = found->second;
+        }
+        if (!first && !m_hasOthers)
+            throw std::invalid_argument(
+                m_path + ": no material is given to " +
+                (groups.empty() ? "a solid of no name" : "the solid " + joined(groups)) +
+                "; give that of all others, too");
+        return material;
+    }
+
+    /** @throws std::invalid_argument for a name that the file does not have. **/
+    void checkNames(const std::set<std::string>& known) const {
+        const auto check = [&](const std::string& name) {
+            if (known.count(name)) return;
+            throw std::invalid_argument(
+                m_path + ": it has no solid or physical group " + name +
+                (known.empty() ? ", for it names none" : "; there are " + joined(known)));
+        };
+        for (const std::string& solid : m_solids) check(solid);
+        for (const auto& material : m_materials) check(material.first);
+    }
+
+private:
+    const std::string m_path;
+    std::set<std::string> m_solids;
+    std::map<std::string, int> m_materials;
+    bool m_hasOthers = false;
+};
+
+/** Corners [m] of the volumes that Gmsh finds in geometry.step, in their order. **/
+std::vector<std::vector<Vec3d>> listCorners(const std::string& path, const GmshOptions& options,
+                                            const fs::path& folder, const std::string& geometry) {
+    const std::string script = "corners.geo", output = "corners.txt";
+    std::ofstream(folder / script)
+        << "SetFactory(\"OpenCASCADE\");\nGeometry.OCCTargetUnit = \"M\";\n"
+        << "v() = ShapeFromFile(\"" << geometry << "\");\n"
+        << "Printf(\"%g\", #v()) > \"" << output << "\";\n"
+        << "For i In {0 : #v() - 1}\n  p() = PointsOf{ Volume{v(i)}; };\n"
+           "  For k In {0 : #p() - 1}\n    c() = Point{p(k)};\n"
+           "    Printf(\"%g %.16g %.16g %.16g\", i, c(0), c(1), c(2)) >> \""
+        << output << "\";\n  EndFor\nEndFor\n";
+    callGmsh(path, options, folder, {script, "-0"}, output);
+    std::ifstream in(folder / output);
+    in.imbue(std::locale::classic());
+    size_t count = 0, volume = 0;
+    in >> count;
+    std::vector<std::vector<Vec3d>> corners(std::min(count, MostVolumes));
+    for (Vec3d x; in >> volume >> x[0] >> x[1] >> x[2];)
+        if (volume < corners.size()) corners[volume].push_back(x);
+    return corners;
+}
+
+/** Writes what makes Gmsh read the solids of an assembly that are the part, join those that touch
+and name them. @return the script's name in the folder; empty: there is but one solid **/
+std::string writeAssembly(const std::string& path, const GmshOptions& options,
+                          const fs::path& folder, const std::string& geometry) {
+    const Choice choice(path, options);
+    const std::vector<StepSolid> solids = readStepSolids(path);
+    if (solids.size() < 2 && !choice.isNeeded()) return "";
+    std::set<std::string> known;
+    for (const StepSolid& solid : solids)
+        for (const std::string& name : solid.names) known.insert(groupName(name));
+    choice.checkNames(known);
+    const auto corners = listCorners(path, options, folder, geometry);
+    std::vector<std::set<std::string>> groupsOf(corners.size());
+    const std::vector<int> volumeOf = matchSolids(solids, corners);
+    for (size_t k = 0; k < solids.size(); ++k) {
+        std::set<std::string> groups;
+        for (const std::string& name : solids[k].names) groups.insert(groupName(name));
+        if (volumeOf[k] >= 0) groupsOf[size_t(volumeOf[k])] = groups;
+    }
+    std::vector<size_t> kept, left;
+    for (size_t k = 0; k < corners.size(); ++k) {
+        if (choice.isNeeded() && groupsOf[k].empty())
+            throw std::invalid_argument(path + ": Gmsh's volume " + std::to_string(k + 1) +
+                                        " has the corners of no solid of the file, so that simflex "
+                                        "cannot tell its name; export the solids one by one");
+        (choice.isOfPart(groupsOf[k]) ? kept : left).push_back(k);
+        for (size_t other = 0; other < k; ++other)
+            if (choice.isNeeded() && groupsOf[other] != groupsOf[k] &&
+                haveSameCorners(corners[other], corners[k]) &&
+                (choice.isOfPart(groupsOf[other]) != choice.isOfPart(groupsOf[k]) ||
+                 choice.findMaterial(groupsOf[other]) != choice.findMaterial(groupsOf[k])))
+                throw std::invalid_argument(path + ": the solids " + joined(groupsOf[other]) +
+                                            " and " + joined(groupsOf[k]) +
+                                            " have the same corners, by which simflex tells them; "
+                                            "export them one by one");
+    }
+    std::map<std::string, std::string> volumesOf;
+    std::ofstream out(folder / "assembly.geo");
+    const auto list = [](const std::vector<size_t>& indices) {
+        std::string text;
+        for (const size_t k : indices)
+            text += (text.empty() ? "v(" : ", v(") + std::to_string(k) + ")";
+        return text;
+    };
+    out << "SetFactory(\"OpenCASCADE\");\n";
+    if (options.lengthUnit == 0) out << "Geometry.OCCTargetUnit = \"M\";\n";
+    out << "v() = ShapeFromFile(\"" << geometry << "\");\n";
+    if (!left.empty()) out << "Recursive Delete { Volume{" << list(left) << "}; }\n";
+    out << "k() = {" << list(kept) << "};\n";
+    if (kept.size() > 1)
+        out << "m() = {};\nFor i In {0 : #k() - 1}\n  n = Mass Volume{k(i)};\n  m(i) = n;\nEndFor\n"
+               "w() = BooleanFragments{ Volume{k(0)}; Delete; }"
+               "{ Volume{k({1 : #k() - 1})}; Delete; };\n"
+               "If (#w() != #k())\n"
+               "  Error(\"its solids overlap: %g of them make %g pieces; they may touch\", #k(), "
+               "#w());\n  Exit;\nEndIf\n"
+               "For i In {0 : #k() - 1}\n  n = Mass Volume{k(i)};\n"
+               "  If (Fabs(n - m(i)) > 1e-6 * m(i))\n"
+               "    Error(\"solids change when those that touch are joined\");\n    Exit;\n"
+               "  EndIf\nEndFor\n";
+    for (const size_t k : kept)
+        for (const std::string& group :
+             groupsOf[k].empty() ? std::set<std::string>{"SOLID_" + std::to_string(k + 1)}
+                                 : groupsOf[k])
+            volumesOf[group] +=
+                (volumesOf[group].empty() ? "v(" : ", v(") + std::to_string(k) + ")";
+    for (const auto& [group, volumes] : volumesOf)
+        out << "Physical Volume(\"" << group << "\") = {" << volumes << "};\n";
+    return "assembly.geo";
+}
+
+/** @returns whether it is an assembly, whose names are known and checked **/
+bool runGmsh(const std::string& path, const GmshOptions& options, const fs::path& folder) {
     const std::string suffix = suffixOf(path);
     const bool isMesh = suffix == ".msh" || suffix == ".unv",
                isStep = suffix == ".step" || suffix == ".stp",
                isIges = suffix == ".iges" || suffix == ".igs";
     // Of IGES, whatever its unit, Gmsh takes millimetres; often it holds but surfaces.
     const bool isMillimetres = isIges && options.lengthUnit == 0;
-    const bool isScript = isGmshScript(path), isInSandbox = needsSandbox(path, options);
+    const bool isScript = isGmshScript(path);
     if (suffix == ".msh") checkIsMesh(path);
 
     // Of NAME.step Gmsh would also run NAME.step.opt: data are read where they are alone.
-    const std::string given = fs::absolute(path).string();
-    if (!isScript) fs::create_symlink(given, folder / ("geometry" + suffix));
-    ProgramRun run;
-    run.program = chooseGmshProgram(options.program);
-    run.arguments = {isScript ? given : "geometry" + suffix,
-                     options.thickness > 0 ? "-2" : "-3",
-                     "-format",
-                     "inp",
-                     "-o",
-                     MeshName,
-                     "-setnumber",
-                     "Mesh.SaveGroupsOfNodes",
-                     "1",
-                     "-setnumber",
-                     "Mesh.SecondOrderIncomplete",
-                     "1"};
+    const std::string given = fs::absolute(path).string(), geometry = "geometry" + suffix;
+    if (!isScript) fs::create_symlink(given, folder / geometry);
+    const std::string assembly =
+        isStep && options.thickness == 0 ? writeAssembly(path, options, folder, geometry) : "";
+    std::vector<std::string> arguments = {isScript           ? given
+                                          : assembly.empty() ? geometry
+                                                             : assembly,
+                                          options.thickness > 0 ? "-2" : "-3",
+                                          "-format",
+                                          "inp",
+                                          "-o",
+                                          MeshName,
+                                          "-setnumber",
+                                          "Mesh.SaveGroupsOfNodes",
+                                          "1",
+                                          "-setnumber",
+                                          "Mesh.SecondOrderIncomplete",
+                                          "1"};
     const auto add = [&](std::initializer_list<std::string> words) {
-        run.arguments.insert(run.arguments.end(), words);
+        arguments.insert(arguments.end(), words);
     };
     const int order = options.order == 0 && !isMesh ? 2 : options.order;
     if (order) add({"-order", std::to_string(order)});
@@ -179,39 +396,8 @@ void runGmsh(const std::string& path, const GmshOptions& options, const fs::path
         add({"-setstring", "Geometry.OCCTargetUnit", "M"});
     }
     for (const auto& [name, value] : options.settings) add({"-setnumber", name, value});
-    run.folder = folder;
-    run.log = folder / "gmsh.log";
-    run.cure = "Install it (Debian: gmsh), or set SIMFLEX_GMSH to its path.";
-
-    // Options that a user keeps at home would change the mesh.
-    run.environment["GMSH_HOME"] = folder.string();
-    Sandbox sandbox;
-    if (isInSandbox) {
-        const std::string libraries = run.environment["LD_LIBRARY_PATH"];
-        sandbox = makeSandbox(run.program, given, libraries, folder);
-        if (!sandbox.program.empty()) run.program = sandbox.program;
-        run.sandbox = &sandbox;
-        run.environment = {{"GMSH_HOME", folder.string()},
-                           {"HOME", folder.string()},
-                           {"LC_ALL", "C"},
-                           {"LD_LIBRARY_PATH", libraries},
-                           {"OMP_NUM_THREADS", "1"}};
-    }
-    ChildProcess process = startProgram(run);
-    const ChildEnd& end =
-        waitForProgram(process, isMesh ? "Gmsh converts the mesh" : "Gmsh meshes the part",
-                       options.calculix.progress);
-    const std::string errors = readErrors(run.log);
-    if (end.isSuccess() && errors.empty() && fs::exists(folder / MeshName)) return;
-    std::string message =
-        path + ": Gmsh could not mesh the part:" + (end.signal ? " it " + end.describe() : "") +
-        (errors.empty() ? readLastLines(run.log, MostGmshLines) : errors);
-    const auto says = [&](const char* words) { return errors.find(words) != std::string::npos; };
-    if (isInSandbox && (says("Unable to open file") || says("/bin/sh") || says("socket")))
-        message +=
-            "\n  (A script reads only files of its own folder that it names plainly, Include "
-            "\"NAME\"; and writes none. --allow-scripts lets it do anything.)";
-    throw std::runtime_error(message);
+    callGmsh(path, options, folder, arguments, MeshName);
+    return !assembly.empty();
 }
 
 /** Element types as ccx should take them: reduced integration, which does not lock in bending. **/
@@ -229,46 +415,125 @@ const char* findShell(const std::string& type) {
     return type == "CPS8" ? "S8R" : nullptr;
 }
 
-/** Writes the deck: nodes, solids (or shells) and node sets of Gmsh's mesh, the material, a
- *section.
- **/
-void writeDeck(const std::string& path, const fs::path& mesh, const GmshOptions& options,
-               const fs::path& deck) {
-    const Material& material = options.material;
+/** Elements of the part, by number: the index of their material, −1: that of all others. **/
+std::map<int, int> findElements(const std::vector<DeckCard>& cards, const Choice& choice,
+                                bool areNamesToCheck) {
+    std::map<int, std::set<std::string>> groupsOf;
+    std::set<std::string> known;
+    for (const DeckCard& card : cards)
+        if (card.keyword == "ELSET") {
+            known.insert(groupName(card.get("ELSET")));
+            for (const DeckLine& data : card.data)
+                for (const std::string& field : data.fields)
+                    if (!field.empty())
+                        groupsOf[parseDeckInteger(field, card, data)].insert(
+                            groupName(card.get("ELSET")));
+        }
+    if (areNamesToCheck) choice.checkNames(known);
+    std::map<std::set<std::string>, int> materialOf;  // few, of many elements
+    std::map<int, int> result;
+    for (const auto& [element, groups] : groupsOf) {
+        if (!choice.isOfPart(groups)) continue;
+        const auto found = materialOf.find(groups);
+        result[element] = found != materialOf.end()
+                              ? found->second
+                              : (materialOf[groups] = choice.findMaterial(groups));
+    }
+    return result;
+}
+
+/** Divides the elements of a card by their material; those that are not of the part are gone. **/
+std::map<int, DeckCard> divideElements(const DeckCard& card, size_t numNodes,
+                                       const std::map<int, int>& materialOf) {
+    std::map<int, DeckCard> result;
+    size_t numNumbers = 0;
+    DeckCard* part = nullptr;
+    for (const DeckLine& data : card.data) {
+        if (numNumbers == 0) {
+            const auto found = materialOf.find(parseDeckInteger(data.fields[0], card, data));
+            part = found == materialOf.end() ? nullptr : &result[found->second];
+            if (part && part->data.empty()) {
+                *part = card;
+                part->data.clear();
+            }
+        }
+        for (const std::string& field : data.fields) numNumbers += !field.empty();
+        if (part) part->data.push_back(data);
+        if (numNumbers > numNodes) numNumbers = 0;
+    }
+    return result;
+}
+
+/** Writes the deck: nodes, solids (or shells) and node sets of Gmsh's mesh, the materials, their
+sections.
+@param areNamesToCheck  against those of the mesh
+@return what is made of what, as notes **/
+std::vector<std::string> writeDeck(const std::string& path, const fs::path& mesh,
+                                   const GmshOptions& options, bool areNamesToCheck,
+                                   const fs::path& deck) {
     const bool isSheet = options.thickness > 0;
+    const Choice choice(path, options);
     std::ofstream out(deck);
     out.imbue(std::locale::classic());
-    std::set<std::string> types;
-    for (DeckCard& card : readDeckCards(mesh.string())) {
+    const std::vector<DeckCard> cards = readDeckCards(mesh.string());
+    std::map<int, int> materialOf;
+    if (choice.isNeeded()) materialOf = findElements(cards, choice, areNamesToCheck);
+    std::set<int> materials;
+    const auto setOf = [&](int material) {
+        return SolidsSet + (material < 0 ? "" : "_" + std::to_string(material + 1));
+    };
+    for (const DeckCard& card : cards) {
         if (card.keyword == "ELEMENT") {
-            const char* shell = findShell(card.get("TYPE"));
-            if (isSheet ? !shell : !findSolid(card.get("TYPE"))) continue;
-            card.parameters["TYPE"] = isSheet ? shell : chooseType(card.get("TYPE"));
-            card.parameters["ELSET"] = SolidsSet;
-            types.insert(card.get("TYPE"));
-        } else if (card.keyword != "NODE" && card.keyword != "NSET") {
-            continue;
+            const std::string& type = card.get("TYPE");
+            const char* shell = findShell(type);
+            const ElementType* solid = findSolid(type);
+            if (isSheet ? !shell : !solid) continue;
+            std::map<int, DeckCard> parts;
+            if (!choice.isNeeded())
+                parts[-1] = card;
+            else
+                parts = divideElements(
+                    card, size_t(isSheet ? findThinType(shell)->numNodes : numNodesOf(*solid)),
+                    materialOf);
+            for (auto& [material, part] : parts) {
+                part.parameters["TYPE"] = isSheet ? shell : chooseType(type);
+                part.parameters["ELSET"] = setOf(material);
+                materials.insert(material);
+                writeCard(out, part);
+            }
+        } else if (card.keyword == "NODE" || card.keyword == "NSET") {
+            writeCard(out, card);
         }
-        writeCard(out, card);
     }
-    if (types.empty() && isSheet)
+    if (materials.empty() && isSheet)
         throw std::invalid_argument(path +
                                     ": the mesh has no surface elements that a thickness could be "
                                     "given; a surface must be meshed (in a script with physical "
                                     "groups, one must be a Physical Surface)");
-    if (types.empty())
+    if (materials.empty())
         throw std::invalid_argument(
             path +
             ": the mesh has no solid elements; a volume must be meshed (in a script with "
             "physical groups, one must be a Physical Volume); of sheets, give the thickness");
-    out << "*MATERIAL, NAME=" << material.name << "\n*ELASTIC\n"
-        << number(material.E) << "," << number(material.nu) << "\n*DENSITY\n"
-        << number(material.rho) << (isSheet ? "\n*SHELL" : "\n*SOLID")
-        << " SECTION, ELSET=" << SolidsSet << ", MATERIAL=" << material.name << "\n";
-    if (isSheet) out << number(options.thickness) << "\n";
+    std::vector<std::string> notes;
+    for (const int k : materials) {
+        const Material& material = k < 0 ? options.material : options.materials[size_t(k)].material;
+        const std::string of = k < 0 ? "" : groupName(options.materials[size_t(k)].name),
+                          name = material.name + (k < 0 ? "" : "_" + std::to_string(k + 1));
+        out << "*MATERIAL, NAME=" << name << "\n*ELASTIC\n"
+            << number(material.E) << "," << number(material.nu) << "\n*DENSITY\n"
+            << number(material.rho) << (isSheet ? "\n*SHELL" : "\n*SOLID")
+            << " SECTION, ELSET=" << setOf(k) << ", MATERIAL=" << name << "\n";
+        if (isSheet) out << number(options.thickness) << "\n";
+        char text[160];
+        std::snprintf(text, sizeof text, "material %s: E %.4g Pa, nu %.3g, rho %.4g kg/m³",
+                      material.name.c_str(), material.E, material.nu, material.rho);
+        notes.push_back((of.empty() ? "" : of + ": ") + text);
+    }
     if (!out.flush())
         throw std::runtime_error("cannot write the deck '" + deck.string() +
                                  "'; is the disk full?");
+    return notes;
 }
 
 }  // namespace
@@ -299,7 +564,8 @@ std::vector<std::string> listScriptFiles(const std::string& path) {
 }
 
 FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
-    options.material.validate();
+    if (!options.material.name.empty() || options.materials.empty()) options.material.validate();
+    for (const NamedMaterial& named : options.materials) named.material.validate();
     if (options.order < 0 || options.order > 2)
         throw std::invalid_argument("elements of order " + std::to_string(options.order) +
                                     " are not known; choose 1 or 2");
@@ -308,10 +574,11 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
                                     ", must be positive");
     if (!fs::is_regular_file(path)) throw std::runtime_error("cannot read part '" + path + "'");
     TemporaryFolder folder;
-    runGmsh(path, options, folder.path());
+    const bool isAssembly = runGmsh(path, options, folder.path());
     const fs::path deck =
         options.keepDeck.empty() ? folder.path() / "part.inp" : fs::path(options.keepDeck);
-    writeDeck(path, folder.path() / MeshName, options, deck);
+    const std::vector<std::string> materials =
+        writeDeck(path, folder.path() / MeshName, options, !isAssembly, deck);
 
     FeModel model;
     try {
@@ -320,12 +587,10 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
         throw std::invalid_argument(path + ": the mesh cannot be reduced: " + error.what());
     }
     if (options.keepDeck.empty()) model.source = path;
-    const double E = options.material.E, nu = options.material.nu, rho = options.material.rho;
-    char text[160];
-    std::snprintf(text, sizeof text, "material %s: E %.4g Pa, nu %.3g, rho %.4g kg/m³",
-                  options.material.name.c_str(), E, nu, rho);
-    model.notes.push_back(text);
-    if (options.calculix.note) options.calculix.note(text);
+    for (const std::string& text : materials) {
+        model.notes.push_back(text);
+        if (options.calculix.note) options.calculix.note(text);
+    }
     for (const ElementBlock& block : model.mesh.elements)
         if (block.type == ElementType::Tet4 || block.type == ElementType::Wedge6) {
             const std::string warning =

@@ -5,6 +5,9 @@ A part from a mesh (.msh of Gmsh, .unv with its groups), a Gmsh script (.geo) or
 Physical groups become node sets of their names. Surface and line elements are left out, unless
 surfaces have a thickness.
 
+Of a STEP file with several solids, those that touch are one: their meshes share nodes. The names of
+products, of their occurrences and of solids are groups, too.
+
 A script is a program. It runs in a sandbox (base/Sandbox.h) where it reads those of
 listScriptFiles() that lie in its folder, writes in a temporary folder, starts no program and has no
 network. Meshes and CAD files are data, and read as such whatever is in them or beside them.
@@ -25,7 +28,12 @@ network. Meshes and CAD files are data, and read as such whatever is in them or 
 namespace simflex {
 
 struct GmshOptions {
-    Material material;
+    Material material;  ///< of all that has none of its own; without name: of nothing
+    /** Of solids of a STEP assembly, or of physical groups, by their names; those that the file has
+    and the part has not are no matter, so that parts of one file may share them. **/
+    std::vector<NamedMaterial> materials;
+    /** Names of the solids or physical groups that are the part; none: all. **/
+    std::vector<std::string> solids;
     double meshSize = 0;  ///< largest element, in the geometry's unit; 0: Gmsh's own choice
     int order = 0;        ///< 1 or 2; 0: as it is for a mesh, else 2
     /** Of sheet metal [m]: the surfaces of the geometry become shells about them, volumes are left

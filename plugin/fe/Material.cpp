@@ -95,4 +95,28 @@ Material parseMaterial(const std::string& text) {
     return material;
 }
 
+std::vector<NamedMaterial> parseMaterials(const std::string& text) {
+    std::vector<NamedMaterial> materials;
+    for (const std::string& part : splitAt(text, ';')) {
+        const std::string item(trimBlanks(part));
+        if (item.empty()) continue;
+        const size_t equals = item.find('=');
+        const std::string key = plainName(std::string(trimBlanks(item.substr(0, equals))));
+        const bool isNamed =
+            equals != std::string::npos && key != "e" && key != "nu" && key != "rho";
+        NamedMaterial named;
+        if (isNamed) named.name = trimBlanks(std::string_view(item).substr(0, equals));
+        named.material = parseMaterial(
+            isNamed ? std::string(trimBlanks(std::string_view(item).substr(equals + 1))) : item);
+        for (const NamedMaterial& other : materials)
+            if (lowerCase(other.name) == lowerCase(named.name))
+                throw std::invalid_argument(named.name.empty()
+                                                ? "two materials have no name in '" + text +
+                                                      "'; give NAME=MATERIAL"
+                                                : "'" + named.name + "' is given two materials");
+        materials.push_back(named);
+    }
+    return materials;
+}
+
 }  // namespace simflex

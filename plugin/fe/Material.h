@@ -32,4 +32,14 @@ const Material& findMaterial(const std::string& name);
 @throws std::invalid_argument naming what is missing or wrong. **/
 Material parseMaterial(const std::string& text);
 
+/** A material of the solids or physical groups of one name; without name, of all others. **/
+struct NamedMaterial {
+    std::string name;
+    Material material;
+};
+
+/** `MATERIAL` or `NAME=MATERIAL`, with ';' between: `steel; PIN=brass`.
+@throws std::invalid_argument for a material that cannot be, for a name that comes twice. **/
+std::vector<NamedMaterial> parseMaterials(const std::string& text);
+
 }  // namespace simflex

@@ -62,9 +62,10 @@ void checkOptions(const SourceOptions& options, Kind kind) {
     forbid(kind != Kind::Deck && options.calculix.leavesContactOut, "--without-contact", "decks");
     forbid(kind != Kind::Gmsh && !options.material.empty(), "--material",
            "Gmsh meshes; in a deck the material is *ELASTIC and *DENSITY");
-    forbid(kind != Kind::Gmsh && (options.gmsh.meshSize > 0 || options.gmsh.order ||
-                                  options.gmsh.lengthUnit > 0 || options.gmsh.thickness > 0 ||
-                                  !options.gmsh.settings.empty() || !options.gmsh.keepDeck.empty()),
+    forbid(kind != Kind::Gmsh &&
+               (options.gmsh.meshSize > 0 || options.gmsh.order || options.gmsh.lengthUnit > 0 ||
+                options.gmsh.thickness > 0 || !options.gmsh.settings.empty() ||
+                !options.gmsh.solids.empty() || !options.gmsh.keepDeck.empty()),
            "an option of the mesh", "Gmsh meshes and geometry");
     forbid(kind == Kind::Gmsh && options.units != "m-kg-s", "--units",
            "decks and matrices; of geometry give --length-unit");
@@ -97,7 +98,11 @@ FeModel readKind(const SourceOptions& options, Kind kind) {
             break;
     }
     GmshOptions gmsh = options.gmsh;
-    gmsh.material = parseMaterial(options.material);
+    for (const NamedMaterial& named : parseMaterials(options.material))
+        if (named.name.empty())
+            gmsh.material = named.material;
+        else
+            gmsh.materials.push_back(named);
     gmsh.calculix = options.calculix;
     return readGmshPart(options.path, gmsh);
 }

@@ -25,8 +25,8 @@ struct SourceOptions {
     std::string nodes;                                      ///< of .mtx, .pch
     std::string dofs;                                       ///< of Matrix Market
     std::string stiffnessName = "KAAX", massName = "MAAX";  ///< of .pch
-    std::string material;                                   ///< of Gmsh: see parseMaterial()
-    GmshOptions gmsh;              ///< its material and calculix are taken from here
+    std::string material;                                   ///< of Gmsh: see parseMaterials()
+    GmshOptions gmsh;              ///< its materials and calculix are taken from here
     std::string units = "m-kg-s";  ///< see UnitSystem.h
     CalculixOptions calculix;      ///< also note and progress for all other sources
 };

@@ -70,8 +70,15 @@ void SourceArguments::addTo(CLI::App& command) {
     command.add_flag("--without-contact", m_options.calculix.leavesContactOut,
                      "leave contact pairs and gaps of a deck out: what touches there passes "
                      "through each other");
-    add(gmsh, "--material", m_options.material,
-        "E=…,nu=…,rho=… in SI units, or one of " + materials, "MATERIAL");
+    addRepeated(command, "--material", m_materials,
+                "E=…,nu=…,rho=… in SI units, or one of " + materials +
+                    "; NAME=MATERIAL: of the solids or physical groups of that name",
+                "[NAME=]MATERIAL")
+        ->group(gmsh);
+    addRepeated(command, "--solid", m_options.gmsh.solids,
+                "the part is the solids of a STEP file, or physical groups, of these names alone",
+                "NAME")
+        ->group(gmsh);
     add(gmsh, "--mesh-size", m_options.gmsh.meshSize,
         "largest element, in the unit of the geometry (STEP: metres)", "H")
         ->check(makePositiveCheck());
@@ -100,6 +107,8 @@ SourceOptions SourceArguments::parse() const {
                                        "'" + m_lengthUnit + "' is none of m, cm, mm, um, in, ft");
         options.gmsh.lengthUnit = unit->second;
     }
+    for (const std::string& text : m_materials)
+        options.material += (options.material.empty() ? "" : ";") + text;
     for (const std::string& text : m_settings)
         options.gmsh.settings.push_back(splitAssignment("--gmsh", text));
     return options;

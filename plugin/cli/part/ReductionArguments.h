@@ -26,7 +26,7 @@ public:
 private:
     SourceOptions m_options;
     std::string m_lengthUnit;
-    std::vector<std::string> m_settings;
+    std::vector<std::string> m_settings, m_materials;
 };
 
 /** Interfaces, load points, modes. **/

@@ -57,11 +57,17 @@ void readMatrices(const ModelValue& value, SourceOptions& source) {
 
 void readGeometry(const ModelValue& part, SourceOptions& source) {
     source.path = readFile(part.get("geometry"));
-    if (part.has("material"))
-        source.material = readMaterial(part.get("material"));
-    else
+    if (!part.has("material") && !part.has("materials"))
         part.fail("a geometry needs its material: material: steel");
-    withPlace(part.get("material"), [&] { parseMaterial(source.material); });
+    if (part.has("material")) source.material = readMaterial(part.get("material"));
+    withPlace(part.get("material"), [&] { parseMaterials(source.material); });
+    const ModelValue materials = part.get("materials");
+    for (const std::string& name : materials.getKeys()) {
+        const std::string material = readMaterial(materials.get(name));
+        withPlace(materials.get(name), [&] { parseMaterial(material); });
+        source.material += ";" + name + "=" + material;
+    }
+    if (part.has("solids")) source.gmsh.solids = part.get("solids").getTexts();
     if (part.has("mesh_size")) source.gmsh.meshSize = part.get("mesh_size").getNumber();
     if (part.has("order")) source.gmsh.order = part.get("order").getInteger();
     if (part.has("thickness")) source.gmsh.thickness = part.get("thickness").getNumber();
@@ -155,6 +161,7 @@ void addToKey(const Request& request, PartKey& key) {
     for (const double number :
          {source.gmsh.meshSize, double(source.gmsh.order), source.gmsh.lengthUnit})
         key.add(number);
+    for (const std::string& solid : source.gmsh.solids) key.add("solid " + solid);
     key.add(double(source.gmsh.settings.size()));
     for (const auto& [name, value] : source.gmsh.settings) key.add(name), key.add(value);
 

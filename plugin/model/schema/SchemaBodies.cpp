@@ -36,6 +36,19 @@ SchemaForm loadPoint() {
 
 SchemaForm part() {
     const std::vector<std::string> sources{"deck", "geometry", "matrices"};
+    const std::vector<SchemaForm> material{
+        text(),
+        map("a material",
+            {
+                SchemaKey("youngs_modulus", {positive()}, "Young's modulus.")
+                    .in("Pa")
+                    .required()
+                    .such("210e9"),
+                SchemaKey("poissons_ratio", {number(-1, 0.5)}, "Poisson's ratio.")
+                    .required()
+                    .such("0.3"),
+                SchemaKey("density", {positive()}, "Density.").in("kg/m^3").required().such("7850"),
+            })};
     return map(
         "a part",
         {
@@ -75,25 +88,19 @@ SchemaForm part() {
                      })},
                 "Matrices of another program to be reduced.")
                 .such("{stiffness: k.mtx, mass: m.mtx, nodes: nodes.csv}"),
-            SchemaKey(
-                "material",
-                {text(), map("a material",
-                             {
-                                 SchemaKey("youngs_modulus", {positive()}, "Young's modulus.")
-                                     .in("Pa")
-                                     .required()
-                                     .such("210e9"),
-                                 SchemaKey("poissons_ratio", {number(-1, 0.5)}, "Poisson's ratio.")
-                                     .required()
-                                     .such("0.3"),
-                                 SchemaKey("density", {positive()}, "Density.")
-                                     .in("kg/m^3")
-                                     .required()
-                                     .such("7850"),
-                             })},
-                "Material by name, or its constants.")
+            SchemaKey("material", material, "Material by name, or its constants.")
                 .with({"geometry"})
                 .such("aluminium"),
+            SchemaKey("materials", {entries("materials", material)},
+                      "Materials of the geometry's solids or physical groups, by their names; "
+                      "`material` is that of all others.")
+                .with({"geometry"})
+                .such("{HOUSING: aluminium, PIN: steel}"),
+            SchemaKey("solids", {text(), list({text()})},
+                      "The solids of a STEP file, or physical groups, that are the part.")
+                .with({"geometry"})
+                .orElseNote("all")
+                .such("[HOUSING, PIN]"),
             SchemaKey("mesh_size", {positive()}, "Size of the elements, in the geometry's unit.")
                 .with({"geometry"})
                 .orElseNote("Gmsh's own choice")
