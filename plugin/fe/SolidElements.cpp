@@ -276,12 +276,16 @@ std::vector<double> makeExtrapolation(const std::string& calculixType, ElementTy
 
 std::array<Vec3d, 3> calcTangents(const std::vector<Vec3d>& positions,
                                   const IntegrationPoint& point) {
-    std::array<Vec3d, 3> tangents{};
-    for (size_t k = 0; k < positions.size(); ++k)
-        for (size_t b = 0; b < 3; ++b)
-            for (size_t a = 0; a < 3; ++a)
-                tangents[b][a] += positions[k][a] * point.gradients[k][b];
-    return tangents;
+    Vec3d first{}, second{}, third{};  // by themselves: in registers
+    for (size_t k = 0; k < point.gradients.size(); ++k) {
+        const Vec3d &x = positions[k], &g = point.gradients[k];
+        for (size_t a = 0; a < 3; ++a) {
+            first[a] += x[a] * g[0];
+            second[a] += x[a] * g[1];
+            third[a] += x[a] * g[2];
+        }
+    }
+    return {first, second, third};
 }
 
 double calcDeterminant(const std::array<Vec3d, 3>& tangents) {

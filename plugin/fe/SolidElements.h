@@ -48,7 +48,7 @@ double calcGradients(const std::vector<std::array<double, 3>>& positions,
                      const IntegrationPoint& point, std::vector<std::array<double, 3>>& gradients);
 
 /** ∂x/∂ξ at a point of the element whose nodes are at `positions`: a column for each natural
-coordinate. **/
+coordinate. Of a point with fewer gradients the first nodes count. **/
 std::array<std::array<double, 3>, 3> calcTangents(
     const std::vector<std::array<double, 3>>& positions, const IntegrationPoint& point);
 

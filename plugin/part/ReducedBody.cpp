@@ -100,6 +100,10 @@ int numNodesOf(ElementType type) {
 }
 
 int Mesh::indexOf(int nodeNumber) const {
+    if (!nodeNumbers.empty() && nodeNumber >= nodeNumbers.front()) {  // mostly without gaps
+        const auto guess = size_t(std::int64_t(nodeNumber) - nodeNumbers.front());
+        if (guess < nodeNumbers.size() && nodeNumbers[guess] == nodeNumber) return int(guess);
+    }
     const auto found = std::lower_bound(nodeNumbers.begin(), nodeNumbers.end(), nodeNumber);
     if (found == nodeNumbers.end() || *found != nodeNumber)
         throw std::out_of_range("the mesh has no node number " + std::to_string(nodeNumber));

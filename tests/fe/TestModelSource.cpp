@@ -666,6 +666,55 @@ TEST_F(ModelSource, GridsOfNastranStandWhereTheirSystemsSay) {
     expectAt(7, {1 - std::sqrt(0.5), 1, std::sqrt(0.5)});
 }
 
+TEST_F(ModelSource, RodsOfNastranAreTheTrussesOfADeck) {
+    const std::string grids[8] = {"0.,0.,0.", "1.,0.,0.", "1.,1.,0.", "0.,1.,0.",
+                                  "0.,0.,1.", "1.,0.,1.", "1.,1.,1.", "0.,1.,1."};
+    std::string text =
+                    "PSOLID,1,1\nMAT1,1,1.+9,,.3,1000.\nCHEXA,1,1,1,2,3,4,5,6\n,7,8\n"
+                    "MAT1,2,2.+11,,.3,7800.\nPROD,5,2,.01,.002,,3.\nCROD,10,5,1,7\n"
+                    "CONROD,11,2,8,2,.02\n",
+                deck = "*NODE\n";
+    for (int k = 0; k < 8; ++k) {
+        text += "GRID," + std::to_string(k + 1) + ",," + grids[k] + "\n";
+        deck += std::to_string(k + 1) + "," + grids[k] + "\n";
+    }
+    deck +=
+        "*ELEMENT,TYPE=C3D8I,ELSET=B\n1,1,2,3,4,5,6,7,8\n*ELEMENT,TYPE=T3D2,ELSET=R\n10,1,7\n"
+        "*ELEMENT,TYPE=T3D2,ELSET=S\n11,2,8\n*MATERIAL,NAME=M\n*ELASTIC\n1e9,.3\n*DENSITY\n"
+        "1000.\n*MATERIAL,NAME=N\n*ELASTIC\n2e11,.3\n*DENSITY\n8100.\n*MATERIAL,NAME=O\n"
+        "*ELASTIC\n2e11,.3\n*DENSITY\n7800.\n*SOLID SECTION,ELSET=B,MATERIAL=M\n"
+        "*SOLID SECTION,ELSET=R,MATERIAL=N\n.01\n*SOLID SECTION,ELSET=S,MATERIAL=O\n.02\n";
+    SourceOptions bulk, plain;
+    bulk.path = write("rods.bdf", text);
+    plain.path = write("rods.inp", deck);
+    const FeModel a = readModelSource(bulk), b = readModelSource(plain);
+    EXPECT_EQ(a.K.values, b.K.values);
+    EXPECT_EQ(a.m.values, b.m.values);
+    EXPECT_NEAR(a.calcMass(), 1000 + std::sqrt(3) * (0.01 * 7800 + 3 + 0.02 * 7800), 1e-9);
+    EXPECT_EQ(a.mesh.nodeSets.at("PID_5"), (std::vector<int>{0, 6}));
+    EXPECT_EQ(a.mesh.nodeSets.at("CONROD_11"), (std::vector<int>{1, 7}));
+    EXPECT_THAT(a.notes, Contains(HasSubstr("left out J of rods")));
+}
+
+TEST_F(ModelSource, AGeneralBeamSectionMayHaveItsMaterialInItself) {
+    const std::string beams =
+        "*NODE\n1,0,0,0\n2,.1,0,0\n3,.2,0,0\n4,.2,.1,0\n5,.2,.2,0\n"
+        "*ELEMENT,TYPE=B32R,ELSET=B\n1,1,2,3\n2,3,4,5\n";
+    SourceOptions own, plain;
+    own.path = write("own.inp", beams +
+                                    "*BEAM GENERAL SECTION,ELSET=B,SECTION=RECT,DENSITY=7800.\n"
+                                    ".01,.02\n0,0,1\n2.08e11,8e10\n");
+    plain.path = write("plain.inp", beams +
+                                        "*MATERIAL,NAME=M\n*ELASTIC\n2.08e11,.3\n*DENSITY\n7800.\n"
+                                        "*BEAM SECTION,ELSET=B,SECTION=RECT,MATERIAL=M\n"
+                                        ".01,.02\n0,0,1\n");
+    const FeModel a = readModelSource(own), b = readModelSource(plain);
+    ASSERT_EQ(a.K.rows, b.K.rows);
+    for (size_t k = 0; k < b.K.values.size(); ++k)
+        EXPECT_NEAR(a.K.values[k], b.K.values[k], 1e-12 * b.K.values[0]);
+    EXPECT_EQ(a.m.values, b.m.values);
+}
+
 struct BadBulk {
     const char *name, *text, *message;
 };
@@ -683,7 +732,14 @@ TEST_P(RefusedBulk, IsNamedWithFileLineAndReason) {
 INSTANTIATE_TEST_SUITE_P(
     Entries, RefusedBulk,
     ::testing::Values(
-        BadBulk{"Beam", "CBAR,40,9,1,2\n", "solids or shells"},
+        BadBulk{"Beam", "CBAR,40,9,1,2\n", "B32R of a deck"},
+        BadBulk{"BeamOfAShape", "PBARL,9,1,,BOX\n,.1,.1,.01,.01\n", "B32R of a deck"},
+        BadBulk{"Layers", "PCOMP,9\n", "S8R and S6"},
+        BadBulk{"RodWithoutProperty", "CROD,40,9,1,2\n", "do not have as PROD"},
+        BadBulk{"RodWithAPlatesProperty", "CROD,40,7,1,2\n", "do not have as PROD"},
+        BadBulk{"RodWithoutArea", "CONROD,40,1,2,1\n", "area A must be positive"},
+        BadBulk{"RodOfNoGrid", "CONROD,40,1,99,1,.1\n", "node 99"},
+        BadBulk{"PlateOfARodsProperty", "PROD,9,1,.1\nCQUAD4,40,9,1,2,7,6\n", "does not fit"},
         BadBulk{"Spring", "CELAS2,40,1e5,1,1,2,1\n", "multibody"},
         BadBulk{"Unknown", "CQUAD5,40,7,1,2,7,6\n", "did you mean CQUAD"},
         BadBulk{"Pyramid", "CPYRAM,40,7,1,2,7,6,3\n", "no pyramids"},

@@ -134,7 +134,7 @@ private:
             } else if (keyword == "ENDPART") {
                 part = nullptr;
             } else if (keyword == "ASSEMBLY") {
-                if (part) refuseCard(card, "*ASSEMBLY stands within a *PART");
+                if (part) refuseCard(card, "*ASSEMBLY stands within a *PART, whose *END PART is missing");
                 isInAssembly = true;
                 if (card.has("NAME")) m_assembly.name = card.get("NAME");
             } else if (keyword == "ENDASSEMBLY") {

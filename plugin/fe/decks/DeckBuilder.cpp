@@ -31,6 +31,7 @@
 #include "PointElements.h"
 #include "ThinSections.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/NameDistance.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -47,6 +48,30 @@ void sortUnique(std::vector<int>& values) {
     std::sort(values.begin(), values.end());
     values.erase(std::unique(values.begin(), values.end()), values.end());
 }
+
+/** A set of numbers, mostly from 1 on. **/
+class NumberSet {
+public:
+    void insert(int number) {
+        if (number < 0 || number >= MostFlags) {
+            m_others.insert(number);
+            return;
+        }
+        if (size_t(number) >= m_flags.size())
+            m_flags.resize(std::max(size_t(number) + 1, 2 * m_flags.size()));
+        m_flags[size_t(number)] = true;
+    }
+    bool has(int number) const {
+        return number >= 0 && number < MostFlags
+                   ? size_t(number) < m_flags.size() && m_flags[size_t(number)]
+                   : m_others.count(number) > 0;
+    }
+
+private:
+    static constexpr int MostFlags = 100000000;
+    std::vector<bool> m_flags;
+    std::set<int> m_others;
+};
 
 class Builder {
 public:
@@ -122,9 +147,8 @@ public:
             } else if (keyword == "SOLIDSECTION" || keyword == "SHELLSECTION" ||
                        keyword == "BEAMSECTION" || keyword == "BEAMGENERALSECTION" ||
                        keyword == "MEMBRANESECTION") {
+                if (keyword == "BEAMGENERALSECTION") takeMaterial(card);
                 m_model.sections.push_back(card);
-                if (keyword == "BEAMGENERALSECTION")
-                    m_model.sections.back().keyword = "BEAMSECTION";
             } else if (keyword == "NODALTHICKNESS") {
                 m_thicknessCards.push_back(card);
             } else if (keyword == "EQUATION" || keyword == "MPC") {
@@ -239,6 +263,35 @@ private:
         entry.consequence = consequence;
     }
 
+    /** *BEAM GENERAL SECTION becomes *BEAM SECTION; that of Abaqus has its material in itself: E
+    and G in the third line, DENSITY. **/
+    void takeMaterial(DeckCard& card) {
+        card.keyword = "BEAMSECTION";
+        if (card.has("MATERIAL") || !findBeamSection(card.get("SECTION"))) return;
+        constexpr const char* Needs = "E and G in its third line, or MATERIAL=…";
+        if (card.data.size() < 3) refuseCard(card, card.title + " needs " + Needs);
+        const double E = readDeckNumber(card, card.data[2], 0, Needs),
+                     G = readDeckNumber(card, card.data[2], 1, Needs);
+        const std::string name = "SIMFLEX_BEAM_" + std::to_string(card.line);
+        const auto add = [&](const char* title, const std::vector<std::string>& fields) {
+            DeckCard made;
+            made.setTitle(title);
+            made.file = card.file;
+            made.line = card.line;
+            if (fields.empty())
+                made.parameters["NAME"] = name;
+            else
+                made.data = {{card.line, fields, false}};
+            m_model.materials.push_back(made);
+        };
+        add("*MATERIAL", {});
+        add("*ELASTIC", {writeFortran(E, 13), writeFortran(E / (2 * G) - 1, 13)});
+        add("*DENSITY", {card.get("DENSITY")});
+        for (const char* parameter : {"DENSITY", "POISSON"}) card.parameters.erase(parameter);
+        card.parameters["MATERIAL"] = name;
+        card.data.resize(2);
+    }
+
     void leaveContactOut(const DeckCard& card) {
         static const std::string PassThrough = "what touches there passes through each other";
         if (m_contact == ContactUse::Refused)
@@ -272,10 +325,15 @@ private:
             if (known->count(parameter)) continue;
             std::string list;
             for (const std::string& name : *known) list += (list.empty() ? " but " : ", ") + name;
-            refuseCard(card, card.title + " with " + parameter +
-                                 " is not known to simflex, so it cannot tell what that does to K "
-                                 "and M; it knows none" +
-                                 list + ". Take it out of the deck.");
+            const std::string nearest = findNearestName(parameter, {known->begin(), known->end()});
+            refuseCard(
+                card, card.title + " with " + parameter +
+                          " is not known to simflex, so it cannot tell what that does to K "
+                          "and M; it knows none" +
+                          list +
+                          (nearest.empty() || nearest[0] != parameter[0]  // PIN NSET is no TIE NSET
+                               ? ". Take it out of the deck."
+                               : "; did you mean " + nearest + "?"));
         }
     }
 
@@ -311,6 +369,7 @@ private:
                          << ", " << (*x)[2] << ")";
                 refuseCard(card, text.str() + "; give it another number", data.line);
             }
+            m_nodeNumbers.insert(number);
             if (set) set->push_back(number);
         }
     }
@@ -380,6 +439,8 @@ private:
         const bool hasMore = hasMoreNodes(card, size, type);
         std::vector<int> numbers;
         int firstLine = 0;
+        std::vector<DeckModel::Solid>* solids = nullptr;
+        if (solid) m_solidNumbers.reserve(m_solidNumbers.size() + card.data.size());
         std::vector<int>* set = card.has("ELSET") ? &m_elementSets[card.get("ELSET")] : nullptr;
         for (const DeckLine& data : card.data) {
             if (numbers.empty()) firstLine = data.line;
@@ -408,7 +469,7 @@ private:
                     refuseCard(card, "element " + std::to_string(numbers[0]) + " is given twice",
                                firstLine);
                 for (int k = 1; k <= size; ++k)
-                    if (!m_nodes.count(numbers[k]))
+                    if (!m_nodeNumbers.has(numbers[k]))
                         refuseCard(card,
                                    "element " + std::to_string(numbers[0]) + " uses node " +
                                        std::to_string(numbers[k]) +
@@ -423,8 +484,8 @@ private:
                     m_thinIndex[numbers[0]] = m_thin.size();
                     m_thin.push_back(std::move(element));
                 } else {
-                    m_model.solids[type].push_back(
-                        {numbers[0], {numbers.begin() + 1, numbers.end()}});
+                    if (!solids) solids = &m_model.solids[type];
+                    solids->push_back({numbers[0], {numbers.begin() + 1, numbers.end()}});
                     ++m_numSolids;
                 }
             } else {
@@ -526,6 +587,7 @@ private:
         for (const auto& [type, solids] : m_model.solids)
             for (const auto& solid : solids) add(solid.number, solid.nodes);
         for (const ThinElement& element : m_thin) add(element.number, element.nodes);
+        for (const auto& [number, element] : m_hinged) add(number, element.nodes);
         return nodes;
     }
 
@@ -1536,17 +1598,17 @@ private:
     sets on them. **/
     void finishMesh() {
         Mesh& mesh = m_model.mesh;
-        mesh.nodeNumbers = m_extraNodes;
+        NumberSet used;
+        for (const int number : m_extraNodes) used.insert(number);
         for (const auto& [type, solids] : m_model.solids)
             for (const auto& solid : solids)
-                mesh.nodeNumbers.insert(mesh.nodeNumbers.end(), solid.nodes.begin(),
-                                        solid.nodes.end());
-        sortUnique(mesh.nodeNumbers);
+                for (const int number : solid.nodes) used.insert(number);
         std::unordered_map<int, int>& indexOf = m_indexOf;
-        indexOf.reserve(mesh.nodeNumbers.size());
-        for (const int number : mesh.nodeNumbers) {
+        indexOf.reserve(m_nodes.size());
+        for (const auto& [number, position] : m_nodes) {
+            if (!used.has(number)) continue;
             indexOf[number] = int(indexOf.size());
-            const auto& position = m_nodes.at(number);
+            mesh.nodeNumbers.push_back(number);
             mesh.positions.insert(mesh.positions.end(), position.begin(), position.end());
         }
         for (const auto& [type, solids] : m_model.solids) {
@@ -1626,6 +1688,7 @@ private:
     std::vector<DeckCard> m_cards;
     DeckModel m_model;
     std::map<int, std::array<double, 3>> m_nodes;
+    NumberSet m_nodeNumbers;  ///< that *NODE gives
     Sets m_nodeSets, m_elementSets;
     std::unordered_map<int, std::string> m_solidNumbers;
     std::unordered_map<int, size_t> m_thinIndex;

@@ -218,7 +218,16 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
         MaterialCards* material = findMaterial(card, card.get("MATERIAL"));
         const auto set = deck.elementSets.find(card.get("ELSET"));
         if (set == deck.elementSets.end()) continue;  // of no solids
-        for (const int number : set->second) materialOf[number] = material;
+        bool isTold = false;
+        for (const int number : set->second) {
+            MaterialCards*& own = materialOf[number];
+            if (own && own != material && !isTold)
+                deck.warnings.push_back(card.where() + "element " + std::to_string(number) +
+                                        " has a section of another material before: as in "
+                                        "CalculiX the last one holds");
+            isTold |= own && own != material;
+            own = material;
+        }
     }
     for (const DeckCard& card : deck.sections) {
         if (card.keyword != LayersCard) continue;
@@ -240,6 +249,12 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
     for (auto& [number, material] : materialOf) material->isUsed = true;
     for (auto& [number, all] : materialsOf)
         for (MaterialCards* material : all) material->isUsed = true;
+    deck.sections.erase(std::remove_if(deck.sections.begin(), deck.sections.end(),
+                                       [&](const DeckCard& card) {
+                                           return card.keyword == "SOLIDSECTION" &&
+                                                  !materials.at(card.get("MATERIAL")).isUsed;
+                                       }),
+                        deck.sections.end());
     for (auto& [name, material] : materials) {
         if (!material.isUsed) continue;
         for (const auto& [property, what] :

@@ -277,6 +277,9 @@ constexpr const char *InSpace = "mesh the part in space, by solids, shells or be
 
 /** What elements are whose types begin so, and what to do; the longest beginning holds. **/
 const std::map<std::string, std::pair<const char*, const char*>> RefusedFamilies = {
+    {"C3D5", {"pyramids", "mesh with tetrahedra, wedges and hexahedra"}},
+    {"C3D13", {"pyramids", "mesh with tetrahedra, wedges and hexahedra"}},
+    {"C3D27", {"hexahedra of 27 nodes", "use C3D20R"}},
     {"CAX", {"axisymmetric elements", InSpace}},
     {"CGAX", {"axisymmetric elements", InSpace}},
     {"SAX", {"axisymmetric shells", InSpace}},

@@ -33,13 +33,12 @@ public:
 
     /** What is wrong with an element, or nothing. **/
     std::string find(const std::vector<Vec3d>& x, const std::vector<int>& numbers) const {
-        std::ostringstream text;
-        const std::vector<Vec3d> corners(x.begin(), x.begin() + long(m_corners.size()));
         for (size_t k = 0; k < m_corners.size(); ++k) {
-            const auto t = calcTangents(corners, m_corners[k]);
+            const auto t = calcTangents(x, m_corners[k]);
             const double size = normOf(t[0]) * normOf(t[1]) * normOf(t[2]);
             const double share = size > 0 ? calcDeterminant(t) / size : 0;
             if (share >= LeastCorner) continue;
+            std::ostringstream text;
             text << "is turned inside out at node " << numbers[k] << " (scaled Jacobian " << share
                  << ", must be positive)";
             return text.str();
@@ -50,6 +49,7 @@ public:
             const double off =
                 normOf(sumOf(sumOf(x[k], -0.5, x[a]), -0.5, x[b])) / (length > 0 ? length : 1);
             if (length == 0 || off <= FarthestMiddle) continue;
+            std::ostringstream text;
             text << "has node " << numbers[k] << " " << off
                  << " edge lengths off the middle of the edge from node " << numbers[a]
                  << " to node " << numbers[b] << ", allowed " << FarthestMiddle;
@@ -58,6 +58,7 @@ public:
         for (const IntegrationPoint& point : m_points) {
             const double determinant = calcDeterminant(calcTangents(x, point));
             if (determinant > 0) continue;
+            std::ostringstream text;
             text << "is turned inside out within (Jacobian " << determinant
                  << ", must be positive)";
             return text.str();
@@ -82,6 +83,7 @@ void checkElementShapes(const DeckModel& deck) {
                                getSolid(type));
         const auto find = [&](size_t k) {
             std::vector<Vec3d> x;
+            x.reserve(solids[k].nodes.size());
             for (const int node : solids[k].nodes)
                 x.push_back(deck.mesh.position(deck.mesh.indexOf(node)));
             return check.find(x, solids[k].nodes);

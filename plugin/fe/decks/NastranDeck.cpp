@@ -71,14 +71,22 @@ const std::set<std::string> LeftOutEntries = {
     "ASET1",   "BSET",    "BSET1",  "CSET",    "CSET1",  "QSET",   "QSET1",  "OMIT",   "OMIT1",
     "USET",    "USET1",   "SPOINT", "MDLPRM",  "ENDDATA"};
 
+constexpr const char *Beams =
+                         "CalculiX has beams by their shape alone: write it as a B32R of a deck "
+                         "with *BEAM SECTION, SECTION=RECT, CIRC, PIPE or BOX, or mesh it by "
+                         "solids or shells",
+                     *Layers =
+                         "in CalculiX shells of 8 and 6 nodes alone have layers: write it as "
+                         "*SHELL SECTION, COMPOSITE of S8R and S6 of a deck, or mesh the layers "
+                         "as solids";
+
 /** Refused, and what to do. **/
 const std::map<std::string, const char*> RefusedEntries = {
     {"CPYRAM", "CalculiX has no pyramids; mesh with tetrahedra, wedges and hexahedra"},
-    {"CBAR", "beams of Nastran have no geometry; mesh them by solids or shells"},
-    {"CBEAM", "beams of Nastran have no geometry; mesh them by solids or shells"},
-    {"CROD", "trusses are hinged at their grids; mesh them by solids or shells"},
-    {"CONROD", "trusses are hinged at their grids; mesh them by solids or shells"},
-    {"CTUBE", "trusses are hinged at their grids; mesh them by solids or shells"},
+    {"CBAR", Beams},
+    {"CBEAM", Beams},
+    {"CBEND", Beams},
+    {"CTUBE", "write it as CROD with the area of its wall"},
     {"CBUSH", "put bushings and springs into the multibody model"},
     {"CELAS1", "put bushings and springs into the multibody model"},
     {"CELAS2", "put bushings and springs into the multibody model"},
@@ -92,10 +100,10 @@ const std::map<std::string, const char*> RefusedEntries = {
     {"CONM1", "give the mass by CONM2"},
     {"CMASS1", "give the mass by CONM2"},
     {"CMASS2", "give the mass by CONM2"},
-    {"PCOMP", "layers are not known to simflex; mesh them as solids"},
-    {"PCOMPG", "layers are not known to simflex; mesh them as solids"},
-    {"MAT2", "materials of shells that are not isotropic are not known to simflex"},
-    {"MAT8", "materials of shells that are not isotropic are not known to simflex"},
+    {"PCOMP", Layers},
+    {"PCOMPG", Layers},
+    {"MAT2", Layers},
+    {"MAT8", Layers},
     {"MAT9", "give the material as a deck's *ELASTIC, TYPE=ANISO"},
     {"MATT1", "a material has one temperature; give its constants there"},
     {"MPC", "write it as an *EQUATION of a deck, or as RBE2"},
@@ -105,7 +113,10 @@ const std::map<std::string, const char*> RefusedEntries = {
     {"RSPLINE", "write it as RBE2 or RBE3"},
     {"DMIG", "it adds matrices to those of the elements; reduce the matrices (.pch)"},
     {"GENEL", "it adds a matrix to those of the elements"},
-    {"PBAR", "beams of Nastran have no geometry; mesh them by solids or shells"}};
+    {"PBAR", Beams},
+    {"PBARL", Beams},
+    {"PBEAM", Beams},
+    {"PBEAML", Beams}};
 
 struct CoordinateSystem {
     char kind;  ///< R, C or S
@@ -142,6 +153,7 @@ public:
         writeNodes();
         writeElements();
         writeProperties();
+        writeRods();
         writeRigidBodies();
         writeMasses();
         for (const auto& [name, leftOut] : m_leftOut)
@@ -228,9 +240,9 @@ private:
             m_gridDefaults = &entry;
         } else if (name.compare(0, 4, "CORD") == 0 && name.size() == 6) {
             addSystem(entry);
-        } else if (getMostGrids(name) > 0) {
+        } else if (getMostGrids(name) > 0 || isRod(entry)) {
             add(m_elements, entry);
-        } else if (name == "PSOLID" || name == "PSHELL") {
+        } else if (name == "PSOLID" || name == "PSHELL" || name == "PROD") {
             add(m_properties, entry);
         } else if (name == "MAT1") {
             add(m_materials, entry);
@@ -247,9 +259,9 @@ private:
                    refused != RefusedEntries.end()) {
             refuse(entry, std::string("cannot be part of a flexible body: ") + refused->second);
         } else {
-            std::vector<std::string> known = {"GRID",   "GRDSET", "CORD2R", "PSOLID",
-                                              "PSHELL", "MAT1",   "RBE2",   "RBE3",
-                                              "RBAR",   "CONM2",  "PARAM"};
+            std::vector<std::string> known = {"GRID", "GRDSET", "CORD2R", "PSOLID", "PSHELL",
+                                              "PROD", "CROD",   "CONROD", "MAT1",   "RBE2",
+                                              "RBE3", "RBAR",   "CONM2",  "PARAM"};
             for (const auto& element : getBulkElements()) known.push_back(element.first.first);
             known.insert(known.end(), LeftOutEntries.begin(), LeftOutEntries.end());
             const std::string nearest = findNearestName(name, known);
@@ -366,6 +378,7 @@ private:
         std::map<std::pair<std::string, std::string>, std::vector<const BulkEntry*>> blocks;
         std::map<const BulkEntry*, std::pair<const BulkElement*, std::vector<int>>> elementOf;
         for (const auto& [id, entry] : m_elements) {
+            if (isRod(*entry)) continue;
             const std::string& name = entry->card.name;
             size_t count = getMostGrids(name);
             std::vector<int> grids;
@@ -388,7 +401,7 @@ private:
             if (found == m_properties.end())
                 refuse(*entry, "names property " + std::to_string(property) +
                                    ", which the bulk data do not have");
-            if ((found->second->card.name == "PSHELL") != element->second.isShell)
+            if (found->second->card.name != (element->second.isShell ? "PSHELL" : "PSOLID"))
                 refuse(*entry, "does not fit its property, a " + found->second->card.name);
             m_sets[{property, offset}] = setOf(property, offset);
             blocks[{element->second.type, setOf(property, offset)}].push_back(entry);
@@ -405,6 +418,52 @@ private:
             }
         }
         m_nextElement = m_elements.empty() ? 1 : m_elements.rbegin()->first + 1;
+    }
+
+    static bool isRod(const BulkEntry& entry) {
+        return entry.card.name == "CROD" || entry.card.name == "CONROD";
+    }
+
+    /** Trusses: CROD with its PROD, CONROD with all in itself. **/
+    void writeRods() {
+        std::set<std::string> written;
+        for (const auto& [id, entry] : m_elements) {
+            if (!isRod(*entry)) continue;
+            const bool isOwn = entry->card.name == "CONROD";
+            const BulkEntry* section = entry;
+            std::string set = "CONROD_" + std::to_string(id), material = set;
+            if (!isOwn) {
+                const int property =
+                    entry->card.field(1).empty() ? id : positive(*entry, 1, "its property");
+                const auto found = m_properties.find(property);
+                if (found == m_properties.end() || found->second->card.name != "PROD")
+                    refuse(*entry, "names property " + std::to_string(property) +
+                                       ", which the bulk data do not have as PROD");
+                section = found->second;
+                set = setOf(property, 0);
+                material = "PID_" + std::to_string(property);
+            }
+            std::vector<std::string> fields = {std::to_string(id)};
+            for (size_t k = 0; k < 2; ++k) {
+                const int grid = positive(*entry, (isOwn ? 1 : 2) + k, "a grid");
+                m_elementGrids.insert(grid);
+                fields.push_back(std::to_string(grid));
+            }
+            addLine(addCard(entry, "*ELEMENT", {{"TYPE", "T3D2"}, {"ELSET", set}}), fields);
+            addCard(entry, "*NSET", {{"NSET", material}, {"ELSET", set}});
+            if (!written.insert(set).second) continue;
+            const size_t first = isOwn ? 3 : 1;  // of MID, A, J, C, NSM
+            const double area = number(*section, first + 1, "A");
+            if (!(area > 0)) refuse(*section, "the area A must be positive");
+            if (number(*section, first + 2, "J") != 0)
+                note(section->path + ":" + std::to_string(section->card.line) +
+                     ": left out J of rods, which resist along themselves alone");
+            Material constants = readMaterial(*section, positive(*section, first, "its material"));
+            constants.rho += m_massFactor * number(*section, first + 4, "NSM") / area;
+            writeMaterial(*section, material, constants);
+            addLine(addCard(section, "*SOLID SECTION", {{"ELSET", set}, {"MATERIAL", material}}),
+                    {writeGeneral(area)});
+        }
     }
 
     /** What else a shell may say. @returns its offset [m] **/

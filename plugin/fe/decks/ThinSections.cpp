@@ -36,9 +36,23 @@ void readWalls(const DeckCard& card, ThinElement& section) {
 
 }  // namespace
 
+const BeamSection* findBeamSection(const std::string& name) {
+    const auto found = BeamShapes.find(name.substr(0, 4));  // as ccx: RECTANGULAR too
+    return found == BeamShapes.end() ? nullptr : &found->second;
+}
+
 ThinElement readThinSection(const DeckCard& card) {
     const bool isBeam = card.keyword == "BEAMSECTION";
     ThinElement section;
+    if (isBeam) {
+        const BeamSection* shape = findBeamSection(card.get("SECTION"));
+        if (!shape)
+            refuseCard(card,
+                       "section " + card.get("SECTION") +
+                           " has no geometry of its own in CalculiX; use RECT, CIRC, PIPE or BOX, "
+                           "or mesh the beam with shells or solids");
+        section.section = *shape;
+    }
     for (const auto& [parameter, value] : card.parameters) {
         const std::string where = card.where();
         if (parameter == "ELSET" || parameter == "MATERIAL" || parameter == "SECTION" ||
@@ -47,7 +61,9 @@ ThinElement readThinSection(const DeckCard& card) {
         if (parameter == "NODALTHICKNESS") {
             section.hasNodalThickness = true;
         } else if (parameter == (isBeam ? "OFFSET1" : "OFFSET")) {
-            section.offset[0] = parseDeckNumber(value, where);
+            section.offset[0] = value == "SPOS"   ? 0.5
+                                : value == "SNEG" ? -0.5
+                                                  : parseDeckNumber(value, where);
         } else if (isBeam && parameter == "OFFSET2") {
             section.offset[1] = parseDeckNumber(value, where);
         } else if (!isBeam && parameter == "COMPOSITE") {
@@ -60,19 +76,9 @@ ThinElement readThinSection(const DeckCard& card) {
             refuseCard(card, card.title + " with " + parameter + " is not known to simflex");
         }
     }
-    if (isBeam) {
-        const std::string shape = card.get("SECTION").substr(0, 4);  // as ccx: RECTANGULAR too
-        const auto known = BeamShapes.find(shape);
-        if (known == BeamShapes.end())
-            refuseCard(card,
-                       "section " + card.get("SECTION") +
-                           " has no geometry of its own in CalculiX; use RECT, CIRC, PIPE or BOX, "
-                           "or mesh the beam with shells or solids");
-        section.section = known->second;
-        if (section.hasNodalThickness && section.section != BeamSection::Rectangle &&
-            section.section != BeamSection::Circle)
-            refuseCard(card, card.title + " of a " + shape + " takes no NODAL THICKNESS");
-    }
+    if (isBeam && section.hasNodalThickness && section.section != BeamSection::Rectangle &&
+        section.section != BeamSection::Circle)
+        refuseCard(card, card.title + " of a " + card.get("SECTION") + " takes no NODAL THICKNESS");
     if (section.isLayered) {
         if (section.hasNodalThickness || card.has("MATERIAL"))
             refuseCard(card, card.title +

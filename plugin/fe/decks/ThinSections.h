@@ -10,6 +10,9 @@ What a *SHELL SECTION or *BEAM SECTION says of its elements. Internal to fe. **/
 
 namespace simflex {
 
+/** The shape that SECTION= names, null for one that CalculiX has no geometry of. **/
+const BeamSection* findBeamSection(const std::string& name);
+
 /** Thickness (of layers together), offset, section and axes; number, type and nodes are left empty.
 @throws std::invalid_argument naming file and line for what simflex does not know or do. **/
 ThinElement readThinSection(const DeckCard& card);
