@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "simflex/body/FlexibleBody.h"
-#include "simflex/body/FlexibleBodySubsystem.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/JointEquations.h"
 
 namespace simflex {
@@ -27,7 +27,7 @@ enum class Bending { Held, Free };
 class JointGuide {
 public:
     JointGuide(const FlexibleBodySubsystem& bodies, const State& start,
-               const std::vector<JointGoal>& goals, Bending bending)
+               const std::vector<JointGoal>& goals, Bending bending, AngleWay angleWay)
         : m_bodies(bodies),
           m_system(bodies.getMultibodySystem()),
           m_matter(m_system.getMatterSubsystem()),
@@ -53,6 +53,15 @@ public:
                 scale(mobod, Infinity);
         }
         for (Mode& mode : m_modes) mode.start = m_state.getQ()[mode.q];
+        startTurns();
+        for (size_t i = 0; i < goals.size(); ++i) {
+            m_reached.push_back(calcCoordinate(i));
+            const Real way = goals[i].value - m_reached[i];
+            const bool isShorter = getKind(i).isPeriodic() &&
+                                   (angleWay == AngleWay::Shorter || m_turnCounts.empty());
+            m_wanted.push_back(isShorter ? m_reached[i] + std::remainder(way, 2 * Pi)
+                                         : goals[i].value);
+        }
     }
 
     const State& getState() const { return m_state; }
@@ -133,14 +142,32 @@ private:
     }
     Real calcLargestError() const { return calcLargest(m_state.getQErr(), getNumPositionRows()); }
 
+    Real calcCoordinate(size_t i) const {
+        return m_goals[i].joint.calcCoordinates(m_state)[m_goals[i].coordinate];
+    }
+
     Vector calcWay() const {
         Vector way(int(m_goals.size()));
-        for (size_t i = 0; i < m_goals.size(); ++i) {
-            const JointGoal& goal = m_goals[i];
-            const Real rest = goal.value - goal.joint.calcCoordinates(m_state)[goal.coordinate];
-            way[int(i)] = getKind(i).isPeriodic() ? std::remainder(rest, 2 * Pi) : rest;
-        }
+        for (size_t i = 0; i < m_goals.size(); ++i) way[int(i)] = m_wanted[i] - m_reached[i];
         return way;
+    }
+
+    /** What counts turns knows the one it is on. **/
+    void startTurns() {
+        const FlexibleBodySubsystem::Guts& guts = m_bodies.getGuts();
+        for (int i = 0; i < int(guts.states().size()); ++i)
+            if (guts.state(i).followsMotion() && !guts.state(i).isHeld())
+                m_turnCounts.push_back(i);
+        followTurns();
+    }
+    void followTurns() {
+        if (!m_turnCounts.empty()) m_bodies.getGuts().startStates(m_state);
+        for (size_t i = 0; i < m_reached.size(); ++i) {
+            const Real now = calcCoordinate(i);
+            m_reached[i] = getKind(i).isPeriodic()
+                               ? m_reached[i] - std::remainder(m_reached[i] - now, 2 * Pi)
+                               : now;
+        }
     }
     Vector calcRateErrors() const {
         Vector errors(int(m_goals.size()));
@@ -160,6 +187,7 @@ private:
         m_state.updQ() += dq;
         m_matter.normalizeQuaternions(m_state);
         realize();
+        followTurns();
     }
 
     void scale(const MobilizedBody& mobod, Real factor) {
@@ -240,15 +268,17 @@ private:
     State m_state;
     Vector m_weights;
     std::vector<Mode> m_modes;
+    std::vector<Real> m_reached, m_wanted;  ///< coordinates of the goals, with their turns
+    std::vector<int> m_turnCounts;          ///< states that follow turns
 };
 
 /** @param lead  tells whether it could **/
 template <class Lead>
 void reachGoals(const FlexibleBodySubsystem& bodies, State& state,
-                const std::vector<JointGoal>& goals, const Lead& lead) {
+                const std::vector<JointGoal>& goals, AngleWay angleWay, const Lead& lead) {
     std::string culprit;
     for (const Bending bending : {Bending::Held, Bending::Free}) {
-        JointGuide guide(bodies, state, goals, bending);
+        JointGuide guide(bodies, state, goals, bending, angleWay);
         if (lead(guide)) {
             state = guide.getState();
             bodies.getMultibodySystem().realize(state, Stage::Velocity);
@@ -262,13 +292,20 @@ void reachGoals(const FlexibleBodySubsystem& bodies, State& state,
 }  // namespace
 
 void setJointCoordinates(const FlexibleBodySubsystem& bodies, State& state,
-                         const std::vector<JointGoal>& goals) {
-    reachGoals(bodies, state, goals, [](JointGuide& guide) { return guide.leadCoordinates(); });
+                         const std::vector<JointGoal>& goals, AngleWay angleWay) {
+    const auto lead = [](JointGuide& guide) { return guide.leadCoordinates(); };
+    if (angleWay == AngleWay::Whole) try {
+            return reachGoals(bodies, state, goals, AngleWay::Whole, lead);
+        } catch (const std::runtime_error&) {
+            // A joint that cannot go round.
+        }
+    reachGoals(bodies, state, goals, AngleWay::Shorter, lead);
 }
 
 void setJointRates(const FlexibleBodySubsystem& bodies, State& state,
                    const std::vector<JointGoal>& goals) {
-    reachGoals(bodies, state, goals, [](JointGuide& guide) { return guide.changeRates(); });
+    reachGoals(bodies, state, goals, AngleWay::Shorter,
+               [](JointGuide& guide) { return guide.changeRates(); });
 }
 
 }  // namespace simflex

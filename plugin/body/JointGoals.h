@@ -30,12 +30,20 @@ struct JointGoal {
     SimTK::Real value = 0;
 };
 
-/** Closes the joints and leads coordinates to their values; angles go the shorter way round. Speeds
-stay as they are where nothing asks for others: the State may have to be given consistent ones by
+enum class AngleWay {
+    Shorter,  ///< round; a whole turn more or less is the same
+    Whole     ///< from what the State tells, within half a turn, to the value, through whole turns
+              ///< where the joints allow it and anything counts them
+};
+
+/** Closes the joints and leads coordinates to their values. Torsion springs, and signals that count
+turns, go along: at a value of 4π, the whole way, a spring is wound up by two turns. Speeds stay as
+they are where nothing asks for others: the State may have to be given consistent ones by
 setJointRates(). The State is realized to Stage::Velocity.
 @throws std::runtime_error naming a joint that does not allow it; the State is as it was. **/
 void setJointCoordinates(const FlexibleBodySubsystem& bodies, SimTK::State& state,
-                         const std::vector<JointGoal>& goals);
+                         const std::vector<JointGoal>& goals,
+                         AngleWay angleWay = AngleWay::Shorter);
 
 /** Closes the joints and changes speeds as little as makes them consistent, with these rates.
 @throws the same. **/

@@ -143,8 +143,21 @@ void Session::reset() {
 }
 
 void Session::setState(const State& state) {
+    goTo(state, nullptr, 0);
+}
+
+void Session::goTo(const State& state, const Quantity* wanted, double value) {
+    const std::vector<double> turns = m_turns->save();
     start(state);
+    m_turns->restore(turns);
+    m_turns->follow(getState());
+    if (wanted) m_turns->setTurned(wanted->joint, wanted->coordinate, value);
     recordRow();
+}
+
+double Session::calcCoordinate(const Joint& joint, int coordinate) const {
+    return joint.calcCoordinates(getState())[coordinate] +
+           m_turns->getTurned(joint.getIndex(), coordinate);
 }
 
 std::string Session::describeWhatMoves() const {
@@ -397,6 +410,8 @@ void Session::set(const std::string& path, const std::vector<double>& values) {
                                  (wanted == 1 ? " value" : " values, as in [1, 2, 3]") + ", not " +
                                  std::to_string(values.size()));
     const std::vector<std::string> parts = splitAt(quantity->path, '.');
+    if (quantity->joint.isValid())
+        return goTo(quantity->calcStateWith(values), &*quantity, values[0]);
     if (parts[0] != "inputs") return setState(quantity->calcStateWith(values));
     if (parts.size() == 2) return setInputs({{parts[1], values[0]}});
     const int number = m_model->findInput(parts[1])->state;

@@ -48,6 +48,8 @@ struct Quantity {
     std::function<std::vector<double>()> get;
     /** The State with new values, as many as get() gives; empty: cannot be set. **/
     std::function<SimTK::State(const std::vector<double>& values)> calcStateWith;
+    JointIndex joint{};  ///< whose coordinate it is, if it is one
+    int coordinate = 0;
 };
 
 /** Where a Session was, to the last bit. **/
@@ -77,6 +79,8 @@ public:
     const Model& getModel() const { return *m_model; }
     /** The file's title, or its name. **/
     std::string getTitle() const;
+    /** Of a joint, with the whole turns of angles in the motion so far. **/
+    double calcCoordinate(const Joint& joint, int coordinate) const;
     const ImplicitIntegrator& getIntegrator() const { return *m_integrator; }
     /** Realized to Stage::Velocity. **/
     const SimTK::State& getState() const { return m_integrator->getState(); }
@@ -205,6 +209,8 @@ private:
     void start(const SimTK::State& state, Joints joints = Joints::ToBeClosed);
     /** Where inputs may change. **/
     void endStepsAt(double time);
+    /** Angles count on from here. @param wanted  null, or a coordinate that gets its values **/
+    void goTo(const SimTK::State& state, const Quantity* wanted, double value);
     void goOnFrom(const Session& other);
     void forgetFrom(double time);
     void recordRow();

@@ -5,6 +5,7 @@ Coordinates of joints that are led to values, against closed forms. **/
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/JointGoals.h"
+#include "simflex/forces/TorsionSpring.h"
 #include "support/PointMassPart.h"
 
 namespace simflex::test {
@@ -55,6 +56,29 @@ TEST(JointGoals, ASliderCranksSlideFollowsItsCrank) {
                 (x * x + model.r * model.r - model.l * model.l) / (2 * x * model.r), 1e-10);
     setJointCoordinates(model.bodies, model.state, {{model.bearing, 0, 0.5 + 4 * Pi}});
     EXPECT_NEAR(model.bearing.calcCoordinates(model.state)[0], 0.5, 1e-10);
+}
+
+TEST(JointGoals, WhatCountsTurnsGoesAlong) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem bodies(system, matter);
+    const MobilizedBody::Free wheel(
+        matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), UnitInertia(0.1))));
+    const Joint::Pin pin(bodies, matter.Ground(), wheel, "pin");
+    const Real k = 3;
+    TorsionSpring(bodies, matter.Ground(), wheel, k, 0, 0);
+    State state = system.realizeTopology();
+    system.realize(state, Stage::Velocity);
+    const auto expectTwist = [&](Real twist) {
+        EXPECT_NEAR(system.calcPotentialEnergy(state), 0.5 * k * twist * twist, 1e-7);
+    };
+    setJointCoordinates(bodies, state, {{pin, 0, 7}}, AngleWay::Whole);
+    EXPECT_NEAR(pin.calcCoordinates(state)[0], 7 - 2 * Pi, 1e-10);
+    expectTwist(7);
+    setJointCoordinates(bodies, state, {{pin, 0, -4 - 2 * Pi}}, AngleWay::Whole);
+    expectTwist(-4);
+    setJointCoordinates(bodies, state, {{pin, 0, 2 * Pi - 3}}, AngleWay::Shorter);
+    expectTwist(-3);
 }
 
 TEST(JointGoals, WhatTheJointsDoNotAllowIsRefusedAndChangesNothing) {

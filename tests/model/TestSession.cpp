@@ -48,6 +48,38 @@ TEST_F(SessionTest, AFileMovesAsSimflexRunMovesItToTheLastBit) {
     expectSameRows(session.getRecord(), read("run"));
 }
 
+/** A torsion spring is wound as far as the angle that is set says, and back. **/
+TEST_F(SessionTest, AnglesThatAreSetAreWholeOnes) {
+    writeModel(
+        "simflex: 1\n"
+        "bodies: {bar: {mass: 1, inertia: [0.1, 0.1, 0.1]}}\n"
+        "joints: {A: {type: pin, between: [ground, bar], axis: z}}\n"
+        "connectors: {coil: {type: torsion_spring, between: [ground, bar], stiffness: 10}}\n"
+        "probes: {angle: {coordinate: A}, stored: {energy: potential}}\n"
+        "solver: {accuracy: 1e-8}\n"
+        "analyses: {run: {type: transient, duration: 0.1}}\n");
+    Session session(loadModelText(folder / "model.yaml"));
+    for (const double angle : {2.0, 4.0, 0.0, 7.0, -3.0, 3.0, 20.0, 0.5}) {
+        SCOPED_TRACE(angle);
+        session.set("joints.A.angle", {angle});
+        EXPECT_NEAR(session.get("joints.A.angle")[0], angle, 1e-9);
+        EXPECT_NEAR(session.get("angle")[0], angle, 1e-9);
+        EXPECT_NEAR(session.get("stored")[0], 5 * angle * angle, 1e-6);
+    }
+    // It swings about zero, with ω² = k/I, and speeds that are set leave the turns alone.
+    session.set("joints.A.angle", {9});
+    session.runTo(0.1, 0.01);
+    EXPECT_NEAR(session.get("angle")[0], 9 * std::cos(1), 1e-5);
+    session.set("joints.A.rate", {0});
+    EXPECT_NEAR(session.get("angle")[0], 9 * std::cos(1), 1e-5);
+    EXPECT_NEAR(session.get("stored")[0], 5 * std::pow(9 * std::cos(1), 2), 1e-3);
+
+    // The same from the file.
+    Session wound(loadModelText(folder / "model.yaml", {"initial.joints={A: 7}"}));
+    EXPECT_NEAR(wound.get("angle")[0], 7, 1e-9);
+    EXPECT_NEAR(wound.get("stored")[0], 5 * 49, 1e-6);
+}
+
 TEST_F(SessionTest, AModelWrittenInCppMovesAsTheFileThatSaysTheSame) {
     const ModelText file = readPendulum();
     ModelText written;

@@ -190,7 +190,8 @@ void setJointStarts(const ModelValue& file, const ModelSystem& system, State& st
                                       [](const JointStart& start) { return bool(start.rate); });
     try {
         // Positions, with the bodies' own speeds; then speeds at these positions.
-        if (!coordinates.empty()) setJointCoordinates(system.flexible, state, coordinates);
+        if (!coordinates.empty())
+            setJointCoordinates(system.flexible, state, coordinates, AngleWay::Whole);
         if (hasRates) setJointRates(system.flexible, state, rates);
     } catch (const std::runtime_error& error) {
         starts.front().joint.fail(

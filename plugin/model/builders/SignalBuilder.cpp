@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "simflex/model/builders/HeldStates.h"
-#include "simflex/model/builders/InitialValues.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/file/VariableFormula.h"
 
@@ -653,10 +652,9 @@ std::pair<Joint, int> SignalBuilder::findCoordinateOf(const ModelValue& value) c
 
 Signal SignalBuilder::makeCoordinate(const ModelValue& value) {
     if (value.isMap() && value.has("body")) return makeOfMobilizer(value, false);
+    // initial.joints lead it to its turns.
     return withPlace(value, [&, found = findCoordinateOf(value)] {
-        const std::string joint = readJointCoordinate(value).first.getText();
-        return Signal::turnedAngle(m_system.flexible, found.first, found.second,
-                                   findStartValue(m_file, joint, found.second));
+        return Signal::turnedAngle(m_system.flexible, found.first, found.second);
     });
 }
 

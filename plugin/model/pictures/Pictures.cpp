@@ -455,6 +455,7 @@ bool drawsEquilibria(const Model& model) {
 std::string drawState(const Model& model, const State& state, const std::string& analysis,
                       const std::string& usualFolder) {
     const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
+    viz->setShowSimTime(false);
     MotionRecorder motion(model.getSystem());
     motion.record(state);
     fitTo(model, motion, *viz);

@@ -60,6 +60,19 @@ void TurnCounter::update(const State& state) {
     m_time = state.getTime();
 }
 
+void TurnCounter::follow(const State& state) {
+    if (std::isnan(m_time)) return update(state);
+    m_time = state.getTime();
+    for (Angle& angle : m_angles) angle.rate = 0;
+    update(state);
+}
+
+void TurnCounter::setTurned(JointIndex joint, int coordinate, double value) {
+    for (Angle& angle : m_angles)
+        if (angle.joint == joint && angle.coordinate == coordinate)
+            angle.turned = 2 * Pi * std::round((value - angle.value) / (2 * Pi));
+}
+
 double TurnCounter::getTurned(JointIndex joint, int coordinate) const {
     for (const Angle& angle : m_angles)
         if (angle.joint == joint && angle.coordinate == coordinate) return angle.turned;

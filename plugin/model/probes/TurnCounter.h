@@ -23,6 +23,11 @@ public:
     calls. @pre Stage::Velocity. **/
     void update(const SimTK::State& state);
 
+    /** Goes on to a State that no motion has led to: each angle by whole turns next to what it was. **/
+    void follow(const SimTK::State& state);
+    /** The coordinate of that State has gone on to this value, as near as whole turns bring it. **/
+    void setTurned(JointIndex joint, int coordinate, double value);
+
     /** What is to be added to a joint's coordinate [rad]; 0 for one that is no angle. **/
     double getTurned(JointIndex joint, int coordinate) const;
 

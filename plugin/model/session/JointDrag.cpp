@@ -59,12 +59,14 @@ DragWish makeWish(const Model& model, const State& state, const Joint& joint, in
 }  // namespace
 
 State dragJoint(const Model& model, const State& state, const Joint& joint, int coordinate,
-                double value) {
-    const DragWish wish = makeWish(model, state, joint, coordinate, false, value);
+                double value, double turned) {
+    DragWish wish = makeWish(model, state, joint, coordinate, false, value);
+    wish.now += turned;
     wish.checkThatNoMotionLeads();
     State moved = state;
     try {
-        setJointCoordinates(model.getFlexibleBodies(), moved, {{joint, coordinate, value}});
+        setJointCoordinates(model.getFlexibleBodies(), moved, {{joint, coordinate, value - turned}},
+                            AngleWay::Whole);
     } catch (const std::runtime_error& error) {
         wish.refuse(error.what());
     }

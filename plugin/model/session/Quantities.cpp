@@ -66,10 +66,14 @@ std::vector<Quantity> makeJointQuantities(const Session& session, const Model::J
         const std::string path = "joints." + entry.name + '.' + names[size_t(c)];
         const std::string unit = joint.getEquations().getCoordinate(c).isAngle() ? "rad" : "m";
         all.push_back(
-            {path, unit, [&, c] { return Values{joint.calcCoordinates(session.getState())[c]}; },
+            {path, unit, [&, c] { return Values{session.calcCoordinate(joint, c)}; },
              [&, c](const Values& values) {
-                 return dragJoint(session.getModel(), session.copyState(), joint, c, values[0]);
-             }});
+                 const double turned = session.calcCoordinate(joint, c) -
+                                       joint.calcCoordinates(session.getState())[c];
+                 return dragJoint(session.getModel(), session.copyState(), joint, c, values[0],
+                                  turned);
+             },
+             joint.getIndex(), c});
         all.push_back({path + "_rate", unit + "/s",
                        [&, c] { return Values{joint.calcCoordinateDots(session.getState())[c]}; },
                        [&, c](const Values& values) {
@@ -88,7 +92,12 @@ std::optional<Quantity> findJointQuantity(const Session& session, const PathPart
     if (parts.size() == 2 && !isOnly)
         return Quantity{"joints." + entry.name,
                         "",
-                        [&] { return toNumbers(entry.joint.calcCoordinates(session.getState())); },
+                        [&] {
+                            Values all;
+                            for (int c = 0; c < entry.joint.getNumCoordinates(); ++c)
+                                all.push_back(session.calcCoordinate(entry.joint, c));
+                            return all;
+                        },
                         {}};
     std::string name = parts.size() == 2 ? names[0] : parts[2];
     if (isOnly && name == "rate") name = names[0] + "_rate";
