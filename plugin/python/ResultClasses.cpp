@@ -1,6 +1,7 @@
 #include <pybind11/complex.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "simflex/model/Results.h"
@@ -33,6 +34,16 @@ py::array_t<double> getProbe(const Analysis& analysis, const std::string& name) 
     return toArray(series.rows, 0, series.column.columns.size());
 }
 
+std::vector<std::string> listProbes(const Analysis& analysis) {
+    std::vector<std::string> names;
+    for (const Results::Series& series : analysis.probes) names.push_back(series.column.name);
+    return names;
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 py::object toPandas(const Analysis& analysis) {
     py::dict columns;
     for (const Results::Series& series : analysis.probes)
@@ -47,8 +58,7 @@ py::object plot(const Analysis& analysis, const py::args& probes, py::object axe
     if (axes.is_none()) axes = py::module_::import("matplotlib.pyplot").attr("gca")();
     std::vector<std::string> names;
     for (const auto& probe : probes) names.push_back(py::cast<std::string>(probe));
-    if (names.empty())
-        for (const Results::Series& series : analysis.probes) names.push_back(series.column.name);
+    if (names.empty()) names = listProbes(analysis);
     for (const std::string& name : names) {
         const Results::Series& series = *findSeries(analysis, name);
         for (size_t k = 0; k < series.column.columns.size(); ++k)
@@ -115,13 +125,15 @@ void addResults(py::module_& module) {
         .def_readonly("statistics", &Analysis::statistics)
         .def_readonly("warnings", &Analysis::warnings)
         .def_property_readonly("time", makeGetter(&Analysis::time), "n [s], of transient ones.")
-        .def_property_readonly("probes",
-                               [](const Analysis& analysis) {
-                                   std::vector<std::string> names;
-                                   for (const Results::Series& series : analysis.probes)
-                                       names.push_back(series.column.name);
-                                   return names;
-                               })
+        .def_property_readonly("probes", &listProbes)
+        .def("__iter__",
+             [](const Analysis& analysis) { return py::iter(py::cast(listProbes(analysis))); })
+        .def(
+            "__contains__",
+            [](const Analysis& analysis, const std::string& probe) {
+                return contains(listProbes(analysis), probe);
+            },
+            py::arg("probe"))
         .def("__getitem__", &getProbe, py::arg("probe"),
              "n numbers of a probe, or n×k of one with columns; SI units, see unit().")
         .def(
@@ -188,6 +200,14 @@ void addResults(py::module_& module) {
                 } catch (const std::out_of_range& error) {
                     throw py::key_error(error.what());
                 }
+            },
+            py::arg("analysis"))
+        .def("__iter__",
+             [](const Results& results) { return py::iter(py::cast(listNames(results.analyses))); })
+        .def(
+            "__contains__",
+            [](const Results& results, const std::string& name) {
+                return contains(listNames(results.analyses), name);
             },
             py::arg("analysis"))
         .def("__len__", [](const Results& results) { return results.analyses.size(); })

@@ -52,6 +52,12 @@ class Analysis:
     def probes(self) -> List[str]:
         ...
 
+    def __iter__(self) -> Iterator[str]:
+        ...
+
+    def __contains__(self, probe: str) -> bool:
+        ...
+
     def __getitem__(self, probe: str) -> NDArray[numpy.float64]:
         """n numbers of a probe, or n×k of one with columns; SI units, see unit()."""
 
@@ -136,6 +142,12 @@ class Results:
         ...
 
     def __getitem__(self, analysis: str) -> Analysis:
+        ...
+
+    def __iter__(self) -> Iterator[str]:
+        ...
+
+    def __contains__(self, analysis: str) -> bool:
         ...
 
     def __len__(self) -> int:

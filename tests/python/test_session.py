@@ -17,6 +17,8 @@ def test_runs_as_the_program_does(tmp_path):
     assert session.run(0.5, interval=0.01) == "reached"
     record = session.record
     assert np.array_equal(record["time"], results["run"].time)
+    assert "run" in results and "bob" in results["run"] and "rest" not in results and "rod" not in results["run"]
+    assert list(results) == results.analyses and list(results["run"]) == results["run"].probes
     assert np.array_equal(record["bob"], results["run"]["bob"])
     assert record["bob"].shape == (51, 3) and record["angle"].shape == (51,)
 
