@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <mutex>
 #include <set>
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/body/JointEquations.h"
 #include "simflex/forces/JointFriction.h"
 #include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/analyses/StateRows.h"
@@ -41,6 +43,7 @@ constexpr double ModeRate = 20;        // pictures a second
 constexpr double LargestFactor = 1000;   // of an automatic exaggeration
 constexpr size_t MostTimes = 1000;       // of an animation
 constexpr size_t MostTimesOfPage = 300;  // of a report
+constexpr double BallOfSticks = 0.05;    // in the mass centre, to their length
 constexpr double ModeAmplitude = 0.04;   // largest displacement, to the scene's size
 
 CameraView makeCamera(const Model& model, const ModelValue& camera, const UnitVec3& up) {
@@ -148,6 +151,48 @@ void setLooks(const Model& model, OffscreenVisualizer& viz) {
             viz.setBodyLook(body.mobod.getMobilizedBodyIndex(), look)
                 .setBodyName(body.mobod.getMobilizedBodyIndex(), body.name);
     }
+}
+
+/** Of a body without a shape: sticks from its mass centre to its joints, or a ball of its inertia.
+@param ends  in the body's frame **/
+void addStandIn(const SimTK::MobilizedBody& body, const State& state, const std::vector<Vec3>& ends,
+                OffscreenVisualizer& viz) {
+    const SimTK::MassProperties mass = body.getBodyMassProperties(state);
+    const Vec3 center = mass.getMassCenter();
+    double reach = 0;
+    for (const Vec3& end : ends) reach = std::max(reach, (end - center).norm());
+    const double largest = mass.getMass() > 0 ? SimTK::max(mass.calcCentralInertia().getMoments()) : 0;
+    const double radius =
+        reach > 0 ? BallOfSticks * reach : largest > 0 ? std::sqrt(2.5 * largest / mass.getMass()) : 0;
+    if (!(radius > 0)) return;
+    viz.addDecoration(body, Transform(center), SimTK::DecorativeSphere(radius));
+    for (const Vec3& end : ends) {
+        const Vec3 along = end - center;
+        if (along.norm() <= radius) continue;
+        const SimTK::Rotation R(UnitVec3(along), SimTK::YAxis);
+        viz.addDecoration(body, Transform(R, center + 0.5 * along),
+                          SimTK::DecorativeCylinder(0.4 * radius, 0.5 * along.norm()));
+    }
+}
+
+void addStandIns(const Model& model, OffscreenVisualizer& viz) {
+    const ModelValue bodies = model.getFile().get("bodies");
+    std::map<SimTK::MobilizedBodyIndex, std::vector<Vec3>> ends;
+    for (const Model::JointEntry& entry : model.getJoints())
+        if (entry.joint.getEquations().getNumFrames() == 2)
+            for (const Attachment* frame : {&entry.joint.getFrameF(), &entry.joint.getFrameM()})
+                if (!frame->isFlexible())
+                    ends[frame->getMobilizedBodyIndex()].push_back(frame->getFrame().p());
+    const State state = model.makeInitialState();
+    for (const Model::BodyEntry& body : model.getBodies()) {
+        if (body.flexible || !bodies.get(body.name).has("mobilizer")) continue;
+        ends[body.mobod.getMobilizedBodyIndex()].push_back(body.mobod.getOutboardFrame(state).p());
+        ends[body.mobod.getParentMobilizedBody().getMobilizedBodyIndex()].push_back(
+            body.mobod.getInboardFrame(state).p());
+    }
+    for (const Model::BodyEntry& body : model.getBodies())
+        if (!body.flexible && !bodies.get(body.name).has("shape"))
+            addStandIn(body.mobod, state, ends[body.mobod.getMobilizedBodyIndex()], viz);
 }
 
 /** Names of files by analysis, where a model has several that are drawn. **/
@@ -359,6 +404,7 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
     for (const Model::BodyEntry& body : model.getBodies())
         if (body.flexible) viz->addFlexibleBody(*body.flexible);
     setLooks(model, *viz);
+    addStandIns(model, *viz);
     addForces(model, *viz);
     addReactions(model, *viz);
     if (pictures.get("contour").getText() != "displacement" || pictures.get("range").isGiven())

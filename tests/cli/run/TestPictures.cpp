@@ -315,6 +315,40 @@ TEST_F(RunPicturesTest, BodiesAreHiddenSeenThroughAndColoredAsAsked) {
                 HasSubstr("pictures.bodies.baar: there is no body 'baar'; did you mean 'bar'"));
 }
 
+/** From the pin in the middle of the picture to the mass centre half a metre below. **/
+TEST_F(RunPicturesTest, BodiesWithoutAShapeAreSticksToTheirJoints) {
+    writeModel(makePendulum("0", R"(analyses: {rest: {type: static}}
+pictures:
+  size: [200, 200]
+  folder: shots
+  shadows: false
+  joints: false
+  axes: false
+  ground: none
+  cameras: [{position: [0, 0, 4], look_at: [0, 0, 0], perspective: 30*deg}]
+)"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const Image with = Image::readPng(folder / "shots/rest.png");
+    ASSERT_EQ(runModel("--set pictures.bodies='{rod: {visible: false}}'"), 0) << err;
+    const Image without = Image::readPng(folder / "shots/rest.png");
+    int left = 200, right = -1, top = 200, bottom = -1;
+    for (int y = 0; y < 200; ++y)
+        for (int x = 0; x < 200; ++x) {
+            const auto a = with.getPixel(x, y), b = without.getPixel(x, y);
+            if (a[0] == b[0] && a[1] == b[1] && a[2] == b[2]) continue;
+            left = std::min(left, x);
+            right = std::max(right, x);
+            top = std::min(top, y);
+            bottom = std::max(bottom, y);
+        }
+    // 200 pixels are 2·4 m·tan 15°; the ball has a radius of 25 mm.
+    const double metre = 200 / (8 * std::tan(SimTK::Pi / 12));
+    EXPECT_NEAR(top, 100, 2);
+    EXPECT_NEAR(bottom, 100 + 0.525 * metre, 2);
+    EXPECT_NEAR(left, 100 - 0.025 * metre, 2);
+    EXPECT_NEAR(right, 100 + 0.025 * metre, 2);
+}
+
 TEST_F(RunPicturesTest, ArrowsOfReactionsEndWhenAnEventReleasesTheJoint) {
     testing::writeText(folder / "bar.inp", testing::Brick().text());
     const auto countOrange = [&](const char* frame) {
