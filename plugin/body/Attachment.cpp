@@ -28,10 +28,35 @@ std::vector<int> findNeighbours(const Mesh& mesh, int node) {
     return {neighbours.begin(), neighbours.end()};
 }
 
+/** Of a node of no element the same for the nodes that it lies between, as those of shells and
+beams do: of a solid, above and below. Empty if there are none. **/
+std::vector<int> findNeighboursBetween(const Mesh& mesh, int node) {
+    constexpr double OnTheLine = 1e-6;  // of its length
+    const auto vectorTo = [&](int other) {
+        const auto x = mesh.position(node), y = mesh.position(other);
+        return Vec3(y[0] - x[0], y[1] - x[1], y[2] - x[2]);
+    };
+    int nearest = -1;
+    for (const ElementBlock& block : mesh.elements)
+        for (const int other : block.nodes)
+            if (nearest < 0 || vectorTo(other).norm() < vectorTo(nearest).norm()) nearest = other;
+    if (nearest < 0) return {};
+    std::vector<int> neighbours = findNeighbours(mesh, nearest);
+    const Vec3 to = vectorTo(nearest);
+    for (const int other : neighbours) {
+        const Vec3 from = vectorTo(other);
+        if (to.norm() + from.norm() > (1 + OnTheLine) * (from - to).norm()) continue;
+        neighbours.push_back(nearest);
+        return neighbours;
+    }
+    return {};
+}
+
 /** Rotation shapes of a node: axial vector of the least-squares gradient of Φ over its neighbours.
  * 3×n_f. **/
 Eigen::MatrixXd calcNodeRotations(const ReducedBody& part, int node) {
-    const std::vector<int> neighbours = findNeighbours(part.mesh, node);
+    std::vector<int> neighbours = findNeighbours(part.mesh, node);
+    if (neighbours.empty()) neighbours = findNeighboursBetween(part.mesh, node);
     const Eigen::Map<const Eigen::Matrix3Xd> positions(part.mesh.positions.data(), 3,
                                                        part.mesh.numNodes());
     const Eigen::Map<const Eigen::MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(),
@@ -43,7 +68,8 @@ Eigen::MatrixXd calcNodeRotations(const ReducedBody& part, int node) {
     if (fit.getRank() < 3)
         throw std::invalid_argument("part '" + part.name + "': node " +
                                     std::to_string(part.mesh.nodeNumbers[node]) +
-                                    " has too few neighbours in the mesh to carry an attachment");
+                                    " has too few neighbours in the mesh to carry an attachment; "
+                                    "name an interface, or a node of solid elements");
 
     Eigen::MatrixXd rotations(3, part.numModes);
     Eigen::MatrixXd differences(neighbours.size(), 3);

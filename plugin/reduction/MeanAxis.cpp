@@ -51,7 +51,9 @@ Modes solvePencil(const std::string& part, const Eigen::MatrixXd& K, const Eigen
         throw std::invalid_argument(
             "part '" + part +
             "': the reduced mass matrix is singular: a mode moves no "
-            "mass, or two modes are the same; ask for fewer modes or refine the mesh");
+            "mass, or two modes are the same; ask for fewer modes, refine the mesh, or, of "
+            "elements "
+            "with one integration point (C3D8R, S4R), take full ones (C3D8I, S4)");
     return {scale.asDiagonal() * pencil.vectors *
                 (sigma * shares.cwiseInverse()).cwiseSqrt().asDiagonal(),
             sigma * pencil.values.cwiseQuotient(shares)};

@@ -125,13 +125,17 @@ Shapes makePointLoads(const FeModel& model, const InterfaceTies& ties,
         } catch (const std::invalid_argument& error) {
             refuseLoadPoint(options, point, error.what());
         }
-        for (const int node : nodes)
-            if (ties.rigidTieOf(node) >= 0)
-                refuseLoadPoint(options, point,
-                                "node " + std::to_string(model.mesh.nodeNumbers[size_t(node)]) +
-                                    " is tied to interface '" +
-                                    ties.ties()[size_t(ties.rigidTieOf(node))].name +
-                                    "', whose constraint modes carry loads already");
+        // Of a face that touches an interface, its share is carried by the constraint modes.
+        const int first = nodes[0];
+        nodes.erase(std::remove_if(nodes.begin(), nodes.end(),
+                                   [&](int node) { return ties.rigidTieOf(node) >= 0; }),
+                    nodes.end());
+        if (nodes.empty())
+            refuseLoadPoint(options, point,
+                            "node " + std::to_string(model.mesh.nodeNumbers[size_t(first)]) +
+                                " is tied to interface '" +
+                                ties.ties()[size_t(ties.rigidTieOf(first))].name +
+                                "', whose constraint modes carry loads already");
         for (const int axis : readAxes(options, point)) loads.emplace_back(nodes, axis);
     }
     Shapes f = Shapes::Zero(model.K.size, Index(loads.size()));

@@ -81,5 +81,44 @@ INSTANTIATE_TEST_SUITE_P(Parts, FrameAccelerations, ::testing::Bool(), [](const 
     return tested.param ? "WithStiffening" : "WithoutStiffening";
 });
 
+/** Of a shell's node, which no element has. **/
+TEST(NodeFrames, BetweenTwoNodesOfASolidTurnWithIt) {
+    const PointMassPart part = makePointMassPart();
+    auto own = std::make_shared<ReducedBody>(*part.body);
+    Mesh& mesh = own->mesh;
+    const int above = mesh.elements[0].nodes[4], below = mesh.elements[0].nodes[0];
+    mesh.nodeNumbers.push_back(mesh.nodeNumbers.back() + 1);
+    for (size_t a = 0; a < 3; ++a)
+        mesh.positions.push_back(0.25 * (3 * mesh.position(below)[a] + mesh.position(above)[a]));
+    // A field of translation and turn for each mode.
+    const auto turnOf = [](int mode) { return Vec3(1 + mode, -2, 0.5 * mode); };
+    own->Phi.clear();
+    for (int mode = 0; mode < own->numModes; ++mode)
+        for (int node = 0; node < mesh.numNodes(); ++node) {
+            const auto s = mesh.position(node);
+            const Vec3 phi = Vec3(mode, 1, 2) + turnOf(mode) % Vec3(s[0], s[1], s[2]);
+            own->Phi.insert(own->Phi.end(), {phi[0], phi[1], phi[2]});
+        }
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const FlexibleBody body(flexible, own);
+    const Attachment frame = Attachment::onNode(body, mesh.nodeNumbers.back());
+    State state = system.realizeTopology();
+    Vector xi(body.getNumModes(), Real(0));
+    xi[3] = 1e-3;
+    body.setModalCoordinates(state, xi);
+    system.realize(state, Stage::Velocity);
+    const Vec4 turn = frame.calcMotion(state).X.R().convertRotationToAngleAxis();
+    const Vec3 expected = 1e-3 * turnOf(3);
+    EXPECT_LT((turn[0] * turn.getSubVec<3>(1) - expected).norm(), 1e-12);
+
+    // One that lies beside them is refused.
+    const auto beside = std::make_shared<ReducedBody>(*own);
+    beside->mesh.positions.back() += 0.01;
+    EXPECT_THROW(Attachment::onNode(FlexibleBody(flexible, beside), mesh.nodeNumbers.back()),
+                 std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace simflex::test

@@ -342,6 +342,21 @@ TEST_F(InterfacesTest, AttachmentModesMakeLoadPointsBendAsTheFullModel) {
     }
 }
 
+TEST_F(InterfacesTest, OfALoadPointThatTouchesAnInterfaceTheRestIsLoaded) {
+    ReductionOptions options = twoEnds(TieType::Rigid, TieType::Distributing, 12 + 1 + 4);
+    options.loadPoints = {{"LINE", "z"}};  // from LEFT to RIGHT
+    const ReducedBody body = reduce(*model, options);
+    EXPECT_EQ(body.report->numAttachmentModes, 1);
+    MatrixXd held = MatrixXd::Zero(27, K.cols());
+    Eigen::Index row = 0;
+    for (const int node : model->mesh.nodeSets.at("LEFT"))
+        for (int a = 0; a < 3; ++a) held(row++, 3 * node + a) = 1;
+    VectorXd f = VectorXd::Zero(K.cols());
+    for (const int node : model->mesh.nodeSets.at("LINE")) f[3 * node + 2] = 50;
+    const VectorXd expected = deflectDense(held, f), found = deflect(body, f, *model);
+    EXPECT_LT((found - expected).norm(), 1e-8 * expected.norm());
+}
+
 TEST_F(InterfacesTest, AttachmentModesThatNormalModesHoldAreDropped) {
     ReductionOptions options = twoEnds(TieType::Rigid, TieType::Rigid, 12 + 6 + 20);
     options.loadPoints = {{"node:5", "xyz"}, {"node:5", "xyz"}};

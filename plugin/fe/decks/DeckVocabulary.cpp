@@ -268,7 +268,7 @@ const std::map<std::string, std::string> NearestElements = {
     {"C3D8IH", "C3D8I"}, {"C3D10H", "C3D10"},   {"C3D10HS", "C3D10"}, {"C3D10I", "C3D10"},
     {"C3D10M", "C3D10"}, {"C3D10MH", "C3D10"},  {"C3D15H", "C3D15"},  {"C3D20H", "C3D20"},
     {"S3R", "S3"},       {"C3D20RH", "C3D20R"}, {"STRI3", "S3"},      {"STRI65", "S6"},
-    {"S4R5", "S4R"},     {"S4RS", "S4R"},       {"S8R5", "S8R"},      {"B31H", "B31"},
+    {"S4R5", "S4"},      {"S4RS", "S4"},        {"S8R5", "S8R"},      {"B31H", "B31"},
     {"B32H", "B32"},     {"M3D4R", "M3D4"}};
 
 constexpr const char *InSpace = "mesh the part in space, by solids, shells or beams",
