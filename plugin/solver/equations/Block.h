@@ -70,7 +70,7 @@ public:
 
     /** r −= forces that Simbody accumulated on the block's bodies and mobilities. **/
     virtual void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
-                                       const SimTK::Vector& mobilityForces, double* r) const = 0;
+                                       const SimTK::Vector& mobilityForces, double* r) = 0;
 
     /** row += Jᵀ d: coefficients of the speeds in `d·(ω, v)` of a frame. **/
     virtual void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const = 0;
@@ -82,10 +82,10 @@ public:
     /** J of NewtonFactors.h; flexible bodies honour `dense`, rigid trees are M/mass. **/
     virtual void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q,
                                  const double* u, const double* uDot,
-                                 NewtonSystem::Block& block) const = 0;
+                                 NewtonSystem::Block& block) = 0;
 
     /** J = M. **/
-    virtual void formMassBlock(NewtonSystem::Block& block) const = 0;
+    virtual void formMassBlock(NewtonSystem::Block& block) = 0;
 
     /** q ← solution of q = q_hist + γ N(q) u. **/
     virtual void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
@@ -135,7 +135,7 @@ public:
 
     /** Power of loads on the whole block [W]. **/
     virtual double calcLoadPower(const EvaluationContext&, const double* /*q*/,
-                                 const double* /*u*/) const {
+                                 const double* /*u*/) {
         return 0;
     }
 

@@ -89,13 +89,13 @@ double Blocks::calcDisplacement(const double* delta, int* worst,
 }
 
 void Blocks::addInPower(const double* q, const double* u, double& power) const {
-    m_sizes.resize(all.size());
+    std::vector<double> powers(all.size());
     parallelFor(int(all.size()), numThreads, [&](int b) {
-        const Block& block = *all[size_t(b)];
-        m_sizes[size_t(b)] = block.calcDampingPower(u + block.firstU) +
-                             block.calcLoadPower(context, q + block.firstQ, u + block.firstU);
+        Block& block = *all[size_t(b)];
+        powers[size_t(b)] = block.calcDampingPower(u + block.firstU) +
+                            block.calcLoadPower(context, q + block.firstQ, u + block.firstU);
     });
-    for (const double ofBlock : m_sizes) power += ofBlock;
+    for (const double ofBlock : powers) power += ofBlock;
 }
 
 void Blocks::followPose() {

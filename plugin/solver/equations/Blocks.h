@@ -68,11 +68,11 @@ struct Blocks {
     /** The largest of what size(b) gives for each block, NaN if one is; `worst` receives it. **/
     template <class Size>
     double findLargest(const Size& size, int* worst) const {
-        m_sizes.resize(all.size());
-        parallelFor(int(all.size()), numThreads, [&](int b) { m_sizes[size_t(b)] = size(b); });
+        std::vector<double> sizes(all.size());
+        parallelFor(int(all.size()), numThreads, [&](int b) { sizes[size_t(b)] = size(b); });
         double largest = 0;
         for (int b = 0; b < int(all.size()); ++b) {
-            const double value = m_sizes[size_t(b)];
+            const double value = sizes[size_t(b)];
             if (value <= largest) continue;
             largest = value;
             if (worst) *worst = b;
@@ -89,9 +89,6 @@ struct Blocks {
     void getFromState(const SimTK::State& state, double* q, double* u) const;
     void putIntoState(double time, const double* q, const double* u, SimTK::State& state) const;
     SimTK::Vector calcSimbodyUDot(const double* q, const double* uDot) const;
-
-private:
-    mutable std::vector<double> m_sizes;  ///< by block
 };
 
 }  // namespace simflex

@@ -202,10 +202,10 @@ std::string findLargestElement(Evaluation& equations, double time, const double*
     return text.str();
 }
 
-std::string findLargestForeignForce(const Evaluation& equations, double time, const double* q,
+std::string findLargestForeignForce(Evaluation& equations, double time, const double* q,
                                     const double* u, int block) {
     if (!equations.getTopology().hasForeignForces) return "";
-    const Block& target = equations.getBlock(block);
+    Block& target = *equations.updBlocks().all[size_t(block)];
     std::vector<double> r(size_t(target.numU), 0);
     Real largest = 0;
     std::ostringstream text;
@@ -224,7 +224,7 @@ std::string findLargestForeignForce(const Evaluation& equations, double time, co
     return text.str();
 }
 
-std::string findMassless(const Block& block) {
+std::string findMassless(Block& block) {
     NewtonSystem::Block values;
     values.resize(block.numU, {});
     block.formMassBlock(values);

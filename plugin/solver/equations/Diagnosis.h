@@ -28,9 +28,9 @@ std::string findMotionJump(Evaluation& equations, double time, double h, const d
 /** The largest force on a block, of simflex/forces and of Simbody's own elements. **/
 std::string findLargestElement(Evaluation& equations, double time, const double* q, const double* u,
                                int block);
-std::string findLargestForeignForce(const Evaluation& equations, double time, const double* q,
+std::string findLargestForeignForce(Evaluation& equations, double time, const double* q,
                                     const double* u, int block);
 /** A speed that moves no mass of its own. @pre an evaluation **/
-std::string findMassless(const Block& block);
+std::string findMassless(Block& block);
 
 }  // namespace simflex

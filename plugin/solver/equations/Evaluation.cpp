@@ -278,7 +278,7 @@ void Evaluation::calcUnclearedResidual(const double* q, const double* u, const d
         for (int b : m_topology->batches[size_t(k)]) {
             double* own = r + getBlock(b).firstU;
             m_joints.addInForces(b, lambda, own);
-            m_simbody->subtractForces(getBlock(b), own);
+            m_simbody->subtractForces(*m_blocks->all[size_t(b)], own);
         }
     });
     m_frictions.addInForces(lambda, r);
@@ -333,7 +333,7 @@ void Evaluation::formNewtonSystem(const NewtonFactors& factors, bool dense, cons
         m_blocks->flexible[size_t(m_topology->parts[p].firstBlock)]->calcDiagonal(
             factors, system.parts[p].diagonal.data());
     parallelFor(m_topology->numBlocks(), m_blocks->numThreads, [&](int b) {
-        const Block& block = *m_blocks->all[size_t(b)];
+        Block& block = *m_blocks->all[size_t(b)];
         block.formNewtonBlock(factors, dense, q + block.firstQ, u + block.firstU,
                               uDot + block.firstU, system.blocks[size_t(b)]);
         m_joints.formColumns(b, system.blocks[size_t(b)]);
@@ -371,9 +371,9 @@ void Evaluation::formMassSystem(NewtonSystem& system) {
 }
 
 void Evaluation::addInCouplingForces(const double* uDot, Vector_<SpatialVec>& bodyForces,
-                                     Vector& mobilityForces) const {
+                                     Vector& mobilityForces) {
     require(Stage::Residual, "addInCouplingForces");
-    for (const FlexibleBlock* block : m_blocks->flexible)
+    for (FlexibleBlock* block : m_blocks->flexible)
         block->addInCouplingForces(uDot + block->firstU, bodyForces, mobilityForces);
 }
 

@@ -147,7 +147,7 @@ public:
     void formMassSystem(NewtonSystem& system);
     /** Adds −ΔM u̇, what Simbody's mass matrix lacks of the flexible bodies'. **/
     void addInCouplingForces(const double* uDot, SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
-                             SimTK::Vector& mobilityForces) const;
+                             SimTK::Vector& mobilityForces);
     /**@}**/
 
     /** See SimbodyBridge. **/

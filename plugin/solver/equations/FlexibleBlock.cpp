@@ -197,7 +197,7 @@ void FlexibleBlock::calcResidual(const EvaluationContext& context, FlexibleBodyD
     if (hasLoads()) subtractLoads(context, q, r);
 }
 
-const double* FlexibleBlock::findNXi() const {
+const double* FlexibleBlock::findNXi() {
     if (!m_hasNXi) {
         const double* xi = m_xi.data();
         double* NXi = m_NXi.data();
@@ -224,7 +224,7 @@ void FlexibleBlock::subtractForce(int frame, const SpatialVec& F_G, double* r) c
 }
 
 void FlexibleBlock::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces,
-                                          const Vector& mobilityForces, double* r) const {
+                                          const Vector& mobilityForces, double* r) {
     const SpatialVec& force = bodyForces[m_record.frame];
     Vec3 torque_G = force[0], force_G = force[1];
     for (int a = 0; a < 3; ++a) {
@@ -269,7 +269,7 @@ void FlexibleBlock::calcDiagonal(const NewtonFactors& factors, double* diagonal)
     d.array() += 1 / factors.mass;
 }
 
-void FlexibleBlock::formArrow(double mass, NewtonSystem::Block& block) const {
+void FlexibleBlock::formArrow(double mass, NewtonSystem::Block& block) {
     block.form = NewtonSystem::Block::Form::Arrow;
     Map<Eigen::Matrix<double, 6, 6>> head(block.head.data());
     head.setZero();
@@ -282,7 +282,7 @@ void FlexibleBlock::formArrow(double mass, NewtonSystem::Block& block) const {
 
 void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q,
                                     const double* u, const double* uDot,
-                                    NewtonSystem::Block& block) const {
+                                    NewtonSystem::Block& block) {
     if (dense) {
         const double *xi = q + 7, *xiDot = u + 6;
         FlexibleBodyData* data = &updProducts(0, m_model);
@@ -307,13 +307,13 @@ void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, co
         (getDamping() + factors.stiffness * m_model.omegaSquared).array() + 1 / factors.mass;
 }
 
-void FlexibleBlock::formMassBlock(NewtonSystem::Block& block) const {
+void FlexibleBlock::formMassBlock(NewtonSystem::Block& block) {
     if (block.part >= 0) return formArrow(1, block);
     formFullArrow(1, block);
     Map<MatrixXd>(block.matrix.data(), numU, numU).diagonal().tail(m_n).setOnes();
 }
 
-void FlexibleBlock::formFullArrow(double mass, NewtonSystem::Block& block) const {
+void FlexibleBlock::formFullArrow(double mass, NewtonSystem::Block& block) {
     block.form = NewtonSystem::Block::Form::Symmetric;
     block.matrix.assign(size_t(numU) * size_t(numU), 0);
     Map<MatrixXd> J(block.matrix.data(), numU, numU);
@@ -324,7 +324,7 @@ void FlexibleBlock::formFullArrow(double mass, NewtonSystem::Block& block) const
 }
 
 void FlexibleBlock::addInCouplingForces(const double* uDot, Vector_<SpatialVec>& bodyForces,
-                                        Vector& mobilityForces) const {
+                                        Vector& mobilityForces) {
     const Map<const Vector3d> omegaDot(uDot);
     const Vector3d rotation = (m_I - m_model.inertia) * omegaDot +
                               findCTransposed().transpose() * ConstModes(uDot + 6, m_n);
@@ -395,7 +395,7 @@ double FlexibleBlock::calcDampingPower(const double* u) const {
 }
 
 double FlexibleBlock::calcLoadPower(const EvaluationContext& context, const double* q,
-                                    const double* u) const {
+                                    const double* u) {
     if (m_record.loads.empty()) return 0;
     Vec3 torque_B(0), force_G(0);
     m_loads.setZero();

@@ -78,7 +78,7 @@ public:
     void subtractLoads(const EvaluationContext& context, const double* q, double* r) override;
     void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const override;
     void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
-                               const SimTK::Vector& mobilityForces, double* r) const override;
+                               const SimTK::Vector& mobilityForces, double* r) override;
     void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
     /** The same row through the frame's shapes: 6 rigid entries and 6 coefficients, written. **/
     void calcColumn(int frame, const SimTK::SpatialVec& d, double* rigid,
@@ -86,12 +86,12 @@ public:
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                             const double* uDot) const override;
     void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q, const double* u,
-                         const double* uDot, NewtonSystem::Block& block) const override;
-    void formMassBlock(NewtonSystem::Block& block) const override;
+                         const double* uDot, NewtonSystem::Block& block) override;
+    void formMassBlock(NewtonSystem::Block& block) override;
     /** Adds −ΔM u̇ = −[(I − I₀) ω̇ + C ξ̈; Cᵀ ω̇] to forces on the frame and on the mobilities.
     @pre calcResidual(). **/
     void addInCouplingForces(const double* uDot, SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
-                             SimTK::Vector& mobilityForces) const;
+                             SimTK::Vector& mobilityForces);
     void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                     const double* u, double* q) const override;
     void calcQDot(const EvaluationContext& context, const double* q, const double* u,
@@ -104,7 +104,7 @@ public:
     double calcUDisplacement(const double* deltaU, double h) const override;
     double calcDampingPower(const double* u) const override;
     double calcLoadPower(const EvaluationContext& context, const double* q,
-                         const double* u) const override;
+                         const double* u) override;
     void getFromState(const SimTK::State& state, double* q, double* u) const override;
     void putIntoState(const double* q, const double* u, SimTK::State& state) const override;
     void putUDot(const double* q, const double* uDot, SimTK::Vector& simbodyUDot) const override;
@@ -117,15 +117,15 @@ private:
                       const double* u, const double* uDot, double* r);
     /** Nξ of the last residual, 3n. Found when it is asked for, by one thread at a time: it is
     three times as long as ξ, and few residuals are followed by a new matrix. **/
-    const double* findNXi() const;
+    const double* findNXi();
     /** Cᵀ = −Nξ, n×3, of the last residual. **/
-    auto findCTransposed() const {
+    auto findCTransposed() {
         return -Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>>(findNXi(), m_n, 3);
     }
     /** Head and coupling of the arrow, mass entries divided by the mass factor. **/
-    void formArrow(double mass, NewtonSystem::Block& block) const;
+    void formArrow(double mass, NewtonSystem::Block& block);
     /** The arrow as a full matrix but for its diagonal tail, for a block without part. **/
-    void formFullArrow(double mass, NewtonSystem::Block& block) const;
+    void formFullArrow(double mass, NewtonSystem::Block& block);
     /** Sums of a frame: from the products with the interfaces' shapes, or its own for a node. **/
     FrameSums calcFrameSums(int frame, const Eigen::VectorXd& products,
                             const double* coordinates) const;
@@ -167,9 +167,9 @@ private:
     Eigen::Matrix3d m_I, m_IDot;
     Eigen::Vector3d m_CXiDot;
     Eigen::VectorXd m_xi;
-    mutable Eigen::VectorXd m_NXi;
-    mutable bool m_hasNXi = false;
-    mutable Eigen::VectorXd m_loads;  ///< modal forces of the body's loads; empty if it has none
+    Eigen::VectorXd m_NXi;
+    bool m_hasNXi = false;
+    Eigen::VectorXd m_loads;  ///< modal forces of the body's loads; empty if it has none
 };
 
 }  // namespace simflex

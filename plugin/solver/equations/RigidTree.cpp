@@ -76,7 +76,6 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter,
     m_stepsBetweenWeights = std::max(1, int(terms / (WorthAStep * double(m_bodies.size()))));
     m_uWeights.resize(numU);
     m_qWeights.setZero(numQ);
-    m_moved.assign(size_t(numQ), 0);
     calcWeights();
 }
 
@@ -334,7 +333,7 @@ void RigidTree::addInTransposed(int index, const SpatialVec& F_G, double* r) con
     }
 }
 
-void RigidTree::addInForces(double* r) const {
+void RigidTree::addInForces(double* r) {
     // Every body stands after its parent.
     for (size_t b = m_bodies.size(); b-- > 0;) {
         const RigidBody& body = m_bodies[b];
@@ -373,7 +372,7 @@ void RigidTree::subtractForce(int frame, const SpatialVec& F_G, double* r) const
 }
 
 void RigidTree::subtractSimbodyForces(const Vector_<SpatialVec>& bodyForces,
-                                      const Vector& mobilityForces, double* r) const {
+                                      const Vector& mobilityForces, double* r) {
     for (size_t b = 0; b < m_bodies.size(); ++b) {
         const RigidBody& body = m_bodies[b];
         m_forces[b] = -bodyForces[body.index];
@@ -397,7 +396,7 @@ SpatialVec RigidTree::calcFrameAcceleration(int frame, const double*, const doub
     return shiftMotion(motion, m_frameData[frame].X_BF).A;
 }
 
-void RigidTree::formMassMatrix(double factor, NewtonSystem::Block& block) const {
+void RigidTree::formMassMatrix(double factor, NewtonSystem::Block& block) {
     block.form = NewtonSystem::Block::Form::Symmetric;
     Map<MatrixXd> M(block.matrix.data(), numU, numU);
     M.setZero();
@@ -441,11 +440,11 @@ void RigidTree::formMassMatrix(double factor, NewtonSystem::Block& block) const 
 }
 
 void RigidTree::formNewtonBlock(const NewtonFactors& factors, bool, const double*, const double*,
-                                const double*, NewtonSystem::Block& block) const {
+                                const double*, NewtonSystem::Block& block) {
     formMassMatrix(1 / factors.mass, block);
 }
 
-void RigidTree::formMassBlock(NewtonSystem::Block& block) const {
+void RigidTree::formMassBlock(NewtonSystem::Block& block) {
     formMassMatrix(1, block);
 }
 
@@ -535,6 +534,7 @@ void RigidTree::displaceQ(const EvaluationContext& context, const double* delta,
 
 void RigidTree::moveQ(const EvaluationContext& context, const double* delta, double* q) const {
     if (m_hasUnknownTurning) return displaceQ(context, delta, q);
+    std::vector<double> more(size_t(numQ), 0);
     for (const RigidBody& body : m_bodies) {
         if (hasQuaternion(body) || numTurningQ(body) != 3) continue;
         // q += N(half-way) δ, found by iteration; what displaceQ() adds is a part of it.
@@ -556,12 +556,12 @@ void RigidTree::moveQ(const EvaluationContext& context, const double* delta, dou
         }
         double added[LargestNumQ];
         multiplyByN(body, start, delta + body.u0, added);
-        for (int k = 0; k < 3; ++k) m_moved[size_t(body.q0 + k)] = change[k] - added[k];
+        for (int k = 0; k < 3; ++k) more[size_t(body.q0 + k)] = change[k] - added[k];
     }
     displaceQ(context, delta, q);
     for (const RigidBody& body : m_bodies)
         if (!hasQuaternion(body) && numTurningQ(body) == 3)
-            for (int k = 0; k < 3; ++k) q[body.q0 + k] += m_moved[size_t(body.q0 + k)];
+            for (int k = 0; k < 3; ++k) q[body.q0 + k] += more[size_t(body.q0 + k)];
 }
 
 void RigidTree::weighQ(const double* q, const double* uWeights, const double* deltaQ,

@@ -56,13 +56,13 @@ public:
                       const double* uDot, double* r) override;
     void subtractForce(int frame, const SimTK::SpatialVec& F_G, double* r) const override;
     void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
-                               const SimTK::Vector& mobilityForces, double* r) const override;
+                               const SimTK::Vector& mobilityForces, double* r) override;
     void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                             const double* uDot) const override;
     void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q, const double* u,
-                         const double* uDot, NewtonSystem::Block& block) const override;
-    void formMassBlock(NewtonSystem::Block& block) const override;
+                         const double* uDot, NewtonSystem::Block& block) override;
+    void formMassBlock(NewtonSystem::Block& block) override;
     void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                     const double* u, double* q) const override;
     void calcQDot(const EvaluationContext& context, const double* q, const double* u,
@@ -180,11 +180,11 @@ private:
     /** (ω̇, v̇) of one body's origin, without those of the others. **/
     SimTK::SpatialVec calcAcceleration(int body, const double* uDot) const;
     /** Writes factor·M. **/
-    void formMassMatrix(double factor, NewtonSystem::Block& block) const;
+    void formMassMatrix(double factor, NewtonSystem::Block& block);
     /** r += Jᵀ F for a force at one body's origin. **/
     void addInTransposed(int body, const SimTK::SpatialVec& F_G, double* r) const;
     /** The same for forces at all bodies' origins, m_forces; uses them up. **/
-    void addInForces(double* r) const;
+    void addInForces(double* r);
 
     /** What belongs to one base body. **/
     struct Root {
@@ -195,11 +195,10 @@ private:
     std::vector<RigidBody> m_bodies;
     std::vector<Root> m_roots;
     std::vector<Frame> m_frameData;
-    mutable std::vector<Composite> m_composites;
-    mutable std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, of one pass
+    std::vector<Composite> m_composites;
+    std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, of one pass
     bool m_needsSimbody = false;
     bool m_hasUnknownTurning = false;
-    mutable std::vector<double> m_moved;  ///< numQ, used within moveQ()
     Eigen::VectorXd
         m_uWeights;  ///< metres of displacement per unit of each speed's quasi-coordinate
     Eigen::VectorXd m_qWeights;

@@ -124,7 +124,7 @@ void SimbodyBridge::collectForces(const double* lambda) {
                                    m_mobilityForces);
 }
 
-void SimbodyBridge::subtractForces(const Block& block, double* r) const {
+void SimbodyBridge::subtractForces(Block& block, double* r) const {
     if (m_topology.hasForeignForces || m_constraints)
         block.subtractSimbodyForces(m_bodyForces, m_mobilityForces, r);
 }

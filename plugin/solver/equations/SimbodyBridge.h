@@ -53,7 +53,7 @@ public:
     /**@{**/
     /** Sums foreign forces and −Gᵀλ of Simbody's constraints, for subtractForces(). **/
     void collectForces(const double* lambda);
-    void subtractForces(const Block& block, double* r) const;
+    void subtractForces(Block& block, double* r) const;
     /** Columns of Simbody's constraints, and the identity for what is prescribed. **/
     void formColumns(MotionLevel level, NewtonSystem& system) const;
     /** Terms of differenced forces, as columns and as matrices of their own blocks. **/

@@ -96,7 +96,7 @@ std::string FailureDiagnosis::explainSingularBlock(int block, const NewtonSystem
         return "the Newton matrix of '" + name +
                "' is not finite: check the mass of its bodies, and forces and motions that may "
                "return numbers that are not";
-    const std::string culprit = findMassless(m_equations.getBlock(block));
+    const std::string culprit = findMassless(*m_equations.updBlocks().all[size_t(block)]);
     if (!culprit.empty())
         return "the mass matrix of '" + name + "' is singular: " + culprit +
                " has no mass or inertia to move; give its body mass and inertia, or weld it to "

@@ -256,7 +256,7 @@ SimTK::State& ImplicitIntegrator::updAdvancedState() {
 
 const SimTK::State& ImplicitIntegrator::getAdvancedState() const {
     m_impl->requireInitialized("getAdvancedState");
-    return m_impl->getAdvancedState();
+    return m_impl->updAdvancedState();
 }
 
 Real ImplicitIntegrator::getAdvancedTime() const {

@@ -50,8 +50,7 @@ public:
     bool isSimulationOver() const { return m_isTerminated || m_isFinished || m_isOver; }
     TerminationReason getTerminationReason() const;
     bool isStateInterpolated() const;
-    const SimTK::State& getReturnedState() const;
-    const SimTK::State& getAdvancedState() const;
+    const SimTK::State& getReturnedState();
     SimTK::State& updAdvancedState();
     SimTK::Real getPredictedNextStepSize() const {
         return m_stepper ? m_stepper->getNextLength() : 0;
@@ -62,7 +61,7 @@ public:
     void writeCheckpoint(std::ostream& stream);
     void readCheckpoint(std::istream& stream, const SimTK::State& start);
 
-    const SimTK::State& getState() const;
+    const SimTK::State& getState();
     SimTK::Vector calcUDot() const;
     std::vector<std::string> describeRedundancies() const {
         return m_stepper->getStep().describeRedundancies();
@@ -216,7 +215,7 @@ private:
     EventDriver m_events;
 
     SimTK::State m_state;
-    mutable bool m_stateIsCurrent = false;
+    bool m_stateIsCurrent = false;
     SimTK::State m_scratch;
     SimTK::State m_builtFrom;  ///< m_state as the equations found it
     SimTK::State m_kept;       ///< m_state before a handler
@@ -241,8 +240,8 @@ private:
     TriggeredEvents m_triggered;
 
     /** The end of the last step, once somebody has asked for it, and its versions then. **/
-    mutable std::unique_ptr<SimTK::State> m_advanced;
-    mutable SimTK::Array_<SimTK::StageVersion> m_advancedVersions;
+    std::unique_ptr<SimTK::State> m_advanced;
+    SimTK::Array_<SimTK::StageVersion> m_advancedVersions;
 
     bool m_isInterrupted = false;
 };

@@ -140,12 +140,8 @@ bool ImplicitIntegrator::Implementation::isStateInterpolated() const {
     return isLater(m_visible.t, getNewestTime());
 }
 
-const State& ImplicitIntegrator::Implementation::getReturnedState() const {
+const State& ImplicitIntegrator::Implementation::getReturnedState() {
     return m_advanced && !isStateInterpolated() ? *m_advanced : getState();
-}
-
-const State& ImplicitIntegrator::Implementation::getAdvancedState() const {
-    return const_cast<Implementation*>(this)->updAdvancedState();
 }
 
 State& ImplicitIntegrator::Implementation::updAdvancedState() {

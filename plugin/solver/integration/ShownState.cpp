@@ -23,9 +23,9 @@ void ImplicitIntegrator::Implementation::showPoint(double t) {
     statistics.outputSeconds += secondsSince(start_);
 }
 
-const State& ImplicitIntegrator::Implementation::getState() const {
+const State& ImplicitIntegrator::Implementation::getState() {
     if (!m_stateIsCurrent) {
-        writeState(m_visible, const_cast<State&>(m_state));
+        writeState(m_visible, m_state);
         m_stateIsCurrent = true;
     }
     return m_state;
