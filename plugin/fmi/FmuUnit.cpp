@@ -19,13 +19,7 @@ namespace fs = std::filesystem;
 // the unit
 
 FmuUnit::FmuUnit(const fs::path& path) : m_path(path.string()) {
-    try {
-        open();
-    } catch (const std::exception& error) {
-        const std::string message = error.what();
-        if (message.find(m_path) != std::string::npos) throw;
-        fail(message);
-    }
+    open();
 }
 
 FmuUnit::~FmuUnit() {
@@ -39,7 +33,11 @@ void FmuUnit::fail(const std::string& what) const {
 void FmuUnit::open() {
     if (!fs::is_regular_file(m_path)) fail("there is no such file");
     unpackZip(m_path, m_folder.path());
-    m_description = readFmuDescription(m_folder.path() / "modelDescription.xml");
+    try {
+        m_description = readFmuDescription(m_folder.path() / "modelDescription.xml");
+    } catch (const std::exception& error) {
+        fail(error.what());
+    }
     if (m_description.needsTool) fail("it runs with the program that has made it only");
     const fs::path binaries = m_folder.path() / "binaries",
                    folder = binaries / (m_description.version == 3 ? "x86_64-linux" : "linux64"),

@@ -370,10 +370,10 @@ double Session::calcFormula(const std::string& formula) const {
         return calcProbe(makeExpressionProbe({m_model, entry}, names, find))[0];
     } catch (const ModelError& error) {
         // Its place is none that anybody has written.
-        const std::string message = error.what(), key = ".expression: ";
-        const size_t place = message.find(key);
-        throw std::invalid_argument(
-            place == std::string::npos ? message : message.substr(place + key.size()));
+        for (const ModelError::Mistake& mistake : error.getMistakes())
+            if (mistake.key == "probes." + unused + ".expression")
+                throw std::invalid_argument(mistake.message);
+        throw std::invalid_argument(error.what());
     }
 }
 

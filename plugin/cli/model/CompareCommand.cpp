@@ -48,7 +48,7 @@ void print(const ResultComparison& comparison) {
                            formatNumber(column.rms), writeGeneral(column.getRelative(), 3)});
         if (!table.isEmpty()) std::printf("%s:\n%s", analysis.c_str(), table.format("  ").c_str());
     }
-    for (const std::string& missing : comparison.missing) std::printf("%s\n", missing.c_str());
+    for (const NotCompared& missing : comparison.missing) std::printf("%s\n", missing.text.c_str());
     if (numIdentical > 0)
         std::printf("%s%zu of %zu columns are identical\n",
                     numIdentical == count && comparison.missing.empty() ? "no difference: " : "",
@@ -86,9 +86,7 @@ void drawDifference(const std::string& path, const ResultComparison& comparison,
     worst.resize(std::min(worst.size(), MostPlotted));
     Figure figure;
     figure.title = "Difference of " + labels[0] + " and " + labels[1];
-    figure.xLabel = first.name.find("frequency ") == 0 || first.name.find("damping ") == 0
-                        ? "speed"
-                        : "time [s]";
+    figure.xLabel = first.probe.empty() ? "speed" : "time [s]";
     for (const ColumnDifference* column : worst) {
         const UnitScale unit = chooseUnitScale(column->unit, column->range);
         const UnitScale small = chooseUnitScale(column->unit, column->largest);
@@ -124,7 +122,7 @@ void runCompare(const CompareArguments& arguments) {
     if (!arguments.plot.empty()) drawDifference(arguments.plot, comparison, labels);
     if (!comparison.missing.empty())
         throw std::runtime_error("the results do not have the same contents: " +
-                                 comparison.missing[0]);
+                                 comparison.missing[0].text);
     if (comparison.columns.empty())
         throw std::runtime_error(
             "nothing was compared: no probe fits" +

@@ -350,8 +350,8 @@ void printErrorBars(const Results& run, const ErrorBars& bars) {
             printColumns(a.name + ": errors by what the parts have left out", a.name,
                          bars.comparison, describeRelative);
     }
-    for (const std::string& missing : bars.comparison.missing)
-        std::printf("  no error bar: %s\n", missing.c_str());
+    for (const NotCompared& missing : bars.comparison.missing)
+        std::printf("  no error bar: %s\n", missing.text.c_str());
     for (const ModeAdvice& advice : bars.advice)
         if (advice.wanted > 0)
             std::printf("  %s: %d modes instead of %d for %g %% of %s\n", advice.part.c_str(),

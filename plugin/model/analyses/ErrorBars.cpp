@@ -149,8 +149,8 @@ ErrorBars ErrorBarRun::keep(const ModelRun& run) const {
     bars.comparison = compareResults(results, finer, {}, "the run", "the finer run");
     auto& missing = bars.comparison.missing;
     missing.erase(std::remove_if(missing.begin(), missing.end(),
-                                 [](const std::string& text) {
-                                     return text.find("only in the finer run") != std::string::npos;
+                                 [](const NotCompared& one) {
+                                     return one.reason == NotCompared::Reason::OnlyInSecond;
                                  }),
                   missing.end());
     // Modes of the same number are not the same.

@@ -20,7 +20,8 @@ std::string writeNumber(double value) {
 }  // namespace
 
 struct Expression::Contents {
-    std::string text, place;
+    std::string text, key;
+    ModelPlace place;
     double constant = 0;
     std::unique_ptr<const formula::Formula> formula;  ///< null of a constant
 };
@@ -33,10 +34,11 @@ Expression::Expression(double constant) {
 }
 
 Expression::Expression(const std::string& text, const formula::Scope& scope,
-                       const std::string& place) {
+                       const ModelPlace& place, const std::string& key) {
     auto contents = std::make_shared<Contents>();
     contents->text = text;
     contents->place = place;
+    contents->key = key;
     if (!formula::readPlainNumber(text, contents->constant)) {
         auto formula = std::make_unique<formula::Formula>(readFormula(text, scope, {"t"}));
         if (formula->getUsedVariables().empty())
@@ -130,7 +132,8 @@ const std::string& Expression::getText() const {
 }
 
 void Expression::fail(const std::string& message) const {
-    throw ModelError(m_contents->place + (m_contents->place.empty() ? "" : ": ") + message);
+    if (m_contents->key.empty()) throw ModelError(message);
+    throw ModelError(m_contents->place, m_contents->key, message);
 }
 
 }  // namespace model

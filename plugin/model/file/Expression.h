@@ -14,6 +14,7 @@ Copies share what was parsed. An expression may be evaluated by several threads 
 #include <vector>
 
 namespace simflex {
+struct ModelPlace;
 namespace formula {
 struct Scope;
 }
@@ -23,9 +24,10 @@ class Expression {
 public:
     /** The constant. **/
     Expression(double constant = 0);
-    /** @param place  "crank.yaml:12:9: motions.drive.position", for errors
+    /** @param place, key  "crank.yaml:12:9", "motions.drive.position", for errors
     @throws formula::SyntaxError. **/
-    Expression(const std::string& text, const formula::Scope& scope, const std::string& place);
+    Expression(const std::string& text, const formula::Scope& scope, const ModelPlace& place,
+               const std::string& key);
 
     /** @throws ModelError naming the place of the formula, the time and the reason where it has no
     finite value. **/
@@ -47,7 +49,7 @@ public:
     /** True if it does not depend on time. **/
     bool isConstant() const;
     const std::string& getText() const;
-    /** @throws ModelError "PLACE: message". **/
+    /** @throws ModelError with its place. **/
     [[noreturn]] void fail(const std::string& message) const;
 
 private:

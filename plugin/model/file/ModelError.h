@@ -24,13 +24,14 @@ class ModelError : public std::runtime_error {
 public:
     struct Mistake {
         ModelPlace place;
-        std::string key;  ///< "joints.bearing.axis"; may be empty
+        std::string key;      ///< "joints.bearing.axis"; may be empty
+        std::string message;  ///< what is wrong, without place and key
     };
     explicit ModelError(const std::string& message, std::vector<Mistake> mistakes = {})
         : std::runtime_error(message), m_mistakes(std::move(mistakes)) {}
     ModelError(const ModelPlace& place, const std::string& key, const std::string& message)
         : ModelError(place.getText() + ": " + (key.empty() ? "" : key + ": ") + message,
-                     {{place, key}}) {}
+                     {{place, key, message}}) {}
 
     /** One for each line of the text that tells of one; empty if they have no place. **/
     const std::vector<Mistake>& getMistakes() const { return m_mistakes; }

@@ -211,9 +211,10 @@ void ModelValue::checkRead() const {
     std::string text;
     std::vector<ModelError::Mistake> mistakes;
     for (const ModelValue& value : findUnread()) {
-        mistakes.push_back({value.getNode().place, value.getPath()});
-        text += (text.empty() ? "" : "\n") + value.getPlace() + ": " + value.getPath() +
-                ": nothing reads this here, it has no effect: remove it";
+        const std::string message = "nothing reads this here, it has no effect: remove it";
+        mistakes.push_back({value.getNode().place, value.getPath(), message});
+        text +=
+            (text.empty() ? "" : "\n") + value.getPlace() + ": " + value.getPath() + ": " + message;
     }
     if (!text.empty()) throw ModelError(text, mistakes);
 }

@@ -89,8 +89,7 @@ void checkNumber(Node& node, const SchemaForm& form) {
         }
         if (node.isLaw) return;
         if (canMove) {
-            node.expression =
-                Expression(text, node.file->scope, node.place.getText() + ": " + node.path);
+            node.expression = Expression(text, node.file->scope, node.place, node.path);
         } else {
             node.expression = Expression(calcConstant(text, node.file->scope));
         }

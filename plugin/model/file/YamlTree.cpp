@@ -279,29 +279,31 @@ ModelPlace findOpenBracket(const std::string& text, const std::string& name, int
 /** What the parser's words mean for who wrote the file. **/
 [[noreturn]] void explain(const std::string& text, const std::string& name, const ModelPlace& place,
                           const std::string& words) {
-    const auto says = [&](const char* part) { return words.find(part) != std::string::npos; };
-    if (says("flow")) {
+    namespace Words = YAML::ErrorMsg;
+    if (words == Words::END_OF_MAP_FLOW || words == Words::END_OF_SEQ_FLOW ||
+        words == Words::FLOW_END) {
         const ModelPlace open = findOpenBracket(text, name, place.line);
         const bool isList =
             open.line > 0 ? text[findLine(text, open.line) + std::size_t(open.column - 1)] == '['
-                          : says("sequence");
+                          : words == Words::END_OF_SEQ_FLOW;
         const std::string bracket = isList ? "'['" : "'{'", end = isList ? "']'" : "'}'";
         if (open.line > 0)
             fail(open, "the " + bracket + " here has no " + end + " (sought up to line " +
                            std::to_string(place.line) + "), or a comma is missing in between");
         fail(place, "a " + bracket + " has no " + end + ", or a comma is missing in between");
     }
-    if (says("illegal map value"))
+    if (words == Words::MAP_VALUE)
         fail(place,
              "this ':' makes no key here: put a text that has one in quotes (title: \"A: b\"), a "
              "map in braces or on lines of its own");
-    if (says("end of map not found") || says("end of sequence not found"))
+    if (words == Words::END_OF_MAP || words == Words::END_OF_SEQ)
         fail(place,
              "this line does not fit those above it: lines of one map or list begin in the same "
              "column, and every key has a ':' and a space");
-    if (says("illegal block entry"))
+    if (words == Words::BLOCK_ENTRY)
         fail(place, "this '-' begins no item here: items of a list stand on lines of their own");
-    if (says("unknown escape"))
+    const std::string escape = Words::INVALID_ESCAPE;  // with the character after it
+    if (words.compare(0, escape.size(), escape) == 0)
         fail(place, "'\\' has a meaning in double quotes: use single quotes for plain text");
     fail(place, "this is no YAML: " + words);
 }

@@ -61,19 +61,29 @@ void measure(ColumnDifference& column) {
 
 class Comparer {
 public:
+    using Reason = NotCompared::Reason;
+
     Comparer(const std::vector<std::string>& patterns, const std::string& nameA,
              const std::string& nameB)
         : m_patterns(patterns), m_nameA(nameA), m_nameB(nameB) {}
 
     void compare(const Results::Analysis& a, const Results::Analysis& b) {
         if (a.type != b.type) {
-            result.missing.push_back("analysis '" + a.name + "' is " + a.type + " in " + m_nameA +
-                                     ", " + b.type + " in " + m_nameB);
+            noteDifferent(a, "analysis '" + a.name + "' is " + a.type + " in " + m_nameA + ", " +
+                                 b.type + " in " + m_nameB);
         } else if (a.type == "transient" || a.type == "static") {
             compareProbes(a, b);
         } else if (m_patterns.empty()) {
             compareModes(a, b);
         }
+    }
+
+    /** @param column  of a probe; empty: the analysis is **/
+    void noteMissing(const std::string& analysis, const std::string& column, Reason reason) {
+        result.missing.push_back({reason, analysis, column,
+                                  (column.empty() ? "" : "probe '" + column + "' of ") +
+                                      "analysis '" + analysis + "' is only in " +
+                                      (reason == Reason::OnlyInFirst ? m_nameA : m_nameB)});
     }
 
     ResultComparison result;
@@ -94,12 +104,13 @@ private:
         const std::vector<ChosenColumn> first = choose(a), second = choose(b);
         const std::vector<double> time = findCommonTimes(a, b);
         for (const ChosenColumn& column : second)
-            if (!seekNamed(first, column.name)) noteMissing(column.name, a.name, m_nameB);
+            if (!seekNamed(first, column.name))
+                noteMissing(a.name, column.name, Reason::OnlyInSecond);
         const size_t begin = result.columns.size();
         for (const ChosenColumn& column : first) {
             const ChosenColumn* other = seekNamed(second, column.name);
             if (!other) {
-                noteMissing(column.name, a.name, m_nameA);
+                noteMissing(a.name, column.name, Reason::OnlyInFirst);
                 continue;
             }
             ColumnDifference difference;
@@ -146,7 +157,7 @@ private:
             if (!b.time.empty() && t >= b.time.front() && t <= b.time.back()) common.push_back(t);
         char text[300];
         if (common.empty()) {
-            result.missing.push_back("analysis '" + a.name + "' has no time that both files cover");
+            noteDifferent(a, "analysis '" + a.name + "' has no time that both files cover");
         } else {
             std::snprintf(
                 text, sizeof text,
@@ -161,15 +172,15 @@ private:
 
     void compareModes(const Results::Analysis& a, const Results::Analysis& b) {
         if (a.type == "campbell" && a.speeds != b.speeds) {
-            result.missing.push_back("the speeds of analysis '" + a.name + "' differ");
+            noteDifferent(a, "the speeds of analysis '" + a.name + "' differ");
             return;
         }
         const size_t modesA = a.frequency.empty() ? 0 : a.frequency[0].size(),
                      modesB = b.frequency.empty() ? 0 : b.frequency[0].size();
         if (modesA != modesB)
-            result.missing.push_back("analysis '" + a.name + "' has " + std::to_string(modesA) +
-                                     " modes in " + m_nameA + ", " + std::to_string(modesB) +
-                                     " in " + m_nameB);
+            noteDifferent(a, "analysis '" + a.name + "' has " + std::to_string(modesA) +
+                                 " modes in " + m_nameA + ", " + std::to_string(modesB) + " in " +
+                                 m_nameB);
         for (size_t mode = 0; mode < std::min(modesA, modesB); ++mode) {
             const std::string number = std::to_string(mode + 1);
             addModes(a, "frequency " + number, "Hz", mode, a.frequency, b.frequency, 0);
@@ -232,10 +243,8 @@ private:
         result.columns.push_back(std::move(difference));
     }
 
-    void noteMissing(const std::string& probe, const std::string& analysis,
-                     const std::string& file) {
-        result.missing.push_back("probe '" + probe + "' of analysis '" + analysis +
-                                 "' is only in " + file);
+    void noteDifferent(const Results::Analysis& analysis, const std::string& text) {
+        result.missing.push_back({Reason::Different, analysis.name, "", text});
     }
 
     const std::vector<std::string>& m_patterns;
@@ -257,13 +266,11 @@ ResultComparison compareResults(const Results& a, const Results& b,
         if (const auto* other = seekNamed(b.analyses, analysis.name))
             comparer.compare(analysis, *other);
         else
-            comparer.result.missing.push_back("analysis '" + analysis.name + "' is only in " +
-                                              nameA);
+            comparer.noteMissing(analysis.name, "", NotCompared::Reason::OnlyInFirst);
     }
     for (const auto& analysis : b.analyses)
         if (!seekNamed(a.analyses, analysis.name))
-            comparer.result.missing.push_back("analysis '" + analysis.name + "' is only in " +
-                                              nameB);
+            comparer.noteMissing(analysis.name, "", NotCompared::Reason::OnlyInSecond);
     return comparer.result;
 }
 

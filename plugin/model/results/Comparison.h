@@ -23,10 +23,23 @@ struct ColumnDifference {
     double getRelative() const;
 };
 
+/** What cannot be compared. **/
+struct NotCompared {
+    enum class Reason {
+        OnlyInFirst,
+        OnlyInSecond,
+        Different  ///< both have it, but not of one type, number or at common times
+    };
+    Reason reason;
+    std::string analysis;
+    std::string column;  ///< of a probe; empty: the whole analysis
+    std::string text;    ///< "probe 'tip' of analysis 'run' is only in a.h5"
+};
+
 struct ResultComparison {
     std::vector<ColumnDifference> columns;
-    std::vector<std::string> missing;  ///< "probe 'tip' of analysis 'run' is only in a.h5"
-    std::vector<std::string> notes;    ///< "times of analysis 'run' differ: …"
+    std::vector<NotCompared> missing;
+    std::vector<std::string> notes;  ///< "times of analysis 'run' differ: …"
 };
 
 /** Analyses of the same name. Where their times differ, the second's values are interpolated (by

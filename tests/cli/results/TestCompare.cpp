@@ -20,6 +20,7 @@ using namespace model;
 using namespace testing;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::SizeIs;
@@ -79,10 +80,19 @@ TEST(Comparison, WhatOnlyOneFileHasIsNamed) {
     a.analyses[0].probes[0].column.name = "tip";
     b.analyses.push_back(b.analyses[0]);
     b.analyses[1].name = "walk";
+    using Reason = NotCompared::Reason;
+    const auto isMissing = [](Reason reason, const char* analysis, const char* column,
+                              const char* text) {
+        return AllOf(Field(&NotCompared::reason, reason), Field(&NotCompared::analysis, analysis),
+                     Field(&NotCompared::column, column), Field(&NotCompared::text, text));
+    };
     EXPECT_THAT(
         compareResults(a, b, {}, "a", "b").missing,
-        ElementsAre("probe 'wave' of analysis 'run' is only in b",
-                    "probe 'tip' of analysis 'run' is only in a", "analysis 'walk' is only in b"));
+        ElementsAre(isMissing(Reason::OnlyInSecond, "run", "wave",
+                              "probe 'wave' of analysis 'run' is only in b"),
+                    isMissing(Reason::OnlyInFirst, "run", "tip",
+                              "probe 'tip' of analysis 'run' is only in a"),
+                    isMissing(Reason::OnlyInSecond, "walk", "", "analysis 'walk' is only in b")));
 }
 
 TEST(Comparison, AComponentThatIsZeroIsMeasuredByItsProbesRange) {
