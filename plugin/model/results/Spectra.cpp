@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <stdexcept>
 #include <string>
 
 #include "Simbody.h"
+#include "simflex/base/FourierTransform.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -51,50 +51,6 @@ double calcHann(size_t k, size_t count) {
     return 0.5 - 0.5 * std::cos(WholeTurn * (double(k) + 0.5) / double(count));
 }
 
-using Complexes = std::vector<std::complex<double>>;
-
-/** Σ x_j exp(−2πi jk/n) in place, n a power of two (J. W. Cooley, J. W. Tukey, 1965). **/
-void transformPowerOfTwo(Complexes& x) {
-    const size_t n = x.size();
-    for (size_t i = 1, j = 0; i < n; ++i) {
-        size_t bit = n >> 1;
-        for (; j & bit; bit >>= 1) j ^= bit;
-        j ^= bit;
-        if (i < j) std::swap(x[i], x[j]);
-    }
-    for (size_t half = 1; half < n; half *= 2)
-        for (size_t k = 0; k < half; ++k) {
-            const std::complex<double> turn =
-                std::polar(1.0, -0.5 * WholeTurn * double(k) / double(half));
-            for (size_t i = k; i < n; i += 2 * half) {
-                const std::complex<double> other = turn * x[i + half];
-                x[i + half] = x[i] - other;
-                x[i] += other;
-            }
-        }
-}
-
-/** The same for any n, as a convolution (L. I. Bluestein, 1970). **/
-Complexes transform(const std::vector<double>& values) {
-    const size_t n = values.size();
-    size_t m = 1;
-    while (m < 2 * n) m *= 2;
-    Complexes chirp(n), a(m), b(m);
-    for (size_t k = 0; k < n; ++k)
-        chirp[k] = std::polar(1.0, -0.5 * WholeTurn * double(k * k % (2 * n)) / double(n));
-    for (size_t k = 0; k < n; ++k) {
-        a[k] = values[k] * chirp[k];
-        b[k] = b[(m - k) % m] = std::conj(chirp[k]);
-    }
-    transformPowerOfTwo(a);
-    transformPowerOfTwo(b);
-    for (size_t k = 0; k < m; ++k) a[k] = std::conj(a[k] * b[k]);
-    transformPowerOfTwo(a);
-    Complexes result(n);
-    for (size_t k = 0; k < n; ++k) result[k] = std::conj(a[k]) / double(m) * chirp[k];
-    return result;
-}
-
 /** Amplitudes at k/(count·interval), from `first` on. **/
 std::vector<double> calcAmplitudes(const std::vector<double>& values, size_t first, size_t count) {
     double mean = 0, sum = 0;
@@ -106,7 +62,7 @@ std::vector<double> calcAmplitudes(const std::vector<double>& values, size_t fir
     std::vector<double> windowed(count);
     for (size_t k = 0; k < count; ++k)
         windowed[k] = calcHann(k, count) * (values[first + k] - mean);
-    const Complexes transformed = transform(windowed);
+    const auto transformed = calcFourierTransform(windowed);
     std::vector<double> amplitudes(count / 2 + 1);
     for (size_t k = 0; k < amplitudes.size(); ++k)
         amplitudes[k] = (k == 0 || 2 * k == count ? 1 : 2) * std::abs(transformed[k]) / sum;
