@@ -147,17 +147,20 @@ int main(int argc, char** argv) {
     Arguments arguments;
     CLI::App app("Campbell diagram of a disc on the end of a flexible rod.");
     app.option_defaults()->take_last()->always_capture_default();
-    app.add_option("--speed", arguments.speed, "highest, of the disc [rad/s]");
-    app.add_option("--speeds", arguments.numSpeeds, "number of them")->check(CLI::PositiveNumber);
-    app.add_option("--modes", arguments.numModes, "to follow")->check(CLI::PositiveNumber);
-    app.add_option("--disc-mass", arguments.discMass, "[kg]")->check(CLI::PositiveNumber);
-    app.add_option("--disc-radius", arguments.discRadius, "[m]")->check(CLI::PositiveNumber);
-    app.add_option("--damping", arguments.damping, "of each mode, as a part of critical")
+    app.add_option("--speed", arguments.speed, "Highest speed of the disc [rad/s]");
+    app.add_option("--speeds", arguments.numSpeeds, "Number of speeds")->check(CLI::PositiveNumber);
+    app.add_option("--modes", arguments.numModes, "Number of modes to follow")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--disc-mass", arguments.discMass, "Mass of the disc [kg]")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--disc-radius", arguments.discRadius, "Radius of the disc [m]")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--damping", arguments.damping, "Damping ratio of each mode")
         ->check(CLI::NonNegativeNumber);
-    app.add_option("--frames", arguments.frames, "of the lowest mode")
+    app.add_option("--frames", arguments.frames, "Number of pictures of the lowest mode")
         ->check(CLI::NonNegativeNumber);
-    app.add_option("--parts", arguments.parts, "folder of the reduced parts");
-    app.add_option("--out", arguments.out, "folder for what is written");
+    app.add_option("--parts", arguments.parts, "Folder of the reduced parts");
+    app.add_option("-o,--output", arguments.out, "Folder to write");
     CLI11_PARSE(app, argc, argv);
     try {
         return run(arguments);

@@ -347,24 +347,30 @@ int main(int argc, char** argv) {
     app.option_defaults()->take_last()->always_capture_default();
     const std::map<std::string, ChainOptions::Joints> joints{{"ball", ChainOptions::Joints::Ball},
                                                              {"pin", ChainOptions::Joints::Pin}};
-    app.add_option("--largest", arguments.largest, "number of links of the study's last chain")
+    app.add_option("--largest", arguments.largest,
+                   "Number of links of the longest chain in the study")
         ->check(CLI::Range(1, 1000000));
-    app.add_option("--links", arguments.model.numLinks, "of the falling chain; 0 leaves it out")
+    app.add_option("--links", arguments.model.numLinks,
+                   "Number of links of the falling chain; 0: no falling chain")
         ->check(CLI::NonNegativeNumber);
-    app.add_option("--joints", arguments.model.joints, "ball or pin")
+    app.add_option("--joints", arguments.model.joints, "Kind of the joints: ball or pin")
         ->transform(CLI::CheckedTransformer(joints));
-    app.add_option("--damping", arguments.model.damping, "of each mode, as a part of critical")
+    app.add_option("--damping", arguments.model.damping, "Damping ratio of each mode")
         ->check(CLI::NonNegativeNumber);
-    app.add_option("--gravity", arguments.model.gravity, "[m/s2]")->check(CLI::NonNegativeNumber);
-    app.add_option("--accuracy", arguments.accuracy, "of the fall: local error of a step [m]")
+    app.add_option("--gravity", arguments.model.gravity, "Gravity [m/s2]")
+        ->check(CLI::NonNegativeNumber);
+    app.add_option("--accuracy", arguments.accuracy,
+                   "Local error allowed in a step of the fall [m]")
         ->check(CLI::PositiveNumber);
-    app.add_option("--time", arguments.time, "of the fall [s]")->check(CLI::PositiveNumber);
-    app.add_option("--parts", arguments.parts, "folder of the reduced parts");
-    app.add_option("--out", arguments.out, "folder for what is written");
-    app.add_option("--frames", arguments.frames, "this many")->check(CLI::Range(1, 10000));
-    app.add_flag("--no-frames", arguments.noFrames, "no pictures but the plot");
-    app.add_flag("--no-study", arguments.noStudy, "the falling chain only");
-    app.add_option("--threads", arguments.threads, "of the solver; 0 leaves it to the library")
+    app.add_option("--time", arguments.time, "Duration of the fall [s]")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--parts", arguments.parts, "Folder of the reduced parts");
+    app.add_option("-o,--output", arguments.out, "Folder to write");
+    app.add_option("--frames", arguments.frames, "Number of pictures")->check(CLI::Range(1, 10000));
+    app.add_flag("--no-frames", arguments.noFrames, "Draw the plot only");
+    app.add_flag("--no-study", arguments.noStudy, "Simulate the falling chain only");
+    app.add_option("--threads", arguments.threads,
+                   "Number of threads (default: chosen by the library)")
         ->check(CLI::NonNegativeNumber);
     CLI11_PARSE(app, argc, argv);
     std::setvbuf(stdout, nullptr, _IOLBF, 0);  // in step with the progress on standard error

@@ -136,8 +136,8 @@ Image drawSimbody() {
 int main(int argc, char** argv) try {
     CLI::App app("Pictures of every kind: stress, cameras, plots, Simbody's own geometry");
     std::string parts = "build/release/parts", out = "build/output/gallery";
-    app.add_option("--parts", parts, "folder of the reduced parts")->capture_default_str();
-    app.add_option("--out", out, "folder for the pictures")->capture_default_str();
+    app.add_option("--parts", parts, "Folder of the reduced parts")->capture_default_str();
+    app.add_option("-o,--output", out, "Folder to write")->capture_default_str();
     CLI11_PARSE(app, argc, argv);
     catchInterrupts();
 

@@ -371,28 +371,31 @@ int main(int argc, char** argv) {
     const std::map<std::string, SliderCrankOptions::Drive> drives{
         {"speed", SliderCrankOptions::Drive::Speed}, {"torque", SliderCrankOptions::Drive::Torque}};
     app.add_option("--drive", arguments.model.drive,
-                   "constant crank speed, or constant torque, after the run-up")
+                   "What is constant after the run-up: speed or torque")
         ->transform(CLI::CheckedTransformer(drives));
-    app.add_option("--speed", arguments.model.speed, "of the crank [rad/s]");
-    app.add_option("--torque", arguments.model.torque, "on the crank [N m]");
-    app.add_option("--run-up", arguments.model.runUp, "time of the run-up [s]")
+    app.add_option("--speed", arguments.model.speed, "Speed of the crank [rad/s]");
+    app.add_option("--torque", arguments.model.torque, "Torque on the crank [N m]");
+    app.add_option("--run-up", arguments.model.runUp, "Duration of the run-up [s]")
         ->check(CLI::PositiveNumber);
-    app.add_option("--slider-mass", arguments.model.sliderMass, "[kg]")->check(CLI::PositiveNumber);
-    app.add_option("--damping", arguments.model.damping, "of each mode, as a part of critical")
+    app.add_option("--slider-mass", arguments.model.sliderMass, "Mass of the slider [kg]")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--damping", arguments.model.damping, "Damping ratio of each mode")
         ->check(CLI::NonNegativeNumber);
-    app.add_option("--accuracy", arguments.accuracy, "local error of a step [m]")
+    app.add_option("--accuracy", arguments.accuracy, "Local error allowed in a step [m]")
         ->check(CLI::PositiveNumber);
-    app.add_option("--time", arguments.time, "to simulate [s]")->check(CLI::PositiveNumber);
-    app.add_option("--rod", arguments.rod, "rod (1 mm hexahedra) or shapely_rod (tetrahedra)")
+    app.add_option("--time", arguments.time, "Duration [s]")->check(CLI::PositiveNumber);
+    app.add_option("--rod", arguments.rod,
+                   "Part of the rod: rod (1 mm hexahedra) or shapely_rod (tetrahedra)")
         ->check(CLI::IsMember({"rod", "shapely_rod"}));
-    app.add_option("--parts", arguments.parts, "folder of the reduced parts");
-    app.add_option("--out", arguments.out, "folder for what is written");
-    app.add_option("--frames", arguments.frames, "about this many")
+    app.add_option("--parts", arguments.parts, "Folder of the reduced parts");
+    app.add_option("-o,--output", arguments.out, "Folder to write");
+    app.add_option("--frames", arguments.frames, "Approximate number of pictures")
         ->check(CLI::Range(1, numSamples));
-    app.add_flag("--no-frames", arguments.noFrames, "no pictures but the plot");
+    app.add_flag("--no-frames", arguments.noFrames, "Draw the plot only");
     app.add_flag("--compare", arguments.compares,
-                 "a video of rigid and flexible parts side by side, too");
-    app.add_option("--threads", arguments.threads, "of the solver; 0 leaves it to the library")
+                 "Also make a video of rigid and flexible parts side by side");
+    app.add_option("--threads", arguments.threads,
+                   "Number of threads (default: chosen by the library)")
         ->check(CLI::NonNegativeNumber);
     CLI11_PARSE(app, argc, argv);
     std::setvbuf(stdout, nullptr, _IOLBF, 0);  // in step with the progress on standard error

@@ -515,26 +515,27 @@ int main(int argc, char** argv) {
     Arguments arguments;
     CLI::App app("Aeroengine stator of five flexible casings, shaken by its rotor's unbalance.");
     app.option_defaults()->take_last()->always_capture_default();
-    app.add_option("--speed", arguments.model.speed, "of the rotor after the run-up [Hz]")
+    app.add_option("--speed", arguments.model.speed, "Speed of the rotor after the run-up [Hz]")
         ->check(CLI::PositiveNumber);
-    app.add_option("--run-up", arguments.model.runUp, "time of the run-up [s]")
+    app.add_option("--run-up", arguments.model.runUp, "Duration of the run-up [s]")
         ->check(CLI::PositiveNumber);
     app.add_option("--front-unbalance", arguments.model.frontUnbalance,
-                   "at the compressor casing's bearing [kg m]");
+                   "Unbalance at the bearing of the compressor casing [kg m]");
     app.add_option("--rear-unbalance", arguments.model.rearUnbalance,
-                   "at the turbine casing's bearing, a quarter turn behind [kg m]");
-    app.add_option("--gravity", arguments.model.gravity, "[m/s2]");
-    app.add_option("--damping", arguments.model.damping,
-                   "of each mode of a part, as a part of critical")
+                   "Unbalance at the bearing of the turbine casing, a quarter turn behind [kg m]");
+    app.add_option("--gravity", arguments.model.gravity, "Gravity [m/s2]");
+    app.add_option("--damping", arguments.model.damping, "Damping ratio of each mode of the parts")
         ->check(CLI::NonNegativeNumber);
-    app.add_option("--accuracy", arguments.accuracy, "local error of a step [m]")
+    app.add_option("--accuracy", arguments.accuracy, "Local error allowed in a step [m]")
         ->check(CLI::PositiveNumber);
-    app.add_option("--time", arguments.time, "to simulate [s]")->check(CLI::PositiveNumber);
-    app.add_option("--parts", arguments.parts, "folder of the reduced parts");
-    app.add_option("--out", arguments.out, "folder for what is written");
-    app.add_option("--frames", arguments.frames, "about this many")->check(CLI::Range(6, 10000));
-    app.add_flag("--no-frames", arguments.noFrames, "no pictures but the plots");
-    app.add_option("--threads", arguments.threads, "of the solver; 0 leaves it to the library")
+    app.add_option("--time", arguments.time, "Duration [s]")->check(CLI::PositiveNumber);
+    app.add_option("--parts", arguments.parts, "Folder of the reduced parts");
+    app.add_option("-o,--output", arguments.out, "Folder to write");
+    app.add_option("--frames", arguments.frames, "Approximate number of pictures")
+        ->check(CLI::Range(6, 10000));
+    app.add_flag("--no-frames", arguments.noFrames, "Draw the plots only");
+    app.add_option("--threads", arguments.threads,
+                   "Number of threads (default: chosen by the library)")
         ->check(CLI::NonNegativeNumber);
     CLI11_PARSE(app, argc, argv);
     std::setvbuf(stdout, nullptr, _IOLBF, 0);  // in step with the progress on standard error

@@ -623,11 +623,11 @@ int main(int argc, char** argv) {
     for (const Problem& problem : problems) names.push_back(problem.name);
     CLI::App app("Problems with known answers, drawn over the answer.");
     app.option_defaults()->always_capture_default();
-    app.add_option("problem", arguments.problems, "those to draw; default: all")
+    app.add_option("problem", arguments.problems, "Problems to draw (default: all)")
         ->check(CLI::IsMember(names));
-    app.add_flag("--quick", arguments.isQuick, "fewer values, shorter motions");
-    app.add_option("--parts", arguments.parts, "not needed: parts are made here");
-    app.add_option("--out", arguments.out, "folder for what is written")->take_last();
+    app.add_flag("--quick", arguments.isQuick, "Take fewer values and shorter motions");
+    app.add_option("--parts", arguments.parts, "Not needed: the parts are made here");
+    app.add_option("-o,--output", arguments.out, "Folder to write")->take_last();
     CLI11_PARSE(app, argc, argv);
     try {
         run(arguments);

@@ -25,7 +25,7 @@ ModalDamping::ModalDamping(FlexibleBodySubsystem& subsystem, const FlexibleBody&
         if (!(ratios[i] >= 0) || !std::isfinite(ratios[i]))
             throw std::invalid_argument("ModalDamping of '" + body.getName() +
                                         "': the ratio of mode " + std::to_string(i + 1) + " is " +
-                                        std::to_string(ratios[i]) + ", must be 0 or more");
+                                        std::to_string(ratios[i]) + "; it must be 0 or more");
         coefficients.push_back(2 * ratios[i] * std::sqrt(part.omegaSquared[i]));
     }
     subsystem.updGuts().addModalDamping(body.getIndex(), coefficients);

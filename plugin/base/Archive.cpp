@@ -70,7 +70,7 @@ void Archive::visit(std::string& value) {
 void Archive::visitWithin(int& value, int first, int last, const char* what) {
     visit(value);
     if (m_isReading && (value < first || value > last))
-        fail(std::string(what) + " is " + std::to_string(value) + ", must be " +
+        fail(std::string(what) + " is " + std::to_string(value) + "; it must be " +
              std::to_string(first) + " to " + std::to_string(last));
 }
 

@@ -419,7 +419,7 @@ void FlexibleBodySubsystem::setHolding(State& state, const Vector& holding) cons
     const SimbodyMatterSubsystem& matter = getGuts().getMatter();
     const int numConstraints = matter.getNumConstraints();
     if (holding.size() != numConstraints + getNumJoints())
-        throw std::invalid_argument("what a State holds together is that of another system");
+        throw std::invalid_argument("the list of what is held is that of another system");
     for (ConstraintIndex c(0); c < numConstraints; ++c) {
         const Constraint& constraint = matter.getConstraint(c);
         if (constraint.isDisabled(state) != (holding[c] != 0)) continue;

@@ -67,8 +67,8 @@ std::string describeDisplacement(const Deformation& found) {
 }
 
 std::string describeRotation(const Deformation& found) {
-    return "interface '" + found.interface + "' is turned by " + toThreeDigits(found.rotation) +
-           " rad against the body's frame; modes describe up to 0.2 rad";
+    return "interface '" + found.interface + "' is rotated by " + toThreeDigits(found.rotation) +
+           " rad relative to the body's frame; modes describe up to 0.2 rad";
 }
 
 }  // namespace
@@ -93,7 +93,7 @@ void LinearRangeReporter::handleEvent(const State& state) const {
         if (!isDisplaced && !isTurned) continue;
         const std::string at = "'" + m_subsystem.getBody(b).getName() +
                                "' at t = " + toThreeDigits(state.getTime()) + " s: ";
-        const char* advice = ". Divide the part into several, or load it less.";
+        const char* advice = ". Divide the part into several, or reduce its load.";
         if (isDisplaced) warnOnce(int(b), false, at + describeDisplacement(found) + advice);
         if (isTurned) warnOnce(int(b), true, at + describeRotation(found) + advice);
     }

@@ -62,8 +62,50 @@ inline std::pair<int, int> readSize(const std::string& text, std::pair<int, int>
 /** Adds --allow-scripts, with which Gmsh's scripts run outside the sandbox. **/
 inline void addScriptsFlag(CLI::App& command, bool& isAllowed) {
     command.add_flag("--allow-scripts", isAllowed,
-                     "Let scripts of Gmsh (.geo) do what you may: start programs, read and write "
-                     "any file");
+                     "Run Gmsh scripts (.geo) outside the sandbox: they may start programs and "
+                     "read and write any file");
+}
+
+inline void addModelFile(CLI::App& command, std::string& path) {
+    command.add_option("model", path, "Model file (YAML)")
+        ->required()
+        ->check(CLI::ExistingFile)
+        ->type_name("MODEL.yaml");
+}
+
+/** Adds --set for keys of the model file. **/
+inline void addSettings(CLI::App& command, std::vector<std::string>& settings,
+                        const char* help =
+                            "Change the value of a key of the model, for example "
+                            "solver.accuracy=1e-5") {
+    addRepeated(command, "--set", settings, help, "PATH=VALUE");
+}
+
+/** Adds --only. @param verb  what is done to the analyses named, "Run" **/
+inline void addAnalyses(CLI::App& command, std::vector<std::string>& names,
+                        const std::string& verb) {
+    command.add_option("--only", names, verb + " only these analyses: NAME,NAME (default: all)")
+        ->delimiter(',')
+        ->type_name("NAME")
+        ->allow_extra_args(false);
+}
+
+/** Adds what `run` and `post` write besides results. **/
+template <class Options>
+void addOutputs(CLI::App& command, Options& options) {
+    command.add_flag("--csv", options.writesCsv, "Write a CSV file for each analysis as well");
+    command.add_flag_callback(
+        "--no-pictures", [&options] { options.drawsPictures = false; },
+        "Do not draw the model's pictures");
+    command
+        .add_option("--animation", options.animation,
+                    "Write the motion as one glTF file for browsers, Blender and ParaView")
+        ->type_name("FILE.glb");
+}
+
+/** Adds -q, without progress and notes. @param what  is printed all the same **/
+inline void addQuietFlag(CLI::App& command, bool& isQuiet, const std::string& what) {
+    command.add_flag("-q,--quiet", isQuiet, "Print only " + what + ", no progress and no notes");
 }
 
 inline CLI::Validator makePositiveCheck() {

@@ -13,8 +13,7 @@ namespace simflex {
 namespace cli {
 
 int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& solver) {
-    CLI::App app("simflex: flexible bodies for Simbody, from finite elements to frames.",
-                 "simflex");
+    CLI::App app("simflex: flexible bodies for Simbody, from finite elements to frames", "simflex");
     app.set_version_flag("--version", std::string("simflex ") + SIMFLEX_VERSION);
     app.require_subcommand(1);
     app.fallthrough();

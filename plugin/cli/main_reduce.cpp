@@ -5,7 +5,7 @@
 #include "simflex/cli/Invocation.h"
 
 int main(int argc, char** argv) {
-    CLI::App app("The command reduce of simflex alone.", "simflex_reduce");
+    CLI::App app("The command reduce of simflex alone", "simflex_reduce");
     app.require_subcommand(1);
     simflex::cli::addReduceCommand(app);
     return simflex::cli::runCommandLine(app, argc, argv);

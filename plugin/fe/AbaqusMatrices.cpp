@@ -29,7 +29,7 @@ MatrixFile readMatrix(const std::string& path, const char* what, const NodeTable
         if (numFields == 0) numFields = fields.size();
         if (fields.size() != numFields || (numFields != 3 && numFields != 5))
             lines.refuse("the line has " + std::to_string(fields.size()) +
-                         " fields, must have five (node, direction, node, direction, value) or, "
+                         " fields; it must have five (node, direction, node, direction, value) or, "
                          "throughout the file, three (row, column, value)");
         const double value = lines.parseNumber(fields.back(), "the value");
         if (numFields == 5) {
@@ -53,7 +53,7 @@ MatrixFile readMatrix(const std::string& path, const char* what, const NodeTable
     if (numFields == 3 && largestRow != numDofs)
         throw std::invalid_argument(path + ": the matrix has " + std::to_string(largestRow) +
                                     " rows, the nodes' file " + std::to_string(numDofs / 3) +
-                                    " nodes, must be three rows a node; write "
+                                    " nodes; there must be three rows for each node; write "
                                     "FORMAT=MATRIX INPUT, which names nodes and directions");
     file.entries = std::move(byNode.entries);
     return file;

@@ -25,8 +25,7 @@ public:
             if (A->numRows() != A->numColumns() || A->numRows() != 3 * nodes.mesh.numNodes())
                 refuse(*A, "has " + std::to_string(A->numRows()) + "×" +
                                std::to_string(A->numColumns()) +
-                               " entries, must have three rows "
-                               "and columns for each of the " +
+                               " entries; it must have three rows and columns for each of the " +
                                std::to_string(nodes.mesh.numNodes()) + " nodes");
         readSets(nodes);
         return assembleModel(m_path, "", std::move(nodes), readMatrix(K), readMatrix(M), progress);
@@ -51,7 +50,7 @@ private:
         const size_t count = size_t(array.numRows()), width = size_t(array.numColumns());
         if (array.isSparse() || (width != 3 && width != 4) || count == 0)
             refuse(array, "has " + std::to_string(count) + "×" + std::to_string(width) +
-                              " entries, must have a row x y z, or number x y z, for each node");
+                              " entries; it must have a row x y z, or number x y z, for each node");
         NodeTable table;
         m_row.resize(count);
         std::vector<std::pair<int, size_t>> byNumber;
@@ -59,7 +58,7 @@ private:
             const double number = width == 4 ? array.values[k] : double(k + 1);
             if (!(number >= 1 && number <= LargestNumber) || number != std::floor(number))
                 refuse(array, "numbers a node " + writeGeneral(number, 10) +
-                                  ", must be a whole number from 1 on");
+                                  "; it must be a whole number from 1 on");
             byNumber.emplace_back(int(number), k);
         }
         std::sort(byNumber.begin(), byNumber.end());

@@ -20,7 +20,7 @@ void checkFinite(const std::string& source, const char* quantity, const Symmetri
                 throw std::invalid_argument(
                     source + ": the " + quantity + " matrix has " + std::to_string(A.values[k]) +
                     " in row " + std::to_string(A.rows[k] + 1) + ", column " +
-                    std::to_string(column + 1) + ", must be a finite number");
+                    std::to_string(column + 1) + "; it must be a finite number");
 }
 
 void checkShape(const std::string& source, const char* quantity, const SymmetricMatrix& A,
@@ -306,7 +306,7 @@ void FeModel::validate() const {
     const double mass = calcMass();
     if (!(mass > 0))
         throw std::invalid_argument(source + ": the mass is " + std::to_string(mass) +
-                                    ", must be positive. Is *DENSITY given?");
+                                    "; it must be positive. Is *DENSITY given?");
     checkShape(*this);
     checkConnected(*this);
     checkFree(*this);

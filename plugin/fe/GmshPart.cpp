@@ -74,7 +74,7 @@ void checkIsMesh(const std::string& path) {
     in >> first;
     for (const char* known : {"$MeshFormat", "$Comments", "$NOD", "$NOE", "$PARA", "$ELM"})
         if (first == known) return;
-    throw std::invalid_argument("'" + path + "' is no mesh of Gmsh: it does not begin with " +
+    throw std::invalid_argument("'" + path + "' is not a mesh of Gmsh: it does not begin with " +
                                 "$MeshFormat");
 }
 
@@ -571,7 +571,7 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
                                     " are not known; choose 1 or 2");
     if (!(options.thickness >= 0) || !std::isfinite(options.thickness))
         throw std::invalid_argument("the thickness is " + writeGeneral(options.thickness, 6) +
-                                    ", must be positive");
+                                    "; it must be positive");
     if (!fs::is_regular_file(path)) throw std::runtime_error("cannot read part '" + path + "'");
     TemporaryFolder folder;
     const bool isAssembly = runGmsh(path, options, folder.path());

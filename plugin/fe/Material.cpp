@@ -28,7 +28,7 @@ std::string listNames() {
 void Material::validate() const {
     const auto refuse = [&](const char* what, double value, const char* allowed) {
         throw std::invalid_argument("material '" + name + "': " + what + " is " +
-                                    std::to_string(value) + ", must be " + allowed);
+                                    std::to_string(value) + "; it must be " + allowed);
     };
     if (!(E > 0)) refuse("Young's modulus E", E, "positive [Pa]");
     if (!(nu > -1 && nu < 0.5)) refuse("Poisson's ratio nu", nu, "between -1 and 0.5");

@@ -111,13 +111,13 @@ std::vector<int> findDofs(const NodeTable& nodes, const std::string& path) {
         }
         if (fields.size() != 2)
             lines.refuse("the line has " + std::to_string(fields.size()) +
-                         " fields, must have two: node number and direction");
+                         " fields; it must have two: node number and direction");
         const int number = lines.parseInteger(fields[0], "the node number");
         const int direction = lines.parseInteger(fields[1], "the direction");
         if (direction < 1 || direction > 3)
-            lines.refuse("direction " + std::to_string(direction) + " of node " +
-                         std::to_string(number) +
-                         " is no translation (1, 2 or 3); simflex needs plain nodal translations");
+            lines.refuse(
+                "direction " + std::to_string(direction) + " of node " + std::to_string(number) +
+                " is not a translation (1, 2 or 3); simflex needs plain nodal translations");
         const auto& numbers = nodes.mesh.nodeNumbers;
         const auto found = std::lower_bound(numbers.begin(), numbers.end(), number);
         if (found == numbers.end() || *found != number)

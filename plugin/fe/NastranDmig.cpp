@@ -17,11 +17,11 @@ MatrixForm readHeader(const BulkCards& cards, const BulkCard& card, const std::s
     const int type = cards.parseInteger(card, card.field(3), "TIN");
     if (type != 1 && type != 2)
         cards.refuse(card, name + " has type " + std::to_string(type) +
-                               ", must be real: 1 (single) or 2 (double precision)");
+                               "; it must be real: 1 (single) or 2 (double precision)");
     if (form == 6) return MatrixForm::Symmetric;
     if (form == 1) return MatrixForm::General;
-    cards.refuse(
-        card, name + " has form " + std::to_string(form) + ", must be 6 (symmetric) or 1 (square)");
+    cards.refuse(card, name + " has form " + std::to_string(form) +
+                           "; it must be 6 (symmetric) or 1 (square)");
 }
 
 MatrixFile readMatrix(const std::string& path, const std::string& wanted, const char* what,
@@ -53,7 +53,7 @@ MatrixFile readMatrix(const std::string& path, const std::string& wanted, const 
             if (card.field(k).empty() && card.field(k + 2).empty()) continue;
             if (!card.field(k + 3).empty() &&
                 cards.parseNumber(card, card.field(k + 3), "an imaginary part") != 0)
-                cards.refuse(card, name + " has complex entries, must be real");
+                cards.refuse(card, name + " has complex entries; it must be real");
             byNode.add(cards.lines(), cards.parseInteger(card, card.field(k), "a grid number"),
                        cards.parseInteger(card, card.field(k + 1), "a component"), column,
                        columnDirection,

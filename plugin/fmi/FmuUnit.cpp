@@ -38,7 +38,7 @@ void FmuUnit::open() {
     } catch (const std::exception& error) {
         fail(error.what());
     }
-    if (m_description.needsTool) fail("it runs with the program that has made it only");
+    if (m_description.needsTool) fail("it runs only with the program that made it");
     const fs::path binaries = m_folder.path() / "binaries",
                    folder = binaries / (m_description.version == 3 ? "x86_64-linux" : "linux64"),
                    library = folder / (m_description.identifier + ".so");

@@ -110,7 +110,7 @@ SIMFLEX_FMI Component fmi2Instantiate(Text name, Kind kind, Text guid, Text reso
     const std::string own = name ? name : "";
     try {
         if (kind != Kind::CoSimulation) throw std::runtime_error("it is for co-simulation only");
-        if (!resources || !guid) throw std::runtime_error("it wants its resources and its GUID");
+        if (!resources || !guid) throw std::runtime_error("it needs its resources and its GUID");
         auto unit = std::make_unique<Unit2>();
         unit->name = own;
         unit->callbacks = callbacks;

@@ -84,7 +84,7 @@ SIMFLEX_FMI Instance fmi3InstantiateCoSimulation(Text, Text token, Text resource
                                                  std::size_t, void* environment, Logger logger,
                                                  IntermediateUpdate) {
     try {
-        if (!resources || !token) throw std::runtime_error("it wants its resources and its token");
+        if (!resources || !token) throw std::runtime_error("it needs its resources and its token");
         auto unit = std::make_unique<Unit3>();
         unit->environment = environment;
         unit->logger = logger;

@@ -109,7 +109,7 @@ void FmuInstance::set(unsigned reference, double value) {
     const std::string& name =
         isParameter ? m.parameters[index] : m.inputs[index - m.parameters.size()];
     if (!std::isfinite(value))
-        throw std::runtime_error("'" + name + "' is set to no finite number");
+        throw std::runtime_error("'" + name + "' is not set to a finite number");
     if (m_phase == Stepping) {
         if (isParameter)
             throw std::runtime_error("parameter '" + name + "' is fixed once the unit has begun");
@@ -139,7 +139,7 @@ const std::string& FmuInstance::findInput(unsigned reference) const {
     const size_t first = m_manifest.parameters.size(), index = size_t(reference) - 1;
     if (reference == 0 || index < first || index >= first + m_manifest.inputs.size())
         throw std::runtime_error("the variable with the reference " + std::to_string(reference) +
-                                 " is no input");
+                                 " is not an input");
     return m_manifest.inputs[index - first];
 }
 
@@ -153,7 +153,7 @@ std::vector<double> FmuInstance::calcDirectionalDerivative(const std::vector<uns
     for (const unsigned output : outputs)
         if (output < first)
             throw std::runtime_error("the variable with the reference " + std::to_string(output) +
-                                     " is no output");
+                                     " is not an output");
     Session& session = updSession();
     std::vector<Session::Input> now;
     double largest = 0;

@@ -59,7 +59,7 @@ std::vector<LibraryFile> findLibraries(const std::string& library, const std::st
     if (!fs::exists(path))
         throw std::runtime_error(
             "there is no '" + path.string() +
-            "', which FMUs hold a copy of: simflex is not installed as a whole");
+            "', of which FMUs hold a copy: simflex is not installed completely");
     std::vector<LibraryFile> files{{identifier + ".so", path.string()}};
     if (isThin) return files;
     void* const handle = dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);

@@ -16,7 +16,7 @@ public:
     static constexpr int ExitStatus = 3;  ///< of `simflex run --resume`
 
     CannotResume(const std::string& path, const std::string& change)
-        : std::runtime_error("cannot go on with '" + path + "': " + change +
+        : std::runtime_error("cannot continue '" + path + "': " + change +
                              "; run without --resume to begin anew") {}
 };
 

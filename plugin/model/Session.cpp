@@ -177,8 +177,8 @@ SavedState Session::save() const {
 void Session::restore(const SavedState& saved) {
     if (saved.model != describeWhatMoves())
         throw std::invalid_argument(
-            "restore() wants what save() gave of the same model; this is of another one, or of "
-            "before a change()");
+            "restore() takes what save() returned for the same model; this is of another model, or "
+            "from before a change()");
     std::unique_ptr<ImplicitIntegrator> integrator = makeIntegrator(*m_model);
     std::istringstream text(saved.integrator);
     const State begun = makeFresh(saved.begun);
@@ -395,9 +395,9 @@ void Session::set(const std::string& path, const std::vector<double>& values) {
     const auto quantity = findQuantity(path);
     if (!quantity) {
         if (seekNamed(getProbes(), path))
-            throw std::runtime_error("'" + path + "' is a probe: it tells, and cannot be set");
+            throw std::runtime_error("'" + path + "' is a probe: it can be read, not set");
         if (path.compare(0, 11, "parameters.") == 0)
-            throw std::runtime_error("'" + path + "' is a key of the model: change() it");
+            throw std::runtime_error("'" + path + "' is a key of the model: use change()");
         throw std::runtime_error(describeUnknown("quantity", path, listQuantities()));
     }
     for (const double value : values)

@@ -141,7 +141,7 @@ std::vector<std::int64_t> toIntegers(const std::string& path, const FileArray& a
     for (const double value : array.values) {
         if (!(value >= 0 && value <= double(most)) || value != double(std::int64_t(value)))
             failDamaged(path, array.name + " has " + writeGeneral(value, 6) +
-                                  ", must be a whole number from 0 to " + std::to_string(most));
+                                  "; it must be a whole number from 0 to " + std::to_string(most));
         result.push_back(std::int64_t(value));
     }
     return result;

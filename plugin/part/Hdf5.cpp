@@ -171,7 +171,7 @@ std::string readText(hid_t object, const std::string& name) {
     const Handle space(H5Aget_space(attribute), H5Sclose, "read the shape of '" + name + "'");
     if (H5Tget_class(stored) != H5T_STRING || H5Tis_variable_str(stored) > 0 ||
         H5Sget_simple_extent_npoints(space) != 1 || H5Tget_size(stored) > LongestText + 1)
-        throw std::runtime_error("'" + name + "' is no text");
+        throw std::runtime_error("'" + name + "' is not text");
     std::string value(H5Tget_size(stored) + 1, '\0');
     check(H5Aread(attribute, stored, value.data()), "read '" + name + "'");
     value.resize(value.find('\0'));

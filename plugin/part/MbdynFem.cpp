@@ -122,7 +122,7 @@ public:
         if (found->second.numbers.size() != count)
             refuse(group,
                    std::string("(") + what + ") has " +
-                       std::to_string(found->second.numbers.size()) + " numbers, must have " +
+                       std::to_string(found->second.numbers.size()) + " numbers; it must have " +
                        std::to_string(count) +
                        (found->second.numbers.size() < count ? "; is the file cut short?" : ""));
         return found->second.numbers;
@@ -136,7 +136,7 @@ public:
     int toCount(int group, double value, const char* what, int least, int most) const {
         if (!(value >= least && value <= most) || value != std::floor(value)) {
             std::ostringstream text;
-            text << "has " << what << " " << value << ", must be a whole number from " << least
+            text << "has " << what << " " << value << "; it must be a whole number from " << least
                  << " to " << most;
             refuse(group, text.str());
         }

@@ -55,7 +55,7 @@ void checkMassNormalized(const std::string& part, const std::array<std::vector<d
             if (std::abs(mass - (i == j ? 1 : 0)) <= Tolerance) continue;
             std::ostringstream text;
             text << "the modal mass of modes " << i + 1 << " and " << j + 1 << " is " << mass
-                 << " by the trace of I2, must be " << (i == j ? 1 : 0)
+                 << " by the trace of I2; it must be " << (i == j ? 1 : 0)
                  << ": the modes are not mass-normalised, or I2 is not of these modes";
             refuse(part, text.str());
         }
@@ -157,7 +157,7 @@ ReducedBody ReducedBody::withScaledStiffness(double factor) const {
 void ReducedBody::validate() const {
     const size_t n = size_t(numModes), rows = 3 * size_t(mesh.numNodes());
     if (!(mass > 0) || !std::isfinite(mass))
-        refuse(name, "mass is " + std::to_string(mass) + ", must be positive");
+        refuse(name, "mass is " + std::to_string(mass) + "; it must be positive");
     checkSize(name, "mesh positions", mesh.positions.size(), rows);
     checkSize(name, "omegaSquared", omegaSquared.size(), n);
     checkSize(name, "I1", I1.size(), 6 * n);
@@ -172,7 +172,7 @@ void ReducedBody::validate() const {
         if (!(omegaSquared[i] > 0))
             refuse(name, "mode " + std::to_string(i + 1) +
                              " has omega² = " + std::to_string(omegaSquared[i]) +
-                             ", must be positive: a rigid mode is left in");
+                             "; it must be positive: a rigid mode is left in");
     for (size_t i = 1; i < n; ++i)
         if (omegaSquared[i] < omegaSquared[i - 1] * (1 - 1e-9))
             refuse(name, "modes must ascend in omega², but mode " + std::to_string(i + 1) +

@@ -52,14 +52,14 @@ void TextLines::refuse(const std::string& why) const {
 double TextLines::parseNumber(std::string_view field, const char* what) const {
     double value = 0;
     if (!readNumber(field, value))
-        refuse(std::string(what) + " is " + quoteField(field) + ", must be a finite number");
+        refuse(std::string(what) + " is " + quoteField(field) + "; it must be a finite number");
     return value;
 }
 
 int TextLines::parseInteger(std::string_view field, const char* what) const {
     int value = 0;
     if (!readInteger(field, value))
-        refuse(std::string(what) + " is " + quoteField(field) + ", must be a whole number");
+        refuse(std::string(what) + " is " + quoteField(field) + "; it must be a whole number");
     return value;
 }
 

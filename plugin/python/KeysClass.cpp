@@ -251,7 +251,7 @@ void addKeys(py::module_& module, py::class_<ModelText>& modelClass) {
         .def("__dir__",
              [](const py::object& self) { return listAttributes(self, py::cast<Keys&>(self)); })
         .def("add", &addKey, py::arg("name"),
-             "A new entry of bodies, joints, loads …, with these keys. Returns it.")
+             "Adds an entry to bodies, joints, loads …, with these keys, and returns it.")
         .def(
             "to_dict", [](const Keys& keys) { return toDict(findBelow(keys)); },
             "A copy of what the file and later settings say; nothing of defaults.")

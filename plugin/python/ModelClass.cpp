@@ -79,14 +79,14 @@ void addModel(py::module_& module) {
         "Values are numbers, texts, lists, dicts, arrays and functions. Its attributes\n"
         "are the file's keys: model.gravity = [0, -9.81, 0]. Nothing is read or built\n"
         "before a Session or run() asks for it.");
-    modelClass.def(py::init([] { return makeFromText(ModelText().text, "."); }), "An empty one.")
+    modelClass.def(py::init([] { return makeFromText(ModelText().text, "."); }), "An empty model.")
         .def(py::init(&load), py::arg("path"), py::arg("settings") = py::dict(),
              "Model('ruler.yaml', {'solver.accuracy': 1e-7}, load=0.1): a file, with other values\n"
              "of keys, and of parameters by their names.")
         .def_static("from_dict", &makeFromDict, py::arg("keys"), py::arg("folder") = ".",
-                    "Of the keys of a model file. Relative paths begin in `folder`.")
+                    "From the keys of a model file. Relative paths begin in `folder`.")
         .def_static("from_text", &makeFromText, py::arg("text"), py::arg("folder") = ".",
-                    "Of the text of a model file.")
+                    "From the text of a model file.")
         .def(
             "function",
             [](ModelText& model, const py::object& function, const std::string& name) {
@@ -103,7 +103,7 @@ void addModel(py::module_& module) {
             "to\n"
             "give equal values.")
         .def("set", &setKey, py::arg("key"), py::arg("value"),
-             "Gives what stands at a key ('joints.bearing.axis') another value.")
+             "Sets the value of a key ('joints.bearing.axis').")
         .def_readonly("path", &ModelText::path)
         .def_readonly("text", &ModelText::text)
         .def_readonly("settings", &ModelText::settings)
@@ -111,13 +111,13 @@ void addModel(py::module_& module) {
              py::arg("analyses") = std::vector<std::string>(), py::arg("threads") = 0,
              py::arg("resume") = false, py::arg("pictures") = false,
              py::arg("progress") = py::none(), py::arg("error_bar") = false,
-             "Does the analyses (all, or those named) as `simflex run` does, and writes the file\n"
+             "Runs the analyses (all, or those named) as `simflex run` does, and writes the file\n"
              "of results: beside the model unless `output` says where. Ctrl-C keeps what is done, "
              "and so\n"
              "does progress(what, fraction), told now and then, by returning False: Cancelled.\n"
              "With `error_bar` each probe has its error, 'tip error', by what parts have left out.")
         .def("analyse", &analyse, py::arg("type"),
-             "Does one analysis that the file need not have, with the keys of `analyses`, and\n"
+             "Runs one analysis that the file need not have, with the keys of `analyses`, and\n"
              "returns its Analysis: analyse('campbell', parameter='speed', speeds=[0, 50, 100]).")
         .def("__copy__", [](const ModelText& model) { return model; })
         .def("__deepcopy__", [](const ModelText& model, const py::dict&) { return model; })

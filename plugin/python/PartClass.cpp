@@ -152,7 +152,7 @@ void addPart(py::module_& module) {
             "inertia", [](const Part& part) { return makeTensor(part.body->inertia); },
             "3×3, about the centre of mass [kg m²].")
         .def_property_readonly("num_modes", [](const Part& part) { return part.body->numModes; })
-        .def_property_readonly("frequencies", &calcFrequencies, "Of the modes [Hz].")
+        .def_property_readonly("frequencies", &calcFrequencies, "Frequencies of the modes [Hz].")
         .def_property_readonly(
             "shapes",
             [](const Part& part) {

@@ -124,7 +124,8 @@ void addResults(py::module_& module) {
         .def_readonly("is_complete", &Analysis::isComplete)
         .def_readonly("statistics", &Analysis::statistics)
         .def_readonly("warnings", &Analysis::warnings)
-        .def_property_readonly("time", makeGetter(&Analysis::time), "n [s], of transient ones.")
+        .def_property_readonly("time", makeGetter(&Analysis::time),
+                               "The n times of rows [s], of transient analyses.")
         .def_property_readonly("probes", &listProbes)
         .def("__iter__",
              [](const Analysis& analysis) { return py::iter(py::cast(listProbes(analysis))); })
@@ -141,7 +142,7 @@ void addResults(py::module_& module) {
             [](const Analysis& analysis, const std::string& probe) {
                 return findSeries(analysis, probe)->column.unit;
             },
-            py::arg("probe"), "Of a probe: m, rad/s …")
+            py::arg("probe"), "Unit of a probe: m, rad/s …")
         .def(
             "columns",
             [](const Analysis& analysis, const std::string& probe) {
@@ -151,9 +152,10 @@ void addResults(py::module_& module) {
             "Names of a probe's columns: x, y, z; one without name if it has one.")
         .def_property_readonly("q", makeMatrixGetter(&Analysis::q), "Coordinates, n×nq.")
         .def_property_readonly("u", makeMatrixGetter(&Analysis::u), "Speeds, n×nu.")
-        .def_property_readonly("speeds", makeGetter(&Analysis::speeds), "Of campbell [rad/s].")
+        .def_property_readonly("speeds", makeGetter(&Analysis::speeds),
+                               "Speeds of a Campbell diagram [rad/s].")
         .def_property_readonly("frequency", makeModeGetter(&Analysis::frequency),
-                               "Modes of eigen, or speeds × modes of campbell [Hz].")
+                               "Frequencies [Hz]: modes of eigen, speeds × modes of campbell.")
         .def_property_readonly("damping_ratio", makeModeGetter(&Analysis::dampingRatio))
         .def_readonly("inputs", &Analysis::inputs, "Of linear and frequency_response.")
         .def_readonly("outputs", &Analysis::outputs, "Likewise.")

@@ -80,8 +80,8 @@ private:
         explicit Turn(std::atomic<bool>& flag) : isBusy(flag) {
             if (isBusy.exchange(true))
                 throw std::runtime_error(
-                    "this Session is at work already, in another thread or in a function of its "
-                    "model: give each thread one of its own");
+                    "this Session is in use already, by another thread or by a function of its "
+                    "model: give each thread a Session of its own");
         }
         ~Turn() { isBusy = false; }
         Turn(const Turn&) = delete;
@@ -427,7 +427,7 @@ py::bytes encodePicture(OwnSession& own) {
 }  // namespace
 
 void addSession(py::module_& module) {
-    py::class_<Film>(module, "Animation", "A film: notebooks show it.")
+    py::class_<Film>(module, "Animation", "A video: notebooks show it.")
         .def_readonly("kind", &Film::kind, "gif, webp or mp4")
         .def_property_readonly(
             "data", [](const Film& film) { return py::bytes(film.data); }, "Bytes of the file.")
@@ -499,7 +499,7 @@ void addSession(py::module_& module) {
             "reset", [](OwnSession& own) { own.use([](Session& s) { s.reset(); }, true); },
             "Back to the start.")
         .def("settle", &settle,
-             "Goes to the static equilibrium near by; returns iterations, and in words\n"
+             "Goes to the nearest static equilibrium; returns iterations, and in words\n"
              "free_motions, which nothing holds, and unstable_motions, in which it falls away;\n"
              "by_damped_motion is true if Newton's iteration did not find it.")
         .def("get", &get, py::arg("path"), "A number, or an array.")
@@ -549,8 +549,8 @@ void addSession(py::module_& module) {
             py::arg("path"), "Goes to the State of a file.")
         .def("eigenmodes", &calcModes, py::arg("count") = py::none(),
              "Natural modes about this State, an equilibrium or a steady motion: frequency [Hz],\n"
-             "damping_ratio, eigenvalue [1/s], shape (speeds × modes); free motions first, of\n"
-             "frequency 0. All of them, or free motions and the `count` slowest of the others, "
+             "damping_ratio, eigenvalue [1/s], shape (speeds × modes); rigid-body modes first, of\n"
+             "frequency 0. All of them, or rigid-body modes and the `count` slowest of the others, "
              "which\n"
              "is quick for many bodies.")
         .def("linearize", &linearize, py::arg("inputs"),
@@ -579,7 +579,7 @@ void addSession(py::module_& module) {
         .def("picture", &draw, "As the model's `pictures` say: height×width×3 of 0…255.")
         .def("_repr_png_", &encodePicture)
         .def("animation", &animate, py::arg("path") = py::none(), py::arg("rate") = 25,
-             "A film of the motion so far, which notebooks show: of at most 64 States, evenly\n"
+             "A video of the motion so far, which notebooks show: of at most 64 States, evenly\n"
              "chosen, at a rate [1/s]. With a path (.mp4, .gif, .webp) it is written there, too.\n"
              "Needs ffmpeg.")
         .def_property_readonly(

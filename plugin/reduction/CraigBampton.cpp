@@ -187,7 +187,7 @@ ModeRange chooseNormalModes(const ReductionOptions& options, int numStatic, Inde
         if (!(*options.highestFrequency > 0) || !std::isfinite(*options.highestFrequency))
             refuse(options, "the highest frequency is " +
                                 std::to_string(*options.highestFrequency) +
-                                " Hz, must be positive");
+                                " Hz; it must be positive");
         range.smallest = std::pow(2 * M_PI * *options.highestFrequency, -2);
         return range;
     }

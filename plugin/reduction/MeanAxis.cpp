@@ -62,8 +62,8 @@ Modes solvePencil(const std::string& part, const Eigen::MatrixXd& K, const Eigen
 [[noreturn]] void refuseHinges(const std::string& part, Eigen::Index count) {
     throw std::invalid_argument(
         "part '" + part + "': the stiffness matrix has " + std::to_string(6 + count) +
-        " rigid modes, must have 6. Pieces of the part move against each other without stiffness: "
-        "look for hinges, where elements share only a node or an edge.");
+        " rigid modes; it must have 6. Pieces of the part move against each other without "
+        "stiffness: look for hinges, where elements share only a node or an edge.");
 }
 
 /** Shapes that together nothing resists, in units in which each has the same energy. **/

@@ -98,7 +98,7 @@ TEST(Archive, NumbersOutsideTheirRangeAreRefused) {
     Contents contents;
     contents.index = 6;
     Archive archive(write(contents));
-    EXPECT_EQ(messageOf([&] { contents.visit(archive); }), "the index is 6, must be -1 to 5");
+    EXPECT_EQ(messageOf([&] { contents.visit(archive); }), "the index is 6; it must be -1 to 5");
     for (const std::int64_t count : {std::int64_t(-1), std::int64_t(1) << 31}) {
         Archive counts(std::string(reinterpret_cast<const char*>(&count), sizeof count));
         int read = 0;

@@ -112,7 +112,7 @@ TEST_F(BodyErrorsTest, NotANumberInAPartIsNamed) {
     };
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THAT(messageWith([&](ReducedBody& b) { b.mass = nan; }),
-                AllOf(HasSubstr("'masses1'"), HasSubstr("mass is nan, must be positive")));
+                AllOf(HasSubstr("'masses1'"), HasSubstr("mass is nan; it must be positive")));
     EXPECT_THAT(messageWith([&](ReducedBody& b) { b.inertia[3] = nan; }), HasSubstr("inertia"));
     EXPECT_THAT(messageWith([&](ReducedBody& b) { b.centerOfMass[1] = nan; }),
                 HasSubstr("centre of mass"));
@@ -165,8 +165,8 @@ TEST_F(BodyErrorsTest, InconsistentPartIsRefused) {
                     for (auto& component : b.I2)
                         for (double& value : component) value *= 4;
                 }),
-                HasSubstr("the modal mass of modes 1 and 1 is 4 by the trace of I2, must be 1: the "
-                          "modes are not mass-normalised"));
+                HasSubstr("the modal mass of modes 1 and 1 is 4 by the trace of I2; it must be 1: "
+                          "the modes are not mass-normalised"));
     EXPECT_THAT(messageOf([&] { FlexibleBody(flexible, nullptr, "rod"); }), HasSubstr("'rod'"));
 }
 

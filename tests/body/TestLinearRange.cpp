@@ -85,7 +85,7 @@ TEST_F(LinearRangeTest, LargeRotationsOfInterfacesAreNamed) {
         bool isNamed = false;
         for (const std::string& text : messages)
             isNamed = isNamed || text.find("interface '" + interface.name +
-                                           "' is turned by 0.21 rad") != std::string::npos;
+                                           "' is rotated by 0.21 rad") != std::string::npos;
         // The other interface may turn further and be named instead: it is the first to pass.
         Real other = 0;
         for (int a = 0; a < 3; ++a) other += square(part->interfaces[0].Psi[size_t(a)] * xi[0]);

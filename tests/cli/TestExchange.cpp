@@ -147,7 +147,7 @@ TEST_F(ExchangeTest, PictureOfInterfacesHasDotsInTheirColoursWhereTheyAre) {
 }
 
 TEST_F(ExchangeTest, ModesMakesAFilmOfEachAndASheet) {
-    ASSERT_EQ(run("modes part.h5 --modes 2,7-8 --gif --size 320x200 --out shapes"), 0) << err;
+    ASSERT_EQ(run("modes part.h5 --modes 2,7-8 --gif --size 320x200 --output shapes"), 0) << err;
     EXPECT_THAT(out, HasSubstr("3 modes -> shapes/contact_sheet.png"));
     EXPECT_THAT(testing::listFiles(folder / "shapes"),
                 ElementsAre("contact_sheet.png", "mode_02.gif", "mode_07.gif", "mode_08.gif"));
@@ -179,7 +179,7 @@ TEST_F(ExchangeTest, ModesSaysWhatItCannotDoBeforeItDraws) {
         EXPECT_EQ(run("modes part.h5 --modes=" + std::string(list)), 2) << list;
         EXPECT_THAT(err, HasSubstr("list of modes")) << list;
     }
-    EXPECT_EQ(run("modes part.h5 --out part.h5/shapes"), 1);
+    EXPECT_EQ(run("modes part.h5 --output part.h5/shapes"), 1);
     EXPECT_THAT(err, HasSubstr("part.h5/shapes"));
     EXPECT_EQ(run("modes part.h5 --scale 0"), 2);
     for (const char* size : {"640", "640x", "10x10", "99999x100", "640x480x3"})

@@ -288,7 +288,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCard{"ContactWithoutIt", "*CLEARANCE,MASTER=A,SLAVE=B\n", "--without-contact"},
         BadCard{"SpringAcross",
                 "*ELEMENT,TYPE=SPRING2,ELSET=S\n9001,1,9\n*SPRING,ELSET=S\n2,2\n1e6\n",
-                "resists a turn of the whole part"},
+                "resists a rotation of the whole part"},
         BadCard{"SpringOfTwoAxes",
                 "*ELEMENT,TYPE=SPRING2,ELSET=S\n9001,1,9\n*SPRING,ELSET=S\n1,2\n1e6\n",
                 "holds the part to the ground"},
@@ -493,7 +493,7 @@ TEST_F(CalculixDeckTest, ContactIsLeftOutWhereThatIsAskedFor) {
     const FeModel model = read(brick.text() + contact, options);
     EXPECT_EQ(model.K.values, read(brick.text()).K.values);
     EXPECT_THAT(model.warnings, ::testing::Contains(AllOf(HasSubstr("left out *CONTACT PAIR"),
-                                                          HasSubstr("passes through each other"))));
+                                                          HasSubstr("penetrate each other"))));
     EXPECT_THAT(model.warnings, ::testing::Contains(HasSubstr("left out *GAP")));
     EXPECT_THAT(errorOf(brick.text() + contact), HasSubstr("--without-contact"));
 }

@@ -283,7 +283,7 @@ TEST_F(ConstraintsTest, ATieThatReachesNoNodeIsAnErrorAndOneThatReachesSomeAWarn
 TEST_F(ConstraintsTest, ATieNamesASurfaceOrFaceThatIsNotThere) {
     EXPECT_THAT(errorOf(Brick().text() + "*TIE, NAME=T\nA, B\n"), HasSubstr("surface A"));
     EXPECT_THAT(errorOf(Brick().text() + "*SURFACE, NAME=A\n1, S7\n*TIE, NAME=T\nA, A\n"),
-                HasSubstr("'S7' is no face"));
+                HasSubstr("'S7' is not a face"));
 }
 
 // Where CalculiX is compared with, the deck's own *RIGID BODY, *COUPLING are what it solves.

@@ -427,7 +427,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{"\n1 1 ", "\n% ", "K.mtx", "K.mtx: the file has .* header says"},
         BadLine{"11, ", "11.5, ", "nodes.csv", "nodes.csv:2: the node number is '11.5'"},
         BadLine{"11, ", "12, ", "nodes.csv", "nodes.csv: node 12 is listed twice"},
-        BadLine{"11, ", "", "nodes.csv", "nodes.csv:2: the line has 3 fields, must have four"}));
+        BadLine{"11, ", "", "nodes.csv", "nodes.csv:2: the line has 3 fields; it must have four"}));
 
 TEST_F(MatrixFiles, AMatrixThatIsNotSymmetricIsRefusedWithItsNodes) {
     writeMarket();

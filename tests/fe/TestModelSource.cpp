@@ -476,7 +476,7 @@ TEST_F(ModelSource, SurfacesWithAThicknessAreTheShellsOfADeck) {
     options.gmsh.thickness = 0;
     EXPECT_THAT(errorOf(options), HasSubstr("of sheets, give the thickness"));
     options.gmsh.thickness = -1;
-    EXPECT_THAT(errorOf(options), HasSubstr("the thickness is -1, must be positive"));
+    EXPECT_THAT(errorOf(options), HasSubstr("the thickness is -1; it must be positive"));
 }
 
 class RefusedAnsys : public ModelSource, public ::testing::WithParamInterface<BadAnsys> {};

@@ -253,7 +253,7 @@ TEST_F(DataFiles, ScriptsUnderOtherNamesAreNotRun) {
          {evil, "$x\n" + evil, "$MeshFormatted\n" + evil, "\n\n$\n" + evil})
         EXPECT_EQ(read(optionsOf(write("a.msh", text))),
                   "'" + folder / "model/a.msh" +
-                      "' is no mesh of Gmsh: it does not begin with $MeshFormat");
+                      "' is not a mesh of Gmsh: it does not begin with $MeshFormat");
     EXPECT_FALSE(fs::exists(folder / "model/OWNED"));
 }
 

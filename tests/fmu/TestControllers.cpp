@@ -134,7 +134,7 @@ TEST_F(ControllerTest, AUnitThatCannotSayWhatItRemembersGoesForwardOnly) {
         session.runTo(0.5, 0.1);
         FAIL();
     } catch (const std::runtime_error& error) {
-        EXPECT_THAT(error.what(), HasSubstr("controller 'pid' cannot be brought back"));
+        EXPECT_THAT(error.what(), HasSubstr("controller 'pid' cannot be restored"));
     }
     session.reset();
     session.runTo(0.3, 0.1);

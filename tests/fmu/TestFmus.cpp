@@ -218,7 +218,7 @@ TEST_F(FmuTest, ErrorsAreToldAndTheInstanceGoesOn) {
         };
         EXPECT_THAT(fail([&] { slave->doStep(0.1, 0.01); }), HasSubstr("a step from t = 0.1"));
         EXPECT_THAT(fail([&] { slave->doStep(0, -1); }), HasSubstr("a step of -1 s"));
-        EXPECT_THAT(fail([&] { slave->set("push", SimTK::NaN); }), HasSubstr("no finite number"));
+        EXPECT_THAT(fail([&] { slave->set("push", SimTK::NaN); }), HasSubstr("finite number"));
         EXPECT_THAT(fail([&] { slave->set("x", 1); }), HasSubstr("cannot be set"));
         EXPECT_TRUE(slave->doStep(0, 0.01));
         FmuSlave early(std::make_shared<const FmuUnit>(folder / "model.fmu"), "early");

@@ -128,7 +128,7 @@ class Models(unittest.TestCase):
                      "--set", f"parts.crank={{file: {parts}/crank.h5}}",
                      "--set", f"parts.rod={{file: {parts}/rod.h5}}")["run/probes/slider"][:].ravel()
         out = OPTIONS.work / "program"
-        subprocess.run([OPTIONS.build / "bin/slider_crank", "--parts", parts, "--out", out, "--no-frames"], check=True,
+        subprocess.run([OPTIONS.build / "bin/slider_crank", "--parts", parts, "--output", out, "--no-frames"], check=True,
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         with open(out / "probes.csv", newline="", encoding="ascii") as file:
             expected = [float(row["slider_flexible_m"]) for row in csv.DictReader(file)]

@@ -178,7 +178,7 @@ TEST_F(SessionTest, WhatCannotBeSetSaysWhatCan) {
         return "";
     };
     EXPECT_THAT(messageOf("tip", 1), HasSubstr("is a probe"));
-    EXPECT_THAT(messageOf("parameters.x", 1), HasSubstr("change() it"));
+    EXPECT_THAT(messageOf("parameters.x", 1), HasSubstr("use change()"));
     EXPECT_THAT(messageOf("joints.pivot.angle", NAN), HasSubstr("cannot be set to nan"));
     EXPECT_THROW(session.step(-1), std::invalid_argument);
     EXPECT_THROW(session.runTo(0, 0.1), std::invalid_argument);
@@ -502,8 +502,7 @@ TEST_F(LinearModelTest, SaysWhatCannotBe) {
     // 20 N more than the spring holds there.
     session.change("loads.push.force", "[50, 0, 0]");
     refuse(session, {"loads.push.force.x"}, {},
-           "this is no equilibrium: forces of up to 20 N on "
-           "'mass'");
+           "this is not an equilibrium: forces of up to 20 N on 'mass'");
     session.settle();
     session.linearize({"loads.push.force.x"});
 }
@@ -573,7 +572,7 @@ probes:
         session.linearize({"loads.push.torque.y"}, {"mark.z"});
         ADD_FAILURE() << "no exception";
     } catch (const std::runtime_error& error) {
-        EXPECT_THAT(error.what(), HasSubstr("turned by a radian"));
+        EXPECT_THAT(error.what(), HasSubstr("rotated by a radian"));
     }
 }
 
@@ -603,10 +602,10 @@ probes:
         return std::string();
     };
     EXPECT_THAT(refusal("loads.still.force.y", "turning"),
-                HasSubstr("'loads.still.force.y' is another input when the system has turned"));
+                HasSubstr("'loads.still.force.y' is another input when the system has rotated"));
     EXPECT_THAT(refusal("loads.turning.force.y", "still.y"),
-                HasSubstr("'still.y' is another output when the system has turned"));
-    EXPECT_THAT(refusal("loads.still.force.y", "still.y"), HasSubstr("turned by a radian"));
+                HasSubstr("'still.y' is another output when the system has rotated"));
+    EXPECT_THAT(refusal("loads.still.force.y", "still.y"), HasSubstr("rotated by a radian"));
     // In axes that turn: m (s + iΩ)² + c (s + iΩ) + k for y + iz.
     const LinearSystem linear = session.linearize({"loads.turning.force.y"}, {"turning"});
     const Complex s(0, 25);
@@ -632,7 +631,7 @@ TEST_F(LinearModelTest, CampbellDiagramsSayWhoSeesTheirFrequencies) {
                end);
     ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml"), 0) << err;
     EXPECT_NEAR(read("whirl").frequency.at(1).at(0), (own - speed) / (2 * SimTK::Pi), 1e-5);
-    EXPECT_THAT(out, HasSubstr("as seen by who turns along"));
+    EXPECT_THAT(out, HasSubstr("frequencies are those in the rotating frame"));
 
     writeModel(begin +
                "bodies: {hub: {mass: 1e-6, inertia: [1, 1, 1]}, "
@@ -648,7 +647,7 @@ TEST_F(LinearModelTest, CampbellDiagramsSayWhoSeesTheirFrequencies) {
                end);
     ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml"), 0) << err;
     EXPECT_NEAR(read("whirl").frequency.at(1).at(0), own / (2 * SimTK::Pi), 1e-5);
-    EXPECT_THAT(out, ::testing::Not(HasSubstr("as seen by who turns along")));
+    EXPECT_THAT(out, ::testing::Not(HasSubstr("frequencies are those in the rotating frame")));
 }
 
 TEST_F(LinearModelTest, FrequencyResponseIsWhatAForcedMotionSettlesTo) {
@@ -716,7 +715,7 @@ TEST_F(LinearModelTest, RefusesFrequenciesThatCannotBe) {
         EXPECT_THAT(err, HasSubstr(why));
     };
     refuse("frequencies: {from: 0, to: 20, count: 10}", "spacing: linear");
-    refuse("frequencies: [-1]", "not negative");
+    refuse("frequencies: [-1]", "must not be negative");
     refuse("outputs: [place.x]", "frequencies");
 }
 

@@ -103,7 +103,7 @@ def test_functions_without_a_use_are_refused():
     for wrong in (lambda: 1, lambda *x: 1, print):
         with pytest.raises(ValueError, match="Model.function"):
             make_driven(wrong)
-    with pytest.raises(simflex.ModelError, match="'angel' is no parameter, table or function; did you mean 'angle'"):
+    with pytest.raises(simflex.ModelError, match="'angel' is not a parameter, table or function; did you mean 'angle'"):
         run(make_driven(lambda angel: 1))
     with pytest.raises(simflex.ModelError, match="too few arguments"):
         model = make_driven("torque(angle)")
@@ -148,5 +148,5 @@ def test_a_function_that_asks_its_own_session_is_told():
     sessions = []
     model = make_driven(lambda angle: sessions[0]["speed"] if sessions else 0)
     sessions.append(simflex.Session(model))
-    with pytest.raises(RuntimeError, match="at work already"):
+    with pytest.raises(RuntimeError, match="in use already"):
         sessions[0].run(1)

@@ -226,8 +226,8 @@ TEST_F(ReductionTest, AHingeInsideThePartIsRefused) {
         ReductionOptions both;
         both.interfaces = {{"a", "LEFT"}, {"b", "SECOND_RIGHT"}};
         both.numModes = 15;
-        EXPECT_THAT(errorOf(both, hinged),
-                    HasSubstr(std::to_string(shared == 1 ? 9 : 7) + " rigid modes, must have 6"));
+        EXPECT_THAT(errorOf(both, hinged), HasSubstr(std::to_string(shared == 1 ? 9 : 7) +
+                                                     " rigid modes; it must have 6"));
         ReductionOptions one = both;
         one.interfaces.pop_back();
         EXPECT_THAT(errorOf(one, hinged), HasSubstr("singular beyond the six rigid motions"));
@@ -237,8 +237,8 @@ TEST_F(ReductionTest, AHingeInsideThePartIsRefused) {
     }
 }
 
-// The stiffest shapes of the basis lie 13 and more decades above the slowest mode; of a blade of half
-// a millimetre the 14 digits of K that CalculiX writes leave no more than 1e-4.
+// The stiffest shapes of the basis lie 13 and more decades above the slowest mode; of a blade of
+// half a millimetre the 14 digits of K that CalculiX writes leave no more than 1e-4.
 TEST_F(ReductionTest, ThinBladesHaveSixRigidMotionsAndCalculixFrequencies) {
     for (const double thickness : {1e-3, 6e-4}) {
         Brick blade;

@@ -197,7 +197,7 @@ void expectRefused(const std::string& method, Call call) {
     } catch (const std::logic_error& error) {
         EXPECT_EQ(error.what(), method +
                                     "() after initialize(): an integration keeps the settings it "
-                                    "was begun with; set them before, or make another integrator");
+                                    "began with; set them before, or make another integrator");
     }
 }
 

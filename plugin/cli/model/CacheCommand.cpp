@@ -90,8 +90,8 @@ void perform(const CacheArguments& arguments) {
 
 void addCacheCommand(CLI::App& app) {
     const auto arguments = std::make_shared<CacheArguments>();
-    CLI::App* command = app.add_subcommand(
-        "cache", "List the reduced parts that are kept for model files, or remove them");
+    CLI::App* command =
+        app.add_subcommand("cache", "List or remove the reduced parts kept for model files");
     command->footer(
         "A part that a model file gives by its deck, geometry or matrices is reduced once and kept "
         "in the\n"
@@ -100,10 +100,11 @@ void addCacheCommand(CLI::App& app) {
         "model\n"
         "needs it.\n\n"
         "  simflex cache --clear --older-than 30");
-    CLI::Option* clear = command->add_flag("--clear", arguments->clears, "Remove the parts");
+    CLI::Option* clear =
+        command->add_flag("--clear", arguments->clears, "Remove the parts instead of listing them");
     command
         ->add_option("--older-than", arguments->oldest,
-                     "Only those that no run has used for so many days")
+                     "Remove only parts that no run has used for this many days")
         ->check(CLI::Range(0.0, 1e5))
         ->type_name("DAYS")
         ->needs(clear);

@@ -143,22 +143,24 @@ void runCompare(const CompareArguments& arguments) {
 
 void addCompareCommand(CLI::App& app) {
     const auto arguments = std::make_shared<CompareArguments>();
-    CLI::App* compare = app.add_subcommand("compare", "Compare two results");
+    CLI::App* compare = app.add_subcommand("compare", "Compare two result files");
     compare->footer(
         "Exit status 0 if both have the same analyses and probes and no probe differs by more "
         "than\n"
         "--tolerance of its range (over all components and the whole run), else 1.\n\n"
         "  simflex compare before.h5 after.h5 --tolerance 1e-4 --plot difference.png");
-    compare->add_option("A.h5", arguments->first, "One result")->required();
-    compare->add_option("B.h5", arguments->second, "The other")->required();
+    compare->add_option("A.h5", arguments->first, "First result file")->required();
+    compare->add_option("B.h5", arguments->second, "Second result file")->required();
     compare->add_option("PROBE", arguments->probes, "Probes or patterns (default: all)");
-    compare->add_option("--analysis", arguments->analysis, "Only this analysis");
+    compare->add_option("--analysis", arguments->analysis,
+                        "Compare only this analysis (default: all)");
     compare
         ->add_option("--tolerance", arguments->tolerance,
-                     "Difference allowed, relative to the range")
+                     "Largest difference allowed, relative to the range of the probe")
         ->capture_default_str()
         ->check(makeNonNegativeCheck());
-    compare->add_option("--plot", arguments->plot, "Draws what differs most, .png, .svg or .pdf");
+    compare->add_option("--plot", arguments->plot,
+                        "Draw the probes that differ most (.png, .svg or .pdf)");
     compare->callback([arguments] { runCompare(*arguments); });
 }
 

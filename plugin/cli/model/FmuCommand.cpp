@@ -57,28 +57,27 @@ void perform(const FmuArguments& arguments) {
 }  // namespace
 
 void addFmuCommand(CLI::App& app) {
-    CLI::App* command = app.add_subcommand(
-        "fmu",
-        "Write a model as an FMU, which other simulators run: its parameters, inputs, probes");
+    CLI::App* command = app.add_subcommand("fmu",
+                                           "Export a model as an FMU with its parameters, inputs "
+                                           "and probes, to run in other simulators");
     auto arguments = std::make_shared<FmuArguments>();
     FmuExportOptions* options = &arguments->options;
-    command->add_option("model", arguments->model, "The model (YAML)")
-        ->required()
-        ->check(CLI::ExistingFile)
-        ->type_name("MODEL.yaml");
-    command->add_option("-o,--output", arguments->output, "The unit (default: MODEL.fmu here)")
+    addModelFile(*command, arguments->model);
+    command
+        ->add_option("-o,--output", arguments->output,
+                     "FMU to write (default: MODEL.fmu in the current folder)")
         ->type_name("FILE.fmu");
     command
         ->add_option("--fmi", options->version,
-                     "Version of FMI: 2 (default; what most programs read) or 3")
+                     "FMI version: 2, which most programs read, or 3 (default: 2)")
         ->check(CLI::IsMember({2, 3}))
         ->type_name("N");
-    command->add_flag("--thin", options->isThin,
-                      "Without a copy of simflex's libraries: it needs simflex where it runs");
-    addRepeated(*command, "--set", arguments->settings,
-                "Another value for a key of the model, as solver.accuracy=1e-5", "PATH=VALUE");
+    command->add_flag(
+        "--thin", options->isThin,
+        "Leave simflex's libraries out: simflex must be installed where the FMU runs");
+    addSettings(*command, arguments->settings);
     addScriptsFlag(*command, options->allowsScripts);
-    command->add_flag("-q,--quiet", arguments->isQuiet, "No progress and notes");
+    addQuietFlag(*command, arguments->isQuiet, "warnings");
     command->callback([arguments] { perform(*arguments); });
 }
 

@@ -61,7 +61,7 @@ void runPlot(PlotArguments& arguments) {
         }
     }
     if (paths.empty())
-        throw std::runtime_error("no result file is named (RESULT.h5, as 'simflex run' makes it)");
+        throw std::runtime_error("no result file is named (RESULTS.h5, as 'simflex run' makes it)");
     if (arguments.together && arguments.stacked)
         throw std::runtime_error("--together and --stacked exclude each other");
     if (arguments.together) arguments.wishes.panels = FigureWishes::Panels::Together;
@@ -103,7 +103,8 @@ void runPlot(PlotArguments& arguments) {
 
 void addPlotCommand(CLI::App& app) {
     const auto arguments = std::make_shared<PlotArguments>();
-    CLI::App* plot = app.add_subcommand("plot", "Draw probes of results, frequencies of modes");
+    CLI::App* plot =
+        app.add_subcommand("plot", "Plot probes, spectra and natural frequencies of result files");
     plot->footer(
         "Probes share a panel with those of the same unit and size. A result that is still being "
         "written "
@@ -118,44 +119,47 @@ void addPlotCommand(CLI::App& app) {
         "  simflex plot run.h5 tip.y --analysis response          (Bode diagram of an output)\n"
         "  simflex plot crank.sweep/sweep.h5 tip.x.maximum --x speed   (columns of a sweep over "
         "a parameter)");
-    plot->add_option("RESULT.h5", arguments->names,
-                     "Result files, several are overlaid; then probes: names, or patterns like\n"
+    plot->add_option("RESULTS.h5", arguments->names,
+                     "Result files (several are overlaid), then probes: names or patterns such as\n"
                      "'slider*' (default: all)")
         ->required();
-    plot->add_option("-o,--output", arguments->output,
-                     "Picture, .png, .svg or .pdf (default: RESULT.png here)");
+    plot->add_option(
+        "-o,--output", arguments->output,
+        "Figure to write, .png, .svg or .pdf (default: RESULTS.png in the current folder)");
     plot->add_option("--analysis", arguments->analysis,
-                     "Which analysis (default: the first transient one)");
-    plot->add_option("--from", arguments->wishes.from, "First time [s], or frequency [Hz]");
-    plot->add_option("--to", arguments->wishes.to, "Last time [s], or frequency [Hz]");
-    plot->add_option("--x", arguments->wishes.xProbe,
-                     "A probe along the horizontal axis, not time; of a sweep a parameter");
+                     "Analysis to plot (default: the first transient one)");
+    plot->add_option("--from", arguments->wishes.from, "First time [s] or frequency [Hz] shown");
+    plot->add_option("--to", arguments->wishes.to, "Last time [s] or frequency [Hz] shown");
+    plot->add_option(
+        "--x", arguments->wishes.xProbe,
+        "Probe along the horizontal axis instead of time; a parameter, for the table of a sweep");
     plot->add_option("--orders", arguments->wishes.orders,
-                     "Campbell diagram over a speed in rad/s, or waterfall: lines of 1, 2 … times "
-                     "the speed;\n"
-                     "of probes with --speed: their amplitudes at these times the speed")
+                     "Orders 1,2,… of a speed: lines in a Campbell diagram or waterfall;\n"
+                     "with --speed alone the amplitudes of the probes at these orders")
         ->delimiter(',');
-    plot->add_flag("--spectrum", arguments->spectrum, "Amplitudes over frequency (Hann window)");
+    plot->add_flag("--spectrum", arguments->spectrum,
+                   "Plot amplitudes over frequency (Hann window)");
     plot->add_flag("--waterfall", arguments->waterfall,
-                   "Spectra of pieces of the motion, over a speed or over time");
+                   "Plot spectra of pieces of the motion, over a speed or over time");
     plot->add_option("--speed", arguments->wishes.speedProbe,
-                     "The probe that is the speed [rad/s]: {rate: JOINT}");
-    plot->add_option("--highest", arguments->wishes.highest, "Highest frequency that is shown [Hz]")
+                     "Probe that measures the speed [rad/s], such as {rate: JOINT}");
+    plot->add_option("--highest", arguments->wishes.highest, "Highest frequency shown [Hz]")
         ->check(CLI::PositiveNumber);
-    plot->add_option("--pieces", arguments->wishes.numPieces, "Of a waterfall")
+    plot->add_option("--pieces", arguments->wishes.numPieces, "Number of pieces of a waterfall")
         ->check(CLI::Range(2, 2000))
         ->capture_default_str();
     plot->add_option("--revolutions", arguments->wishes.revolutions,
-                     "Of a piece in which orders are found")
+                     "Revolutions in a piece from which amplitudes of orders are found")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
-    plot->add_option("--csv", arguments->csv, "The figure's numbers as well")
+    plot->add_option("--csv", arguments->csv, "Write the figure's numbers to this file as well")
         ->type_name("FILE.csv");
-    plot->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels, 96 an inch");
-    plot->add_option("--title", arguments->title, "Title (default: the model's; '' for none)")
+    plot->add_option("--size", arguments->size,
+                     "Size of the figure [pixels], WIDTHxHEIGHT, 96 pixels an inch");
+    plot->add_option("--title", arguments->title, "Title (default: that of the model; '' for none)")
         ->each([arguments](const std::string&) { arguments->hasTitle = true; });
-    plot->add_flag("--together", arguments->together, "All curves in one panel");
-    plot->add_flag("--stacked", arguments->stacked, "A panel for each probe");
+    plot->add_flag("--together", arguments->together, "Put all curves into one panel");
+    plot->add_flag("--stacked", arguments->stacked, "Give each probe a panel of its own");
     plot->callback([arguments] { runPlot(*arguments); });
 }
 

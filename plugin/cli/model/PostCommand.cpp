@@ -48,7 +48,8 @@ void runPost(PostArguments& arguments) {
 
 void addPostCommand(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "post", "Other probes and pictures of a run that is over, from the states it has kept");
+        "post",
+        "Evaluate other probes and draw other pictures of a finished run, from the states it kept");
     auto arguments = std::make_shared<PostArguments>();
     model::PostOptions* options = &arguments->options;
     command->add_option("results", arguments->results, "Result file of the run")
@@ -57,36 +58,25 @@ void addPostCommand(CLI::App& app) {
         ->type_name("RESULTS.h5");
     command
         ->add_option("model", arguments->model,
-                     "The model with its new probes and pictures (default: as it was run)")
+                     "Model file with new probes and pictures (default: the model as it was run)")
         ->check(CLI::ExistingFile)
         ->type_name("MODEL.yaml");
     command
         ->add_option("-o,--output", options->output,
-                     "Result file with the new probes (default: RESULTS.post.h5)")
+                     "Result file to write (default: RESULTS.post.h5)")
         ->type_name("FILE");
-    addRepeated(*command, "--set", arguments->settings,
-                "Another value for a key of probes or pictures, as pictures.contour=von_mises",
-                "PATH=VALUE");
-    command->add_option("--only", options->only, "Only this analysis, or these: NAME,NAME")
-        ->delimiter(',')
-        ->type_name("NAME")
-        ->allow_extra_args(false);
+    addSettings(*command, arguments->settings,
+                "Change the value of a key of probes or pictures, for example "
+                "pictures.contour=von_mises");
+    addAnalyses(*command, options->only, "Evaluate");
     command
-        ->add_option(
-            "--vtk", options->vtk,
-            "Flexible bodies at each row for ParaView: this list, and files in a folder beside it")
+        ->add_option("--vtk", options->vtk,
+                     "Write the flexible bodies at each row for ParaView: this list, and files in "
+                     "a folder beside it")
         ->type_name("FILE.pvd");
-    command
-        ->add_option("--animation", options->animation,
-                     "The motion as one file that moves in browsers, Blender and ParaView (glTF)")
-        ->type_name("FILE.glb");
-    command->add_flag("--csv", options->writesCsv, "A CSV file of each analysis as well");
-    command->add_flag_callback(
-        "--no-pictures", [arguments] { arguments->options.drawsPictures = false; },
-        "Leave the model's pictures out");
+    addOutputs(*command, *options);
     addScriptsFlag(*command, options->allowsScripts);
-    command->add_flag("-q,--quiet", arguments->isQuiet,
-                      "No progress and notes: only warnings and what came out");
+    addQuietFlag(*command, arguments->isQuiet, "warnings and results");
     command->callback([arguments] { runPost(*arguments); });
 }
 

@@ -36,22 +36,18 @@ void report(ReportArguments& arguments) {
 
 void addReportCommand(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "report", "A run as one page for a browser: motion, curves, tables; needs no network");
+        "report",
+        "Write a run as one page for a browser: motion, curves and tables, without a network");
     auto arguments = std::make_shared<ReportArguments>();
     command->add_option("results", arguments->results, "Result file of the run")
         ->required()
         ->check(CLI::ExistingFile)
         ->type_name("RESULTS.h5");
-    command->add_option("-o,--output", arguments->page, "The page (default: RESULTS.html)")
+    command->add_option("-o,--output", arguments->page, "Page to write (default: RESULTS.html)")
         ->type_name("FILE.html");
-    command
-        ->add_option("--only", arguments->options.only, "Only this analysis, or these: NAME,NAME")
-        ->delimiter(',')
-        ->type_name("NAME")
-        ->allow_extra_args(false);
+    addAnalyses(*command, arguments->options.only, "Report");
     addScriptsFlag(*command, arguments->options.allowsScripts);
-    command->add_flag("-q,--quiet", arguments->isQuiet,
-                      "No progress and notes: only warnings and what came out");
+    addQuietFlag(*command, arguments->isQuiet, "warnings and results");
     command->callback([arguments] { report(*arguments); });
 }
 

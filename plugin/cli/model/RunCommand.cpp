@@ -149,46 +149,35 @@ void addRunCommand(CLI::App& app) {
     CLI::App* command = app.add_subcommand("run", "Run the analyses of a model file");
     auto arguments = std::make_shared<RunArguments>();
     RunOptions* options = &arguments->options;
-    command->add_option("model", arguments->model, "The model (YAML)")
-        ->required()
-        ->check(CLI::ExistingFile)
-        ->type_name("MODEL.yaml");
+    addModelFile(*command, arguments->model);
     command
         ->add_option("-o,--output", options->output,
-                     "Result file (default: MODEL.results.h5 here); one that is there is replaced")
+                     "Result file to write, replacing any that exists (default: MODEL.results.h5 "
+                     "in the current folder)")
         ->type_name("FILE");
-    addRepeated(*command, "--set", arguments->settings,
-                "Another value for a key of the model, as solver.accuracy=1e-5", "PATH=VALUE");
-    command->add_option("--only", options->only, "Only this analysis, or these: NAME,NAME")
-        ->delimiter(',')
-        ->type_name("NAME")
-        ->allow_extra_args(false);
+    addSettings(*command, arguments->settings);
+    addAnalyses(*command, options->only, "Run");
     command->add_flag("--rigid", arguments->isRigidToo,
-                      "The model with all bodies rigid as well, and the differences");
-    command->add_flag("--verify", arguments->verifies,
-                      "Once more with a tenth of solver.accuracy and half the longest step, and by "
-                      "how much that changes every probe: an estimate of the error");
+                      "Run the model with all bodies rigid as well, and print the differences");
+    command->add_flag(
+        "--verify", arguments->verifies,
+        "Run once more with a tenth of solver.accuracy and half the longest step, and print how "
+        "much each probe changes: an estimate of the integration error");
     command->add_flag("--error-bar", options->hasErrorBars,
-                      "Beside it with further modes of all parts: each probe's error by what "
-                      "reduction has left out, and how many modes would do");
+                      "Run once more with further modes of all parts, and print the error of each "
+                      "probe due to reduction and how many modes would suffice");
     command->add_flag("--resume", options->resumes,
-                      "Go on where the last run of this model was stopped");
-    command->add_flag("--csv", options->writesCsv, "A CSV file of each analysis as well");
-    command->add_flag_callback(
-        "--no-pictures", [arguments] { arguments->options.drawsPictures = false; },
-        "Leave the model's pictures out");
-    command
-        ->add_option("--animation", options->animation,
-                     "The motion as one file that moves in browsers, Blender and ParaView (glTF)")
-        ->type_name("FILE.glb");
+                      "Continue where the last run of this model was stopped");
+    addOutputs(*command, *options);
     command->add_flag("--check", options->onlyChecks,
-                      "Build and assemble the model, list what it has, run nothing");
-    command->add_option("--threads", options->threads, "Threads; results do not depend on it")
+                      "Build and assemble the model, list its contents and run nothing");
+    command
+        ->add_option("--threads", options->threads,
+                     "Number of threads, on which results do not depend (default: solver.threads)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
     addScriptsFlag(*command, options->allowsScripts);
-    command->add_flag("-q,--quiet", arguments->isQuiet,
-                      "No progress and notes: only warnings and what came out");
+    addQuietFlag(*command, arguments->isQuiet, "warnings and results");
     command->callback([arguments] {
         try {
             perform(*arguments);

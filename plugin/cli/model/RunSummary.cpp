@@ -43,8 +43,8 @@ void printTransient(const Results::Analysis& analysis) {
     std::printf("%s\n", analysis.isComplete ? "" : "; NOT COMPLETE");
     if (analysis.statistics.count("steps"))
         std::printf(
-            "  %.0f steps, %.0f Newton iterations; %.0f tries rejected for their error, "
-            "%.0f not converged\n"
+            "  %.0f steps, %.0f Newton iterations; rejected steps: %.0f for their error, %.0f not "
+            "converged\n"
             "  energy balance: off by at most %.3g J, largest kinetic energy %.3g J\n",
             getStatistic(analysis, "steps"), getStatistic(analysis, "newton_iterations"),
             getStatistic(analysis, "error_test_failures"),
@@ -111,13 +111,13 @@ void printEigen(const Results::Analysis& analysis) {
         std::string number = std::to_string(first + 1);
         if (k > first) number += "-" + std::to_string(k + 1);
         if (frequency <= free)
-            std::printf("  %4s  %14.7g  free motion: nothing restores it but round-off\n",
+            std::printf("  %4s  %14.7g  rigid-body mode: nothing restores it but round-off\n",
                         number.c_str(), frequency);
         else if (std::abs(damping) < Aperiodic)
             std::printf("  %4s  %14.7g  %13.3g\n", number.c_str(), frequency, damping);
         else
             std::printf("  %4s  %14s  no oscillation: %s by a factor of e in %.4g s\n",
-                        number.c_str(), "-", damping > 0 ? "dies away" : "UNSTABLE, grows",
+                        number.c_str(), "-", damping > 0 ? "decays" : "UNSTABLE, grows",
                         1 / (2 * SimTK::Pi * frequency));
     }
 }
@@ -393,10 +393,10 @@ public:
         // Of a vibration that goes on, every phase is lost in the end.
         constexpr double Finest = 1e-13;
         const std::string damping =
-            "more damping of the parts, if it is vibration that nobody wants to see";
+            "more damping of the parts, if this vibration is of no interest";
         const double wanted =
             std::min(m_fine, m_coarse * std::pow(TrustedChange / change, 1 / m_slope));
-        if (!(wanted >= Finest)) return "no finer steps will do; try " + damping;
+        if (!(wanted >= Finest)) return "finer steps do not suffice; try " + damping;
         const double power = std::pow(10, std::floor(std::log10(wanted) + 1e-9));
         return "try solver." + std::string(m_key) + "=" + writeGeneral(power, 4) + ", or " +
                damping;

@@ -16,7 +16,7 @@ using namespace model;
 
 void addSchemaCommand(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
-        "schema", "Print the JSON schema of model files, for completion and checks in editors");
+        "schema", "Print the JSON schema of model files, for completion and validation in editors");
     command->callback([] { std::fputs(writeJsonSchema().c_str(), stdout); });
 }
 
@@ -29,8 +29,8 @@ void addKeysCommand(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "keys", "List the keys of model files: value, unit, default and meaning");
     command->add_option("PATH", arguments->path,
-                        "keys below this one, as solver or bodies.NAME.place");
-    command->add_flag("--markdown", arguments->isMarkdown, "as tables in Markdown");
+                        "List only keys below this one, for example solver or bodies.NAME.place");
+    command->add_flag("--markdown", arguments->isMarkdown, "Print tables in Markdown");
     command->callback([arguments] {
         const ReferenceFormat format =
             arguments->isMarkdown ? ReferenceFormat::Markdown : ReferenceFormat::Text;

@@ -1,7 +1,6 @@
 /** @file
 simflex sweep: many runs of one model, each with other values. **/
 
-
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -79,7 +78,7 @@ void report(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
     std::printf("%s: %s\n", table.c_str(), text.c_str());
     std::fflush(stdout);
     if (counts[int(Status::Interrupted)] > 0 || wasInterrupted())
-        throw Cancelled(text + "; the same command goes on with the others");
+        throw Cancelled(text + "; the same command continues with the others");
     if (numFailed == 0) return;
     for (size_t k = 0; k < outcomes.size(); ++k)
         if (outcomes[k].status == Status::Failed)
@@ -117,10 +116,10 @@ void addSweepCommand(CLI::App& app) {
     const auto arguments = std::make_shared<SweepArguments>();
     CLI::App* sweep = app.add_subcommand("sweep", "Run a model for many values of its parameters");
     sweep->footer(
-        "Without --vary or --list the model's own analysis of type sweep is done. Each case has a "
+        "Without --vary or --list the model's own analysis of type sweep is run. Each case has a "
         "folder\n"
-        "of its own in FOLDER; FOLDER/sweep.csv and .h5 are the table. The same command again goes "
-        "on:\n"
+        "of its own in FOLDER; FOLDER/sweep.csv and .h5 are the table. Run again, the same command "
+        "continues:\n"
         "what is complete and unchanged is skipped. Processes share a sweep: by mpirun or srun, as "
         "tasks\n"
         "of a Slurm job array, or started by hand with the same FOLDER (on a disk with file "
@@ -128,22 +127,18 @@ void addSweepCommand(CLI::App& app) {
         "  simflex sweep crank.yaml --vary speed=50,100,150 --vary length=0.1:0.2:5\n"
         "  mpirun -n 8 simflex sweep crank.yaml --list cases.csv --jobs 1\n"
         "  sbatch --array=0-9 --wrap 'simflex sweep crank.yaml --vary speed=10:500:50'");
-    sweep->add_option("MODEL.yaml", arguments->model, "The model")
-        ->required()
-        ->check(CLI::ExistingFile);
+    addModelFile(*sweep, arguments->model);
     addRepeated(*sweep, "--vary", arguments->vary,
-                "NAME=VALUE,VALUE… or NAME=FROM:TO:COUNT; NAME is a parameter, or a path like\n"
-                "solver.accuracy. Several: all combinations",
+                "NAME=VALUE,VALUE… or NAME=FROM:TO:COUNT; NAME is a parameter or a path such as\n"
+                "solver.accuracy; several --vary make all combinations",
                 "NAME=VALUES");
     sweep->add_option("--list", arguments->list,
-                      "Cases of a CSV file: names in the first line, then a line for each case");
-    addRepeated(*sweep, "--set", arguments->settings,
-                "A setting that all cases share (one value), as of simflex run", "PATH=VALUE");
-    sweep->add_option("--analysis", arguments->analysis, "Which of the model's sweeps");
-    sweep->add_option("--only", arguments->only, "Analyses to do, NAME,NAME (default: all)")
-        ->delimiter(',')
-        ->type_name("NAME")
-        ->allow_extra_args(false);
+                      "CSV file of cases: names in the first line, then one line for each case");
+    addSettings(*sweep, arguments->settings,
+                "Change the value of a key for all cases, for example solver.accuracy=1e-5");
+    sweep->add_option("--analysis", arguments->analysis,
+                      "Run this sweep of the model (default: its only one)");
+    addAnalyses(*sweep, arguments->only, "Run");
     sweep
         ->add_option("--of", arguments->of,
                      "Columns of the table: PROBE.maximum, .minimum, .mean, .rms, .final, .range\n"
@@ -152,18 +147,20 @@ void addSweepCommand(CLI::App& app) {
         ->type_name("PROBE,PROBE")
         ->allow_extra_args(false);
     sweep->add_option("-o,--output", arguments->options.folder,
-                      "FOLDER (default: MODEL.sweep here)");
-    sweep->add_option("--jobs", arguments->options.numJobs, "Processes at once (default: cores)")
+                      "Folder to write (default: MODEL.sweep in the current folder)");
+    sweep
+        ->add_option("--jobs", arguments->options.numJobs,
+                     "Number of processes at once (default: one for each core)")
         ->check(CLI::Range(1, 4096));
     sweep
         ->add_option("--threads", arguments->options.numThreads,
-                     "Threads of each (default: the cores shared out)")
+                     "Number of threads of each process (default: cores divided by processes)")
         ->check(CLI::Range(1, 1024));
-    sweep->add_flag("--dry-run", arguments->isDry, "Lists the cases, checks each, runs none");
+    sweep->add_flag("--dry-run", arguments->isDry, "List and check the cases, and run none");
     sweep->add_flag("--pictures", arguments->options.hasPictures,
-                    "Draws the pictures of the model for each case");
+                    "Draw the model's pictures for each case");
     addScriptsFlag(*sweep, arguments->options.allowsScripts);
-    sweep->add_flag("-q,--quiet", arguments->isQuiet, "No progress");
+    addQuietFlag(*sweep, arguments->isQuiet, "warnings and results");
     sweep->callback([arguments] { runSweepCommand(*arguments); });
 }
 

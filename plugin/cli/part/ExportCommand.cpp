@@ -108,18 +108,17 @@ void addExportCommand(CLI::App& app) {
     auto arguments = std::make_shared<ExportArguments>();
     CLI::App* command =
         app.add_subcommand("export", "Write a part file in the format of another program");
-    command->add_option("PART", arguments->part, "part file (.h5) or MBDyn's modal data (.fem)")
+    command->add_option("PART", arguments->part, "Part file (.h5) or MBDyn's modal data (.fem)")
         ->required();
     addRepeated(*command, "-i,--interface", arguments->interfaces,
-                "of a .fem file: a node becomes an interface (default: those that its comments "
-                "name)",
+                "Make a node of a .fem file an interface (default: those that its comments name)",
                 "NAME=NODE");
     command
         ->add_option("-o,--output", arguments->output,
-                     "file to write; its suffix says what: " + describeFormats())
+                     "File to write; its suffix chooses the format: " + describeFormats())
         ->type_name("FILE")
         ->required();
-    command->add_flag("-q,--quiet", arguments->quiet, "print errors and warnings only");
+    addQuietFlag(*command, arguments->quiet, "warnings");
     command->callback([arguments] { runExport(*arguments); });
 }
 

@@ -218,7 +218,7 @@ void printReport(const ReducedBody& body) {
         "                rigid energy %.1e of the lowest mode; condition of the factor %.1e\n",
         report.rigidEnergy, report.conditionNumber);
     if (!report.staticErrors.empty())
-        std::printf("lacking         of the free part's static deflection under\n");
+        std::printf("missing         of the free part's static deflection under\n");
     for (const StaticError& error : report.staticErrors)
         std::printf("  %-40s %.1e\n", error.load.c_str(), error.error);
     if (report.normalFrequencies.empty()) return;
@@ -295,12 +295,12 @@ void addInfoCommand(CLI::App& app) {
     auto arguments = std::make_shared<InfoArguments>();
     CLI::App* command = app.add_subcommand(
         "info", "Show mass, interfaces, modes and quality of the reduction of a part file");
-    command->add_option("PART", arguments->part, "part file (.h5)")->required();
+    command->add_option("PART", arguments->part, "Part file (.h5)")->required();
     command->add_flag("--json", arguments->json,
-                      "print one JSON object; SI units, frequencies in Hz");
+                      "Print one JSON object (SI units, frequencies in Hz)");
     command
         ->add_option("--picture", arguments->picture,
-                     "draw the part with the tied nodes of its interfaces, too")
+                     "Draw the part with the tied nodes of its interfaces as well")
         ->type_name("FILE.png");
     command->callback([arguments] {
         const ReducedBody body = readReducedBody(arguments->part);

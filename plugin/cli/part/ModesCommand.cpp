@@ -295,28 +295,29 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
 void addModesCommand(CLI::App& app) {
     auto arguments = std::make_shared<ModesArguments>();
     CLI::App* command = app.add_subcommand(
-        "modes", "Draw a part's mode shapes: a short film of each and a contact sheet");
-    command->add_option("PART", arguments->part, "part file (.h5)")->required();
+        "modes", "Draw the mode shapes of a part: a short video of each and a contact sheet");
+    command->add_option("PART", arguments->part, "Part file (.h5)")->required();
     command
-        ->add_option("-o,--out", arguments->folder,
-                     "folder to write to (default: the part file's name with _modes, here)")
+        ->add_option("-o,--output", arguments->folder,
+                     "Folder to write (default: PART_modes in the current folder)")
         ->type_name("FOLDER");
     const CLI::Option* modes =
         command
             ->add_option("-m,--modes", arguments->modes,
-                         "modes to draw, from 1: 1-6,9 or all (default: the lowest 12)")
+                         "Modes to draw, counted from 1: 1-6,9 or all (default: the lowest 12)")
             ->type_name("LIST");
     command
         ->add_option("--scale", arguments->scale,
-                     "largest displacement drawn, as a share of the part's size (default: 0.06, "
+                     "Largest displacement drawn, as a fraction of the part's size (default: 0.06, "
                      "less where a mode bends sharply)")
         ->check(CLI::Range(1e-6, 10.0));
-    command->add_option("--size", arguments->size, "width and height of a picture [pixel]")
+    command->add_option("--size", arguments->size, "Width and height of a picture [pixels]")
         ->type_name("WxH")
         ->capture_default_str();
-    command->add_flag("--mp4", arguments->mp4, "films as MP4 (the default)");
-    command->add_flag("--gif", arguments->gif, "films as animated GIF, which repeat without end");
-    command->add_flag("-q,--quiet", arguments->quiet, "print errors and warnings only");
+    command->add_flag("--mp4", arguments->mp4, "Write videos as MP4 (the default)");
+    command->add_flag("--gif", arguments->gif,
+                      "Write videos as animated GIF, which repeat endlessly");
+    addQuietFlag(*command, arguments->quiet, "warnings");
     command->callback([arguments, modes] { runModes(*arguments, modes->count() == 0); });
 }
 

@@ -10,6 +10,7 @@ simflex reduce: a finite element model becomes a part file. **/
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
+#include "simflex/cli/Options.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/part/ReductionArguments.h"
 #include "simflex/part/PartWarnings.h"
@@ -59,7 +60,7 @@ void printCheck(const ReducedBody& body) {
                      full = body.report->fullFrequencies[i];
         std::printf("%6zu  %12.6g %12.6g  %.1e\n", i + 1, part, full, part / full - 1);
     }
-    std::printf("  what the free part lacks of its static deflection under\n");
+    std::printf("  missing part of the free part's static deflection under\n");
     for (const StaticError& error : body.report->staticErrors)
         std::printf("  %-40s %.1e\n", error.load.c_str(),
                     std::abs(error.error) > NoStaticError ? error.error : 0.0);
@@ -147,24 +148,24 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
     arguments->reduction.addTo(*command);
     command
         ->add_option("-o,--output", arguments->output,
-                     "part file to write (default: the source's name .h5, here)")
+                     "Part file to write (default: SOURCE.h5 in the current folder)")
         ->type_name("PART.h5");
     command->add_option("--name", arguments->name,
-                        "name of the part (default: that of the part file)");
+                        "Name of the part (default: that of the part file)");
     command->add_flag("--stiffening", arguments->stiffening,
-                      "geometric stiffness too, for fast rotation and large loads on interfaces: 6 "
-                      "static runs of CalculiX and 6 more an interface");
-    command->add_flag("--no-resume{false}", arguments->resume,
-                      "keep nothing of a run that is stopped, and take nothing that was kept "
-                      "(PART.h5.resume)");
+                      "Compute geometric stiffness, for fast rotation and large loads on "
+                      "interfaces: 6 static runs of CalculiX and 6 more for each interface");
+    command->add_flag_callback(
+        "--no-resume", [arguments] { arguments->resume = false; },
+        "Start anew, and keep no PART.h5.resume from which a stopped run could continue");
     if (draw)
         command
             ->add_option("--picture", arguments->picture,
-                         "draw the part with the tied nodes of its interfaces")
+                         "Draw the part with the tied nodes of its interfaces")
             ->type_name("FILE.png");
     command->add_option("--ccx", arguments->program,
-                        "CalculiX program (default: $SIMFLEX_CCX, else ccx)");
-    command->add_flag("-q,--quiet", arguments->quiet, "print errors and warnings only");
+                        "CalculiX program (default: $SIMFLEX_CCX, or ccx)");
+    addQuietFlag(*command, arguments->quiet, "warnings");
     command->callback([arguments, solver, draw] {
         try {
             runReduce(*arguments, solver, draw);
@@ -172,7 +173,7 @@ void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& sol
             const std::string kept = findOutput(*arguments) + ".resume";
             if (!fs::exists(kept)) throw;
             throw Cancelled("what was done is kept in " + kept +
-                            ": the same command goes on from it");
+                            ": the same command continues from it");
         }
     });
 }

@@ -34,13 +34,11 @@ StressOptions parseStress(const std::string& text) {
 
 void SourceArguments::addTo(CLI::App& command) {
     command
-        .add_option(
-            "SOURCE", m_options.path,
-            "deck of CalculiX or Abaqus (.inp); Nastran bulk data (.bdf, .nas, .dat); Ansys model "
-            "(.cdb); "
-            "stiffness matrix (.mtx: Matrix Market or Abaqus, .pch: "
-            "Nastran DMIG); arrays K, M and nodes (.mat, .npz); mesh or geometry (.msh, .unv, "
-            ".geo, .step, .stp, .brep, .iges, .igs)")
+        .add_option("SOURCE", m_options.path,
+                    "Deck of CalculiX or Abaqus (.inp); Nastran bulk data (.bdf, .nas, .dat); "
+                    "Ansys model (.cdb); stiffness matrix (.mtx: Matrix Market or Abaqus, .pch: "
+                    "Nastran DMIG); arrays K, M and nodes (.mat, .npz); mesh or geometry (.msh, "
+                    ".unv, .geo, .step, .stp, .brep, .iges, .igs)")
         ->required();
     const auto add = [&](const char* group, const char* name, auto& variable,
                          const std::string& help, const char* type) {
@@ -48,54 +46,57 @@ void SourceArguments::addTo(CLI::App& command) {
     };
     const char *matrices = "Matrices", *gmsh = "Mesh and geometry";
     add(matrices, "--mass-matrix", m_options.massMatrix,
-        "mass matrix, of the same kind as the stiffness matrix", "FILE");
+        "Mass matrix, of the same file type as the stiffness matrix", "FILE");
     add(matrices, "--nodes,--grids", m_options.nodes,
-        "nodes of the matrices: table `number x y z`, deck (.inp: elements and node sets too) or "
+        "Nodes of the matrices: table `number x y z`, deck (.inp: elements and node sets too) or "
         "bulk data (.bdf)",
         "FILE");
     add(matrices, "--dofs", m_options.dofs,
-        "`node direction` of each row, where it is not three a node in their order", "FILE");
-    add(matrices, "--stiffness-name", m_options.stiffnessName, "DMIG matrix to take as K", "NAME")
+        "Table `node direction` of each row (default: three for each node, in the order of nodes)",
+        "FILE");
+    add(matrices, "--stiffness-name", m_options.stiffnessName, "DMIG matrix that is K", "NAME")
         ->capture_default_str();
-    add(matrices, "--mass-name", m_options.massName, "DMIG matrix to take as M", "NAME")
+    add(matrices, "--mass-name", m_options.massName, "DMIG matrix that is M", "NAME")
         ->capture_default_str();
     std::string systems, materials;
     for (const UnitSystem& system : listUnitSystems())
         systems += (systems.empty() ? "" : ", ") + system.name;
     for (const Material& material : listMaterials())
         materials += (materials.empty() ? "" : ", ") + material.name;
-    command.add_option("--units", m_options.units, "units of deck or matrices: " + systems)
+    command.add_option("--units", m_options.units, "Units of the deck or matrices: " + systems)
         ->capture_default_str()
         ->type_name("SYSTEM");
     command.add_flag("--without-contact", m_options.calculix.leavesContactOut,
-                     "leave contact pairs and gaps of a deck out: what touches there passes "
-                     "through each other");
+                     "Leave contact pairs and gaps of a deck out: surfaces in contact there can "
+                     "penetrate each other");
     addRepeated(command, "--material", m_materials,
-                "E=…,nu=…,rho=… in SI units, or one of " + materials +
-                    "; NAME=MATERIAL: of the solids or physical groups of that name",
+                "Material: E=…,nu=…,rho=… in SI units, or one of " + materials +
+                    "; NAME=MATERIAL for the solids or physical groups of that name",
                 "[NAME=]MATERIAL")
         ->group(gmsh);
     addRepeated(command, "--solid", m_options.gmsh.solids,
-                "the part is the solids of a STEP file, or physical groups, of these names alone",
-                "NAME")
+                "Take only the solids of a STEP file, or physical groups, of these names", "NAME")
         ->group(gmsh);
     add(gmsh, "--mesh-size", m_options.gmsh.meshSize,
-        "largest element, in the unit of the geometry (STEP: metres)", "H")
+        "Largest element size, in the unit of the geometry (STEP: metres)", "H")
         ->check(makePositiveCheck());
     add(gmsh, "--order", m_options.gmsh.order,
-        "1: linear elements, 2: quadratic (default; a mesh keeps its own)", "1|2")
+        "Order of the elements, 1 or 2 (default: 2; a mesh keeps its own)", "1|2")
         ->check(CLI::Range(1, 2));
     add(gmsh, "--thickness", m_options.gmsh.thickness,
-        "thickness of sheet metal [m]: the surfaces of the geometry become shells about them", "T")
+        "Thickness of sheet metal [m]: the surfaces of the geometry become mid-surfaces of shells",
+        "T")
         ->check(makePositiveCheck());
     add(gmsh, "--length-unit", m_lengthUnit,
-        "unit of the geometry: m (default), cm, mm, um, in, ft; STEP files say their own", "UNIT");
+        "Unit of the geometry: m, cm, mm, um, in or ft (default: m; STEP files state their own)",
+        "UNIT");
     addRepeated(command, "--gmsh", m_settings,
-                "constant of the script or option of Gmsh (Mesh.Algorithm3D=10 …)", "NAME=VALUE")
+                "Constant of the script or option of Gmsh, for example Mesh.Algorithm3D=10",
+                "NAME=VALUE")
         ->group(gmsh);
     addScriptsFlag(command, m_options.gmsh.allowsScripts);
     add(gmsh, "--keep-deck", m_options.gmsh.keepDeck,
-        "keep the CalculiX deck that is made, to be reduced with --stiffening", "DECK.inp");
+        "Keep the CalculiX deck that is made, to reduce it with --stiffening", "DECK.inp");
 }
 
 SourceOptions SourceArguments::parse() const {
@@ -116,62 +117,60 @@ SourceOptions SourceArguments::parse() const {
 
 void ReductionArguments::addTo(CLI::App& command) {
     addRepeated(command, "-i,--interface", m_rigid,
-                "joint seat tied rigidly to its master point. NODES: a node set or surface, or "
-                "sphere:x,y,z,r, cylinder:x,y,z,ax,ay,az,r[,length], plane:x,y,z,nx,ny,nz in "
-                "metres",
+                "Joint seat tied rigidly to its master point; NODES: a node set or surface, or "
+                "sphere:x,y,z,r, cylinder:x,y,z,ax,ay,az,r[,length], plane:x,y,z,nx,ny,nz [m]",
                 "NAME=NODES");
     addRepeated(command, "--distributing", m_distributing,
-                "joint seat whose master point is the mean of its nodes and stiffens nothing",
+                "Joint seat whose master point follows the mean of its nodes and adds no stiffness",
                 "NAME=NODES");
     addRepeated(command, "--master", m_masters,
-                "master point of an interface [m] (default: middle of its surface or volume; "
-                "of a cylinder, on its axis)",
+                "Master point of an interface [m] (default: middle of its surface or volume; of a "
+                "cylinder, on its axis)",
                 "NAME=X,Y,Z");
     addRepeated(command, "--load-point", m_loadPoints,
-                "static (attachment) modes for forces on NODES (also node:NUMBER), along x, y "
-                "and z or the AXES given",
+                "Static (attachment) modes for forces on NODES (also node:NUMBER), along x, y and "
+                "z or the AXES given",
                 "NODES[=AXES]");
-    command.add_flag(
-        "--inertia-relief", m_options.hasInertiaRelief,
-        "static modes for weight, angular acceleration and centrifugal load: twelve of "
-        "the modes, six of a part without interfaces");
+    command.add_flag("--inertia-relief", m_options.hasInertiaRelief,
+                     "Static modes for weight, angular acceleration and centrifugal load: twelve "
+                     "of the modes, or six of a part without interfaces");
     command
         .add_option("--at-frequency", m_options.frequencies,
-                    "modes with which the part answers harmonic motion of its interfaces and "
-                    "forces at its load points exactly at this frequency, or at these: HZ,HZ")
+                    "Modes that make the response of the part to harmonic motion of its interfaces "
+                    "and forces at its load points exact at these frequencies [Hz]: HZ,HZ")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->type_name("HZ")
         ->check(makePositiveCheck());
     command
         .add_option("--further-modes", m_options.numFurtherModes,
-                    "keep the part with so many further normal modes and inertia relief beside it, "
-                    "for `simflex run --error-bar`: 24 will do")
+                    "Keep a finer twin with this many further normal modes and inertia relief, for "
+                    "`simflex run --error-bar`; 24 suffice")
         ->type_name("COUNT")
         ->check(makePositiveCheck());
     CLI::Option* modes = command.add_option(
         "-m,--modes", m_options.numModes,
-        "Craig-Bampton modes, 6 per interface among them; the part keeps 6 fewer");
+        "Number of Craig-Bampton modes, including 6 for each interface; the part keeps 6 fewer");
     modes->capture_default_str()->check(makePositiveCheck());
     command
         .add_option("--up-to", m_options.highestFrequency,
-                    "all normal modes up to this frequency, instead of --modes")
+                    "Keep all normal modes up to this frequency [Hz], instead of --modes")
         ->type_name("HZ")
         ->check(makePositiveCheck())
         ->excludes(modes);
     command
         .add_option("--check", m_options.numCheckedModes,
-                    "compare so many frequencies of the part with those of the full model, and its "
-                    "deflection under static loads")
+                    "Compare this many frequencies of the part with those of the full model, and "
+                    "its deflection under static loads")
         ->type_name("COUNT")
         ->check(makePositiveCheck());
     command.add_flag("--stress{skin}", m_stress,
-                     "stress and strain of the modes at the nodes of the part's skin, at `all`, or "
-                     "at NODES (--stress=SET,SET or =sphere:x,y,z,r)");
+                     "Compute stress and strain of the modes at the nodes of the part's skin, at "
+                     "`all`, or at NODES (--stress=SET,SET or =sphere:x,y,z,r)");
     command
         .add_option("--memory", m_memory,
-                    "memory the reduction may take; more is refused before K is factored (default: "
-                    "what the machine has left)")
+                    "Memory the reduction may use [GiB]; a larger need is refused before K is "
+                    "factored (default: what is free)")
         ->type_name("GIB")
         ->check(makePositiveCheck());
 }

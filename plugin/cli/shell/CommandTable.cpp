@@ -69,8 +69,10 @@ std::string formatHelp() {
         text += command.summary + "\n";
     }
     return text +
-           "\n'help COMMAND' tells more. Numbers may be expressions: 30*deg, L/2. Commands may "
-           "share a\nline, separated by ';'; '#' begins a comment.\n";
+           "\n"
+           "'help COMMAND' explains one. Numbers may be expressions: 30*deg, L/2. Commands may "
+           "share a\n"
+           "line, separated by ';'; '#' starts a comment.\n";
 }
 
 std::string formatHelp(const Command& command) {
@@ -92,7 +94,7 @@ std::string formatMarkdownHelp() {
         std::replace(details.begin(), details.end(), '\n', ' ');
         text += "| `" + escapeForTable(formatUsage(command)) + "` | " +
                 escapeForTable(command.summary) +
-                (details.empty() ? "" : " " + escapeForTable(details)) + " |\n";
+                (details.empty() ? "" : ". " + escapeForTable(details)) + " |\n";
     }
     return text;
 }

@@ -43,22 +43,22 @@ void help(Shell&, const Words& words) {
 
 void addGeneralCommands(std::vector<Command>& commands) {
     const std::string group = "The prompt";
-    commands.push_back(
-        {group, "open", "[MODEL.yaml]", "Opens another model; alone: reads this one again.",
-         "If the file is wrong, the model before stays. Values that were set stay when it is read "
-         "again.",
-         0, 1, open, completeFile({".yaml", ".yml"})});
-    commands.push_back({group, "source", "FILE", "Runs the commands of a file.", "", 1, 1,
+    commands.push_back({group, "open", "[MODEL.yaml]",
+                        "Open another model; alone: read this one again",
+                        "If the file has an error, the present model stays. Values that were set "
+                        "are kept when it is read again.",
+                        0, 1, open, completeFile({".yaml", ".yml"})});
+    commands.push_back({group, "source", "FILE", "Run the commands of a file", "", 1, 1,
                         [](Shell& shell, const Words& words) { shell.runFile(words[0]); },
                         completeFile()});
-    commands.push_back({group, "history", "[N]", "Prints the lines typed, or the last few.", "", 0,
-                        1, printHistory});
-    commands.push_back({group, "help", "[COMMAND]", "Explains the commands, or one.",
+    commands.push_back({group, "history", "[N]", "Print the lines typed, or the last few", "", 0, 1,
+                        printHistory});
+    commands.push_back({group, "help", "[COMMAND]", "Explain all commands, or one",
                         "'help --markdown' prints them as tables.", 0, 1, help,
                         [](const Shell&, const Words& before, const std::string&) {
                             return before.empty() ? getNames(getCommands()) : Names{};
                         }});
-    commands.push_back({group, "quit", "", "Ends; so does Ctrl-D.", "", 0, 0,
+    commands.push_back({group, "quit", "", "Exit, as Ctrl-D does", "", 0, 0,
                         [](Shell& shell, const Words&) { shell.quit(); }});
 }
 

@@ -86,7 +86,7 @@ class TerminalSignals {
 public:
     TerminalSignals() {
         if (wakeUp[0] < 0 && pipe2(wakeUp, O_CLOEXEC | O_NONBLOCK) != 0)
-            throw std::runtime_error("no pipe can be made");
+            throw std::runtime_error("cannot make a pipe");
         drain(wakeUp[0]);
         struct sigaction action {};
         sigaction(SIGINT, nullptr, &action);
@@ -163,7 +163,7 @@ public:
         el_set(editor, EL_PROMPT, getPrompt);
         el_set(editor, EL_EDITOR, "emacs");
         el_set(editor, EL_HIST, history, past);
-        el_set(editor, EL_ADDFN, "simflex-complete", "Completes the word", complete);
+        el_set(editor, EL_ADDFN, "simflex-complete", "Complete the word", complete);
         el_set(editor, EL_BIND, "^I", "simflex-complete", nullptr);
         el_set(editor, EL_BIND, "^R", "em-inc-search-prev", nullptr);
         el_set(editor, EL_SIGNAL, 0);

@@ -149,7 +149,7 @@ const struct NamedList {
 void printList(Shell& shell, const Words& words) {
     const NamedList& list = findNamed(NamedLists, "list of", words[0]);
     if (!list.print && words.size() < 2)
-        throw std::runtime_error("of which body? write 'list modes BODY'");
+        throw std::runtime_error("the body is missing: write 'list modes BODY'");
     if (!list.print) return listModes(shell, words[1]);
     if (words.size() > 1) throw std::runtime_error("'" + words[1] + "' is too much");
     list.print(shell);
@@ -233,9 +233,9 @@ void printEigenmodes(Shell& shell, const Words& words) {
         hasPartner = isFree && !oscillates && !mode.isRigidMotion() && !hasPartner;
         const bool isSecond = isFree && !oscillates && !mode.isRigidMotion() && !hasPartner;
         if (isSecond || ++numMotions > count) continue;
-        const std::string damping = isFree                  ? "free motion"
+        const std::string damping = isFree                  ? "rigid-body mode"
                                     : oscillates            ? formatNumber(100 * mode.dampingRatio)
-                                    : mode.dampingRatio > 0 ? "dies down"
+                                    : mode.dampingRatio > 0 ? "decays"
                                                             : "grows";
         table.add({std::to_string(numMotions), isFree ? "0" : formatNumber(mode.frequency), damping,
                    findLargest(session.getModel(), linear, mode)});
@@ -262,25 +262,23 @@ void addListCommands(std::vector<Command>& commands) {
     commands.push_back(
         {group, "list",
          "bodies | joints | motions | modes BODY | probes | parameters | frames | states",
-         "Lists what the model has, as it is now.", "", 1, 2, printList, completeList});
+         "List what the model has, as it is now", "", 1, 2, printList, completeList});
     commands.push_back(
-        {group, "probe", "[NAME | FORMULA ...]", "Prints probes as they are now; alone: all.",
-         "Formulas know t, probes, states, parameters and tables: probe "
-         "'hypot(tip.x, tip.y)'",
+        {group, "probe", "[NAME | FORMULA ...]", "Print probes as they are now; alone: all",
+         "Formulas may use t, probes, states, parameters and tables: probe 'hypot(tip.x, tip.y)'",
          0, 1000, printProbes, [](const Shell& shell, const Words&, const std::string&) {
              return shell.hasSession() ? getNames(shell.updSession().getProbes())
                                        : std::vector<std::string>();
          }});
-    commands.push_back({group, "energy", "", "Prints the energies and their balance.",
+    commands.push_back({group, "energy", "", "Print the energies and their balance",
                         "The balance counts from the start, or from the last change by hand.", 0, 0,
                         printEnergy});
     commands.push_back(
-        {group, "eigen", "[N]", "Prints the natural modes about this state, 10 by default.",
-         "Free motions, which nothing restores, come first; 'grows' and 'dies down' are motions "
-         "that do "
-         "not\noscillate. The state's speeds count: gyroscopic terms make frequencies of "
-         "what\nturns. In a motion that is neither an equilibrium nor steady there are none, which "
-         "is said.",
+        {group, "eigen", "[N]", "Print the natural modes about this state (default: 10)",
+         "Rigid-body modes, which nothing restores, come first; 'grows' and 'decays' are modes "
+         "that do not\n"
+         "oscillate. The speeds of the state count: a rotating body has gyroscopic terms.\n"
+         "A state that is neither an equilibrium nor a steady motion has no modes and is refused.",
          0, 1, printEigenmodes});
 }
 

@@ -130,21 +130,22 @@ void reset(Shell& shell, const Words&) {
 
 void addMotionCommands(std::vector<Command>& commands) {
     const std::string group = "Motion";
+    commands.push_back({group, "run", "[TIME | for DURATION] [every INTERVAL]",
+                        "Run to a time, or for a duration",
+                        "Alone: the model's first transient analysis. Probes are recorded every "
+                        "INTERVAL (default: 200 times\n"
+                        "in a run). Ctrl-C stops the run; the state reached is kept.",
+                        0, 4, run, [](const Shell&, const Words& before, const std::string&) {
+                            return before.empty() ? std::vector<std::string>{"for", "every"}
+                                                  : std::vector<std::string>{"every"};
+                        }});
     commands.push_back(
-        {group, "run", "[TIME | for DURATION] [every INTERVAL]", "Runs to a time, or for a while.",
-         "Alone: the model's first transient analysis. Probes are recorded every INTERVAL, 200 "
-         "times\nin a run by default. Ctrl-C stops it; the state reached is kept.",
-         0, 4, run, [](const Shell&, const Words& before, const std::string&) {
-             return before.empty() ? std::vector<std::string>{"for", "every"}
-                                   : std::vector<std::string>{"every"};
-         }});
-    commands.push_back(
-        {group, "step", "[N]", "Takes one step of the integrator, or several.", "", 0, 1, step});
-    commands.push_back({group, "static", "", "Goes to the static equilibrium near by, at rest.",
-                        "The time stays; loads and motions are those of that time.", 0, 0,
+        {group, "step", "[N]", "Take one step of the integrator, or several", "", 0, 1, step});
+    commands.push_back({group, "static", "", "Go to the nearest static equilibrium, at rest",
+                        "Time does not change; loads and motions are those of that time.", 0, 0,
                         findStatic});
     commands.push_back(
-        {group, "reset", "", "Goes back to the start; the record begins anew.", "", 0, 0, reset});
+        {group, "reset", "", "Go back to the start; the record begins anew", "", 0, 0, reset});
 }
 
 }  // namespace cli

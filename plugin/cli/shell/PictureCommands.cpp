@@ -25,7 +25,7 @@ using Names = std::vector<std::string>;
 
 void checkPng(const std::string& path) {
     if (path.size() < 5 || path.compare(path.size() - 4, 4, ".png") != 0)
-        throw std::runtime_error("'" + path + "' is no name of a picture: write NAME.png");
+        throw std::runtime_error("'" + path + "' is not the name of a picture: write NAME.png");
 }
 
 // ---- show, save
@@ -92,14 +92,15 @@ void setDirection(Shell& shell, const Words& words) {
         return;
     }
     if (words.size() < 2)
-        throw std::runtime_error("from where? write 'camera view front', or two angles");
+        throw std::runtime_error(
+            "the direction is missing: write 'camera view front', or two angles");
     const NamedView& view = findNamed(getNamedViews(), "view", words[1]);
     direction = SimTK::Vec2(view.azimuth, view.elevation);
 }
 
 void setFollowed(Shell& shell, const Words& words) {
     if (words.size() < 2)
-        throw std::runtime_error("which frame? write 'camera follow FRAME', or 'none'");
+        throw std::runtime_error("the frame is missing: write 'camera follow FRAME', or 'none'");
     PictureSettings::Camera& camera = shell.updPictureSettings().camera;
     if (words[1] == "none") {
         camera.followedFrame.clear();
@@ -107,7 +108,7 @@ void setFollowed(Shell& shell, const Words& words) {
     }
     shell.updSession().getModel().findFrame(words[1]);  // which refuses others
     const double size = words.size() > 2 ? shell.calcNumber(words[2]) : 0;
-    if (size < 0) throw std::runtime_error("the height of what is seen must be positive");
+    if (size < 0) throw std::runtime_error("the height of the view must be positive");
     camera.followedFrame = words[1];
     camera.followedSize = size;
 }
@@ -128,7 +129,7 @@ void setCamera(Shell& shell, const Words& words) {
         camera.zoom = zoom;
     } else if (what == "orbit") {
         if (words.size() < 2)
-            throw std::runtime_error("by what angle? write 'camera orbit 30*deg'");
+            throw std::runtime_error("the angle is missing: write 'camera orbit 30*deg'");
         SimTK::Vec2 direction =
             camera.direction.value_or(SimTK::Vec2(25 * SimTK::Pi / 180, 16 * SimTK::Pi / 180));
         direction[0] += calcAngle(shell, words[1]);
@@ -206,7 +207,7 @@ PlotRequest readPlot(const Shell& shell, const Words& words) {
             continue;
         }
         if (++i == words.size())
-            throw std::runtime_error("something is missing after '" + word + "'");
+            throw std::runtime_error("a value is missing after '" + word + "'");
         if (word == "into")
             request.file = words[i];
         else
@@ -249,7 +250,7 @@ std::vector<TerminalCurve> collectCurves(const Results::Analysis& record,
             curves.push_back(std::move(curve));
         }
     if (curves[0].time.size() < 2)
-        throw std::runtime_error("nothing was recorded there yet: 'run' first");
+        throw std::runtime_error("nothing is recorded there yet: 'run' first");
     return curves;
 }
 
@@ -293,7 +294,7 @@ void film(Shell& shell, const Words& words) {
     const double seconds = shell.calcNumber(words[1]),
                  slowMotion = words.size() > 2 ? shell.calcNumber(words[2])
                                                : pictures.get("slow_motion").getNumber();
-    if (!(seconds > 0)) throw std::runtime_error("the time to film must be positive");
+    if (!(seconds > 0)) throw std::runtime_error("the duration of the video must be positive");
     if (!(slowMotion > 0)) throw std::runtime_error("the slow motion must be positive");
     const double wanted = std::ceil(seconds * slowMotion * pictures.get("rate").getNumber());
     if (wanted > mostFrames)
@@ -332,20 +333,21 @@ void addPictureCommands(std::vector<Command>& commands) {
     const std::string group = "Pictures and plots";
     commands.push_back(
         {group, "plot", "PROBE ... [from TIME] [to TIME] [into FILE]",
-         "Plots probes, or parts of them as 'slider.x', in the terminal or into a file.",
-         "Files are drawn as by 'simflex plot', .png, .svg or .pdf.", 1, 1000, plot, completePlot});
-    commands.push_back(
-        {group, "show", "[symbols | sixel | kitty]", "Shows the model in the terminal.",
-         "As fine as the terminal says it can: kitty or sixel graphics, or characters, which show "
-         "nothing\nbut the model.",
-         0, 1, show, [](const Shell&, const Words& before, const std::string&) {
-             return before.empty() ? getNames(PictureKinds) : Names{};
-         }});
-    commands.push_back({group, "save", "FILE.png", "Writes the picture to a file.", "", 1, 1, save,
+         "Plot probes, or their components such as 'slider.x', in the terminal or into a file",
+         "Files are drawn as by 'simflex plot': .png, .svg or .pdf.", 1, 1000, plot, completePlot});
+    commands.push_back({group, "show", "[symbols | sixel | kitty]",
+                        "Show the model in the terminal",
+                        "By the best graphics that the terminal reports: kitty, sixel, or "
+                        "characters, which show only\n"
+                        "the model.",
+                        0, 1, show, [](const Shell&, const Words& before, const std::string&) {
+                            return before.empty() ? getNames(PictureKinds) : Names{};
+                        }});
+    commands.push_back({group, "save", "FILE.png", "Write the picture to a file", "", 1, 1, save,
                         completeFile({".png"})});
     commands.push_back({group, "camera",
                         "view | orbit | zoom | follow | perspective | orthographic | reset ...",
-                        "Places the camera of 'show', 'save' and 'video'.",
+                        "Place the camera of 'show', 'save' and 'video'",
                         "view NAME (front, back, left, right or side, top, bottom, isometric), "
                         "view AZIMUTH ELEVATION,\n"
                         "orbit ANGLE [ANGLE] from where it stands, angles as 30*deg or in radians; "
@@ -355,24 +357,23 @@ void addPictureCommands(std::vector<Command>& commands) {
                         1, 3, setCamera, completeCamera});
     commands.push_back(
         {group, "video", "FILE SECONDS [SLOW_MOTION]",
-         "Runs on for a while and films it: .mp4, .gif or .webp.",
+         "Run on for some seconds and make a video of it (.mp4, .gif or .webp)",
          "Rate, slow motion and plots are those of 'pictures' in the model file; SLOW_MOTION is "
          "how many\nseconds of video make a second of the motion. Ctrl-C keeps the state reached.",
          2, 3, film, completeFile({".mp4", ".gif", ".webp"})});
-    commands.push_back({group, "draw", "THING [on | off]", "Shows or hides something in pictures.",
+    commands.push_back({group, "draw", "THING [on | off]", "Show or hide something in pictures",
                         "joints, connectors, loads, reactions, ghost, wireframe, axes, shadows, "
                         "ambient_occlusion.",
                         1, 2, draw, [](const Shell&, const Words& before, const std::string&) {
                             return before.empty() ? getNames(getDrawings()) : Names{"on", "off"};
                         }});
     commands.push_back(
-        {group, "exaggerate", "FACTOR | auto", "Draws deformations this many times larger.", "", 1,
-         1, exaggerate,
-         [](const Shell&, const Words&, const std::string&) { return Names{"auto"}; }});
+        {group, "exaggerate", "FACTOR | auto", "Draw deformations this many times larger", "", 1, 1,
+         exaggerate, [](const Shell&, const Words&, const std::string&) { return Names{"auto"}; }});
     commands.push_back(
-        {group, "contour", "NAME", "Chooses what the colours show.",
-         "Displacements, velocities, strain energy; stress of parts reduced with it.", 1, 1,
-         setContour, [](const Shell&, const Words&, const std::string&) {
+        {group, "contour", "NAME", "Choose what the colors show",
+         "Displacements, velocities or strain energy; stress, of parts reduced with --stress.", 1,
+         1, setContour, [](const Shell&, const Words&, const std::string&) {
              return getNames(getNamedContours());
          }});
 }

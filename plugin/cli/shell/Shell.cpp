@@ -93,7 +93,9 @@ int Shell::runScript(std::istream& script, const std::string& name) {
 
 void Shell::runFile(const std::string& path) {
     if (m_depth >= DeepestSource)
-        throw std::runtime_error("'" + path + "' is read by files that it reads itself");
+        throw std::runtime_error(
+            "'" + path +
+            "' would be read again by a file that it reads: remove one of the 'source' commands");
     std::ifstream file(path);
     if (!file || std::filesystem::is_directory(path))
         throw std::runtime_error("'" + path + "' cannot be read");
@@ -227,7 +229,7 @@ double Shell::calcNumber(const std::string& text) const {
         value = m_session ? calcConstant(m_session->getModel().getFile(), text)
                           : calcConstant(text, formula::Scope());
     } catch (const std::exception& error) {
-        throw std::runtime_error("'" + text + "' is no number: " + error.what());
+        throw std::runtime_error("'" + text + "' is not a number: " + error.what());
     }
     if (!std::isfinite(value)) throw std::runtime_error("'" + text + "' is not finite");
     return value;
@@ -242,7 +244,7 @@ std::vector<double> Shell::calcNumbers(const std::string& text) const {
 int Shell::calcCount(const std::string& text, int largest) const {
     const double value = calcNumber(text);
     if (value < 1 || value > largest || value != std::floor(value))
-        throw std::runtime_error("'" + text + "' is no whole number from 1 to " +
+        throw std::runtime_error("'" + text + "' is not a whole number from 1 to " +
                                  std::to_string(largest));
     return int(value);
 }

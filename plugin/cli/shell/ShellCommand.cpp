@@ -63,27 +63,26 @@ void runShell(const ShellArguments& arguments) {
 
 void addShellCommand(CLI::App& app) {
     auto arguments = std::make_shared<ShellArguments>();
-    CLI::App* command = app.add_subcommand(
-        "shell", "Move a model step by step, look at it and change it at a prompt");
-    command->add_option("MODEL", arguments->model, "model file (.yaml); or 'open' one later");
+    CLI::App* command =
+        app.add_subcommand("shell", "Move, inspect and change a model step by step at a prompt");
+    command->add_option("MODEL", arguments->model, "Model file (YAML); or 'open' one later");
     command->add_option("-c,--command", arguments->commands,
-                        "run these commands, separated by ';', and leave");
+                        "Run these commands, separated by ';', and exit");
     command
-        ->add_option("--script", arguments->script,
-                     "run the commands of a file and leave; standard input is read if it is no "
-                     "terminal")
+        ->add_option(
+            "--script", arguments->script,
+            "Run the commands of a file and exit; standard input is read if it is no terminal")
         ->type_name("FILE");
     ShellOptions& options = arguments->options;
     command->add_flag_callback(
         "--keep-going", [&options] { options.onError = ShellOptions::OnError::GoOn; },
-        "of scripts: go on after an error; the exit status is 1 all the same");
-    addRepeated(*command, "--set", arguments->settings,
-                "change a value of the model file for this run", "PATH=VALUE");
+        "Continue a script after an error; the exit status is 1 all the same");
+    addSettings(*command, arguments->settings);
     command->add_flag_callback(
         "--rigid", [&options] { options.model.bodies = ModelOptions::Bodies::Rigid; },
-        "every flexible body is held rigid");
+        "Hold every flexible body rigid");
     addScriptsFlag(*command, options.model.allowsScripts);
-    command->add_flag("-q,--quiet", options.isQuiet, "no notes and no progress");
+    addQuietFlag(*command, options.isQuiet, "warnings and results");
     command->callback([arguments] { runShell(*arguments); });
 }
 

@@ -235,7 +235,7 @@ void addStateCommands(std::vector<Command>& commands) {
     const std::string group = "State and model";
     commands.push_back(
         {group, "get", "PATH ...",
-         "Prints a coordinate, speed, probe, parameter or value of the model file.",
+         "Print a coordinate, speed, probe, parameter or value of the model file",
          "joints.NAME.angle, angle_rate, displacement; NAME alone if that is clear. "
          "bodies.NAME.position, orientation, "
          "velocity, "
@@ -244,21 +244,22 @@ void addStateCommands(std::vector<Command>& commands) {
          1, 100, get, [](const Shell& shell, const Words&, const std::string& word) {
              return completeValues(shell, word, true);
          }});
-    commands.push_back(
-        {group, "set", "PATH VALUE", "Sets what 'get' prints.",
-         "Coordinates and speeds at once: joints are assembled and speeds made consistent "
-         "afterwards; a\n"
-         "joint's coordinate and its rate get exactly the value. For values of the model file the "
-         "model is\nbuilt anew and begins at its start, but for colors, pictures, probes, "
-         "analyses, "
-         "output and solver,\nwhich leave the motion where it is; the file itself is not changed.",
-         2, 3, set, [](const Shell& shell, const Words& before, const std::string& word) {
-             return before.empty() ? completeValues(shell, word, false)
-                                   : std::vector<std::string>{};
-         }});
+    commands.push_back({group, "set", "PATH VALUE", "Set what 'get' prints",
+                        "Coordinates and speeds change at once; then joints are assembled and "
+                        "speeds made consistent, where\n"
+                        "a joint's coordinate and its rate get exactly the value. For values of "
+                        "the model file the model is\n"
+                        "built anew and begins at its start, except for colors, pictures, probes, "
+                        "analyses, output and solver,\n"
+                        "which leave the motion where it is; the file itself is not changed.",
+                        2, 3, set,
+                        [](const Shell& shell, const Words& before, const std::string& word) {
+                            return before.empty() ? completeValues(shell, word, false)
+                                                  : std::vector<std::string>{};
+                        }});
     commands.push_back(
         {group, "drag", "JOINT VALUE",
-         "Moves the mechanism until a joint's coordinate has this value.",
+         "Move the mechanism until a joint's coordinate has this value",
          "JOINT.COORDINATE if it has several. An angle goes the shorter way round. Flexible bodies "
          "keep "
          "their\nshapes; where the joints cannot be closed with these, they deform as little as "
@@ -275,12 +276,12 @@ void addStateCommands(std::vector<Command>& commands) {
              }
              return names;
          }});
-    commands.push_back({group, "keep", "FILE", "Keeps the state reached in a file.",
-                        "Time, coordinates, speeds and turns, for the same model.", 1, 1, keep,
-                        completeFile()});
+    commands.push_back({group, "keep", "FILE", "Save the present state to a file",
+                        "Time, coordinates, speeds and counted revolutions, for the same model.", 1,
+                        1, keep, completeFile()});
     commands.push_back(
-        {group, "restore", "FILE", "Goes back to a state that was kept.",
-         "The record ends there; integration begins anew with small steps, as after 'set'.", 1, 1,
+        {group, "restore", "FILE", "Restore a saved state",
+         "The record begins anew; integration starts with small steps, as after 'set'.", 1, 1,
          restore, completeFile()});
 }
 

@@ -84,7 +84,7 @@ public:
             throw std::invalid_argument(
                 "the matrix in " + m_path.filename().string() + " has " + std::to_string(value) +
                 " in row " + std::to_string(line.fileRow) + ", column " +
-                std::to_string(line.fileColumn) + ", must be a finite number");
+                std::to_string(line.fileColumn) + "; it must be a finite number");
         return value;
     }
 

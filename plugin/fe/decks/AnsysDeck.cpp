@@ -23,7 +23,7 @@ const std::map<std::string, const char*> RefusedCommands = {
     {"E", "write elements by CDWRITE, as an EBLOCK"},
     {"EN", "write elements by CDWRITE, as an EBLOCK"},
     {"SECJOINT", "put joints into the multibody model"},
-    {"TBFIELD", "a material has one temperature; give its constants there"},
+    {"TBFIELD", "material constants cannot depend on temperature; give those at one temperature"},
     {"SECCONTROL", "shells have the stiffness and mass of the solids they become"},
     {"SECCONTROLS", "shells have the stiffness and mass of the solids they become"}};
 
@@ -348,7 +348,7 @@ private:
                                                     "GYZ",  "GXZ",  "DENS"};
         if (!Known.count(label))
             m_lines.refuse(words[0] + " " + quoteField(label) +
-                           " is no property of a material that simflex knows");
+                           " is not a property of a material that simflex knows");
         m_materials[material][label] = {values[0], m_lines.number()};
     }
 

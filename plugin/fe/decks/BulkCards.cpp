@@ -108,14 +108,16 @@ double BulkCards::parseNumber(const BulkCard& card, std::string_view field,
     if (field.empty()) return 0;
     double value = 0;
     if (!readNumber(withExponentLetter(field), value))
-        refuse(card, std::string(what) + " is " + quoteField(field) + ", must be a finite number");
+        refuse(card,
+               std::string(what) + " is " + quoteField(field) + "; it must be a finite number");
     return value;
 }
 
 int BulkCards::parseInteger(const BulkCard& card, std::string_view field, const char* what) const {
     int value = 0;
     if (!field.empty() && !readInteger(field, value))
-        refuse(card, std::string(what) + " is " + quoteField(field) + ", must be a whole number");
+        refuse(card,
+               std::string(what) + " is " + quoteField(field) + "; it must be a whole number");
     return value;
 }
 

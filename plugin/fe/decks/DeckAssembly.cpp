@@ -45,7 +45,7 @@ struct Placement {
 Placement readPlacement(const DeckCard& card) {
     Placement placement;
     if (card.data.size() > 2)
-        refuseCard(card, "*INSTANCE has more than a translation and a turn", card.data[2].line);
+        refuseCard(card, "*INSTANCE has more than a translation and a rotation", card.data[2].line);
     if (!card.data.empty())
         for (size_t a = 0; a < 3; ++a)
             placement.shift[a] =
@@ -53,14 +53,15 @@ Placement readPlacement(const DeckCard& card) {
     if (card.data.size() < 2) return placement;
     Vec3d end{};
     for (size_t a = 0; a < 3; ++a) {
-        const char* what = "two points and an angle of its turn";
+        const char* what = "two points and an angle of its rotation";
         placement.point[a] = readDeckNumber(card, card.data[1], a, what);
         end[a] = readDeckNumber(card, card.data[1], a + 3, what);
     }
-    placement.angle = readDeckNumber(card, card.data[1], 6, "the angle of its turn") * M_PI / 180;
+    placement.angle =
+        readDeckNumber(card, card.data[1], 6, "the angle of its rotation") * M_PI / 180;
     const Vec3d line = minus(end, placement.point);
     if (placement.isTurned() && !(normOf(line) > 0))
-        refuseCard(card, "the two points of the turn are the same", card.data[1].line);
+        refuseCard(card, "the two points of the rotation are the same", card.data[1].line);
     if (placement.isTurned()) placement.axis = scaled(line, 1 / normOf(line));
     return placement;
 }
@@ -338,10 +339,10 @@ private:
                     refer(card, data.line, scope, NumberKind::Node, data.fields[k]);
         } else if (keyword == "EQUATION") {
             if (owner && placement.isTurned())
-                refuseCard(card,
-                           "*EQUATION stands in a part whose instance is turned, and simflex "
-                           "does not know whether its directions turn, too; write it in the "
-                           "assembly");
+                refuseCard(
+                    card,
+                    "*EQUATION stands in a part whose instance is rotated, and simflex does not "
+                    "know whether its directions rotate as well; write it in the assembly");
             for (DeckLine& data : card.data)
                 for (size_t k = 0; data.fields.size() > 2 && k < data.fields.size(); k += 3)
                     refer(card, data.line, scope, NumberKind::Node, data.fields[k]);
@@ -353,7 +354,7 @@ private:
                 if (!isRectangular && placement.isMoved())
                     refuseCard(card,
                                "a *DISTRIBUTION gives axes that are not rectangular, and its "
-                               "instance is moved, which simflex does not do");
+                               "instance is moved, which simflex does not support");
                 refer(card, card.data[0].line, owner ? *owner : m_assembly, NumberKind::Name,
                       given);
                 return;
@@ -380,7 +381,7 @@ private:
         } else if ((keyword == "BEAMSECTION" || keyword == "BEAMGENERALSECTION") &&
                    placement.isTurned()) {
             if (card.data.size() < 2)
-                refuseCard(card, "the instance is turned; give the axis n1 of the section");
+                refuseCard(card, "the instance is rotated; give the axis n1 of the section");
             move(card, card.data[1], 0, placement, true);
         }
     }

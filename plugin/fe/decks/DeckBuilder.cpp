@@ -293,7 +293,7 @@ private:
     }
 
     void leaveContactOut(const DeckCard& card) {
-        static const std::string PassThrough = "what touches there passes through each other";
+        static const std::string PassThrough = "surfaces in contact there can penetrate each other";
         if (m_contact == ContactUse::Refused)
             refuseCard(card, card.title +
                                  " cannot be part of a flexible body, for contact is not linear: "
@@ -614,8 +614,9 @@ private:
                 continue;
             }
             if (m_rotationNodes.count(term.node))
-                refuseCard(card, card.title + " names turns of node " + std::to_string(term.node) +
-                                     " in axes of *TRANSFORM, which simflex does not do");
+                refuseCard(card, card.title + " names rotations of node " +
+                                     std::to_string(term.node) +
+                                     " in axes of *TRANSFORM, which simflex does not support");
             const Axes axes = m_transforms[found->second].calcAxes(m_nodes.at(term.node));
             for (int a = 0; a < 3; ++a)
                 if (const double part = axes[size_t(a)][size_t(term.axis)]; part != 0)
@@ -656,9 +657,10 @@ private:
                 element.size =
                     readDeckNumber(card, card.data[0], 0, isMembrane ? "a thickness" : "an area");
                 if (!(element.size > 0))
-                    refuseCard(card,
-                               card.title + " is " + card.data[0].fields[0] + ", must be positive",
-                               card.data[0].line);
+                    refuseCard(
+                        card,
+                        card.title + " is " + card.data[0].fields[0] + "; it must be positive",
+                        card.data[0].line);
                 element.material = card.get("MATERIAL");
                 ++numHinged;
             }
@@ -958,9 +960,9 @@ private:
         if (set == m_nodeSets.end() || set->second.size() != 1)
             refuseCard(card,
                        card.title + " names node set " + name + ", which " +
-                           (set == m_nodeSets.end()
-                                ? "the deck does not define before it"
-                                : "has " + plural(set->second.size(), "node") + ", must have one"));
+                           (set == m_nodeSets.end() ? "the deck does not define before it"
+                                                    : "has " + plural(set->second.size(), "node") +
+                                                          "; it must have one"));
         card.parameters[parameter] = std::to_string(set->second[0]);
     }
 
@@ -1081,7 +1083,8 @@ private:
                     for (const int number : findElements(card, data)) {
                         const auto found = solidOf.find(number);
                         if (found == solidOf.end())
-                            refuseCard(card, "element " + std::to_string(number) + " is no solid",
+                            refuseCard(card,
+                                       "element " + std::to_string(number) + " is not a solid",
                                        data.line);
                         surface.faces.push_back(findFace(card, data, number, found->second.first,
                                                          found->second.second));
@@ -1131,8 +1134,8 @@ private:
         if (label.size() == 2 && label[0] == 'S') face = getFaceNodes(type, label[1] - '0');
         if (face.empty())
             refuseCard(card,
-                       "'" + label + "' is no face of element " + std::to_string(number) + ", a " +
-                           m_solidNumbers.at(number) + "; faces are S1, S2, …",
+                       "'" + label + "' is not a face of element " + std::to_string(number) +
+                           ", a " + m_solidNumbers.at(number) + "; faces are S1, S2, …",
                        data.line);
         for (int& node : face) node = m_indexOf.at(solid->nodes[size_t(node)]);
         return face;
@@ -1215,8 +1218,8 @@ private:
                     if (!data.fields[k].empty())
                         refuseCard(card,
                                    card.title +
-                                       " gives more than one temperature at a node, "
-                                       "which simflex does not do",
+                                       " gives more than one temperature at a node, which simflex "
+                                       "does not support",
                                    data.line);
                 for (const int node : findNodes(card, data)) m_temperatures.ofNode[node] = value;
             }
@@ -1265,7 +1268,7 @@ private:
             const double mass = readDeckNumber(card, card.data[0], 0, "a mass");
             if (!(mass > 0))
                 refuseCard(card,
-                           card.title + " is " + card.data[0].fields[0] + ", must be positive",
+                           card.title + " is " + card.data[0].fields[0] + "; it must be positive",
                            card.data[0].line);
             m_model.masses[element.nodes[0]] += mass;
             m_extraNodes.push_back(element.nodes[0]);
@@ -1508,7 +1511,7 @@ private:
             if (m_indexOf.count(node))
                 refuseCard(card, card.title + " hangs node " + std::to_string(node) +
                                      " on the mean of others, and something else uses that node: "
-                                     "simflex does not do that in a deck; make the nodes a "
+                                     "simflex does not support that in a deck; make the nodes a "
                                      "distributing interface instead");
             m_model.notes.push_back(card.where() + card.title +
                                     " stiffens nothing; loads on its node are left out");
@@ -1527,12 +1530,11 @@ private:
             const auto inMesh = m_indexOf.find(card.reference);
             if (card.isDistributing) {
                 if (inMesh != m_indexOf.end() || numUses[card.reference] > 1)
-                    refuseCard(card.card,
-                               "*DISTRIBUTING hangs reference node " +
-                                   std::to_string(card.reference) +
-                                   " on the mean of others, and something else uses that node: "
-                                   "simflex does not do that in a deck; make the surface a "
-                                   "distributing interface instead");
+                    refuseCard(card.card, "*DISTRIBUTING hangs reference node " +
+                                              std::to_string(card.reference) +
+                                              " on the mean of others, and something else uses "
+                                              "that node: simflex does not support that in a deck; "
+                                              "make the surface a distributing interface instead");
                 m_model.notes.push_back(body.where +
                                         " with *DISTRIBUTING stiffens nothing; loads on its "
                                         "reference node are left out");
@@ -1546,8 +1548,8 @@ private:
                 card.card.title == "*RIGID BODY")
                 m_model.warnings.push_back(
                     body.where +
-                    " holds the turns of shells or beams, too, where in CalculiX a row of nodes is "
-                    "a hinge: what its mass does differs");
+                    " holds the rotations of shells or beams as well, where in CalculiX a row of "
+                    "nodes is a hinge: what its mass does differs");
             if (m_indexOf.count(card.rotation))
                 refuseCard(card.card, "ROT NODE " + std::to_string(card.rotation) +
                                           " is a node of elements; give one of its own");
@@ -1583,8 +1585,8 @@ private:
             }
             if (!orientation && m_axesOf.count(number))
                 refuseCard(card.card,
-                           "some directions of nodes with a *TRANSFORM follow, which "
-                           "simflex does not do; give the axes as its ORIENTATION");
+                           "some directions of nodes with a *TRANSFORM follow, which simflex does "
+                           "not support; give the axes as its ORIENTATION");
             Axes axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
             if (orientation) axes = orientation->calcAxes(m_model.mesh.position(node));
             std::vector<Vec3d> directions;

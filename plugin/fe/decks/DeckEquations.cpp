@@ -84,7 +84,8 @@ std::vector<DeckEquation> readEquations(const DeckCard& card, const FindDeckNode
             if (of.size() != 1 && of.size() != count)
                 refuse(card, line,
                        "names sets of " + std::to_string(count) + " and " +
-                           std::to_string(of.size()) + " nodes, must be as many or one");
+                           std::to_string(of.size()) +
+                           " nodes; each set must have as many, or one");
         const DeckEquation form = std::move(equations.back());
         equations.pop_back();
         for (size_t k = 0; k < count; ++k) {

@@ -127,7 +127,7 @@ private:
             if (from.size() != to.size())
                 refuseCard(m_card,
                            "*NFILL between sets of " + std::to_string(from.size()) + " and " +
-                               std::to_string(to.size()) + " nodes, must be as many",
+                               std::to_string(to.size()) + " nodes; both sets must have as many",
                            data.line);
             if (count < 1 || step == 0)
                 refuseCard(m_card, "*NFILL needs at least one interval and a step of numbers",
@@ -151,7 +151,7 @@ private:
         Vec3d move{}, point{}, axis{};
         double angle = 0;
         if (m_card.data.size() > 2)
-            refuseCard(m_card, "*NCOPY has more than a translation and a turn",
+            refuseCard(m_card, "*NCOPY has more than a translation and a rotation",
                        m_card.data[2].line);
         if (!m_card.data.empty())
             for (size_t a = 0; a < 3; ++a)
@@ -161,14 +161,14 @@ private:
             const DeckLine& data = m_card.data[1];
             Vec3d end{};
             for (size_t a = 0; a < 3; ++a) {
-                const char* what = "two points and an angle of its turn";
+                const char* what = "two points and an angle of its rotation";
                 point[a] = readDeckNumber(m_card, data, a, what);
                 end[a] = readDeckNumber(m_card, data, a + 3, what);
             }
-            angle = readDeckNumber(m_card, data, 6, "the angle of its turn") * M_PI / 180;
+            angle = readDeckNumber(m_card, data, 6, "the angle of its rotation") * M_PI / 180;
             axis = minus(end, point);
             if (!(normOf(axis) > 0))
-                refuseCard(m_card, "the two points of the turn are the same", data.line);
+                refuseCard(m_card, "the two points of the rotation are the same", data.line);
             axis = scaled(axis, 1 / normOf(axis));
         }
         DeckCard& nodes = add("*NODE");

@@ -264,7 +264,7 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
         for (const Entry& entry : readEntries(*material.density))
             if (!(entry.constants[0] > 0))
                 refuseCard(*material.density, "*DENSITY is " + writeGeneral(entry.constants[0], 6) +
-                                                  ", must be positive");
+                                                  "; it must be positive");
     }
     std::unordered_map<const MaterialCards*, bool> depends;
     for (auto& [name, material] : materials)

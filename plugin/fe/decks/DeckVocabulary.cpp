@@ -191,7 +191,7 @@ const std::map<std::string, std::string> RefusedCards = {
     {"IMPERFECTION", "it moves nodes by files of other runs; write the deck with the nodes moved"},
     {"CONNECTORSECTION", "put connectors into the multibody model"},
     {"CONNECTORBEHAVIOR", "put connectors into the multibody model"},
-    {"EMBEDDEDELEMENT", "it ties degrees of freedom in a way that simflex does not do"},
+    {"EMBEDDEDELEMENT", "it ties degrees of freedom in a way that simflex does not support"},
     {"TRANSVERSESHEARSTIFFNESS", "it makes shells and beams other than the solids they become"},
     {"HYPERELASTIC", MaterialCards},
     {"HYPERFOAM", MaterialCards},

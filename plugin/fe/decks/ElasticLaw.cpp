@@ -151,7 +151,7 @@ Orientation::Orientation(const DeckCard& orientation) {
     const DeckLine& line = orientation.data[1];
     const std::string where = orientation.where(line.line);
     const int axis = parseDeckInteger(line.fields[0], where);
-    if (axis < 1 || axis > 3) refuse(orientation, "the axis of its turn must be 1, 2 or 3");
+    if (axis < 1 || axis > 3) refuse(orientation, "the axis of its rotation must be 1, 2 or 3");
     const double angle =
         (line.fields.size() > 1 ? parseDeckNumber(line.fields[1], where) : 0) * M_PI / 180;
     Vec3d turned[3];

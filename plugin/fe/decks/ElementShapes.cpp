@@ -40,7 +40,7 @@ public:
             if (share >= LeastCorner) continue;
             std::ostringstream text;
             text << "is turned inside out at node " << numbers[k] << " (scaled Jacobian " << share
-                 << ", must be positive)";
+                 << "; it must be positive)";
             return text.str();
         }
         for (size_t k = m_corners.size(); k < x.size(); ++k) {
@@ -60,7 +60,7 @@ public:
             if (determinant > 0) continue;
             std::ostringstream text;
             text << "is turned inside out within (Jacobian " << determinant
-                 << ", must be positive)";
+                 << "; it must be positive)";
             return text.str();
         }
         return "";

@@ -135,9 +135,9 @@ void integrateHinged(const HingedElement& element, const std::vector<Vec3d>& x,
             if (!(area > 0)) refuseHinged(element, "has no size; do its nodes coincide?");
             const Vec3d chord = minus(x.back(), x.front());
             if (isLine && !(dot(chord, {e1[0], e1[1], e1[2]}) > 0))
-                refuseHinged(element,
-                             "turns back; do its nodes coincide, or is the middle one not "
-                             "the second?");
+                refuseHinged(
+                    element,
+                    "folds back; do its nodes coincide, or is the middle one not the second?");
             const double volume = at.weight * area * element.size;
             if (kind == 1) {
                 const Eigen::Map<const Eigen::VectorXd> N(shapes.N.data(), n);
@@ -190,7 +190,7 @@ void addHingedElements(const DeckModel& deck, FeModel& model) {
         const HingedMaterial& material = materials.at(element.material);
         if (!material.isIsotropic)
             refuseHinged(element, "is of material " + element.material +
-                                      ", which is not isotropic: simflex does not do that in "
+                                      ", which is not isotropic: simflex does not support that in "
                                       "trusses and membranes; use beams or shells");
         std::vector<int> nodes;
         std::vector<Vec3d> x;

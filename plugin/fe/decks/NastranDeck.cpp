@@ -105,7 +105,7 @@ const std::map<std::string, const char*> RefusedEntries = {
     {"MAT2", Layers},
     {"MAT8", Layers},
     {"MAT9", "give the material as a deck's *ELASTIC, TYPE=ANISO"},
-    {"MATT1", "a material has one temperature; give its constants there"},
+    {"MATT1", "material constants cannot depend on temperature; give those at one temperature"},
     {"MPC", "write it as an *EQUATION of a deck, or as RBE2"},
     {"MPCADD", "write them as *EQUATION of a deck, or as RBE2"},
     {"RBE1", "write it as RBE2"},
@@ -178,7 +178,7 @@ private:
         if (!field.empty() && !readNumber(field, value) &&
             !readNumber(withExponentLetter(field), value))
             refuse(entry,
-                   std::string(what) + " is " + quoteField(field) + ", must be a finite number");
+                   std::string(what) + " is " + quoteField(field) + "; it must be a finite number");
         return value;
     }
 
@@ -187,7 +187,7 @@ private:
         int value = 0;
         if (!field.empty() && !readInteger(field, value))
             refuse(entry,
-                   std::string(what) + " is " + quoteField(field) + ", must be a whole number");
+                   std::string(what) + " is " + quoteField(field) + "; it must be a whole number");
         return value;
     }
 
@@ -476,8 +476,8 @@ private:
         for (size_t k = 0; k < corners; ++k)
             if (!entry.card.field(FirstThickness + k).empty())
                 refuse(entry,
-                       "has thicknesses of its own at its corners, which simflex does not "
-                       "do; give them by its property");
+                       "has thicknesses of its own at its corners, which simflex does not support; "
+                       "give them by its property");
         return number(entry, offset, "ZOFFS");
     }
 
@@ -548,7 +548,7 @@ private:
     static void checkSolidProperty(const BulkEntry& entry) {
         const std::string_view use = entry.card.field(6);
         if (!use.empty() && use != "SMECH")
-            refuse(entry, "FCTN is " + quoteField(use) + ", must be SMECH: a solid");
+            refuse(entry, "FCTN is " + quoteField(use) + "; it must be SMECH: a solid");
     }
 
     static void checkShellProperty(const BulkEntry& entry, double thickness) {
@@ -557,11 +557,11 @@ private:
             refuse(entry, "has no material MID2 for bending: membranes are hinged at their grids");
         for (const size_t place : {size_t(3), size_t(5)})
             if (!entry.card.field(place).empty() && entry.card.field(place) != entry.card.field(1))
-                refuse(entry, "has several materials, which simflex does not do in shells");
+                refuse(entry, "has several materials, which simflex does not support in shells");
         if (!entry.card.field(4).empty() && number(entry, 4, "12I/T**3") != 1)
             refuse(entry, "12I/T**3 is other than 1, which no solid has");
         if (!entry.card.field(10).empty())
-            refuse(entry, "has a material MID4, which simflex does not do");
+            refuse(entry, "has a material MID4, which simflex does not support");
     }
 
     /** Components of degrees of freedom as a set of digits. **/
@@ -624,8 +624,8 @@ private:
                                        " " + std::string(other->second->card.field(0)) +
                                        "; write both as one");
                 if (isPinned && m_shellGrids.count(grid))
-                    refuse(*entry, "leaves the turn of grid " + std::to_string(grid) +
-                                       " of a shell free, which simflex does not do");
+                    refuse(*entry, "leaves the rotation of grid " + std::to_string(grid) +
+                                       " of a shell free, which simflex does not support");
             }
             if (dependent.empty()) refuse(*entry, "has no dependent grids");
             const std::string set = card.name + "_" + std::to_string(id);
@@ -662,7 +662,7 @@ private:
             const auto averaged = m_averaged.find(grid);
             if (averaged != m_averaged.end())
                 refuse(*entry, "hangs on RBE3 " + std::string(averaged->second->card.field(0)) +
-                                   ", which simflex does not do; use RBE2, or a distributing "
+                                   ", which simflex does not support; use RBE2, or a distributing "
                                    "interface and a body welded to it");
             const std::string set = "CONM2_" + std::to_string(id);
             int node = grid;

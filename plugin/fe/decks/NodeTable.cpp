@@ -70,7 +70,7 @@ NodeTable readTable(const std::string& path) {
         mayBeHeader = false;
         if (fields.size() != 4)
             lines.refuse("the line has " + std::to_string(fields.size()) +
-                         " fields, must have four: node number, x, y, z");
+                         " fields; it must have four: node number, x, y, z");
         ListedNode node;
         node.number = lines.parseInteger(fields[0], "the node number");
         if (node.number < 1) lines.refuse("node numbers begin at 1");
@@ -361,7 +361,7 @@ void NodalEntries::add(const TextLines& at, int node1, int direction1, int node2
                       "solids, or condense the rotations out of the matrices");
         }
         at.refuse("direction " + std::to_string(direction) + " of node " + std::to_string(node) +
-                  " is no translation (1, 2 or 3)");
+                  " is not a translation (1, 2 or 3)");
     }
     entries.add(findDof(at, node1, direction1), findDof(at, node2, direction2), value);
 }

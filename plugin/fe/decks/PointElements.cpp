@@ -66,7 +66,7 @@ DeckSpring readSpring(const DeckCard& card, const PointElement& element,
     const DeckLine& data = card.data[line];
     spring.stiffness = readDeckNumber(card, data, 0, "its stiffness");
     if (!(spring.stiffness > 0))
-        refuseCard(card, card.title + " has stiffness " + data.fields[0] + ", must be positive",
+        refuseCard(card, card.title + " has stiffness " + data.fields[0] + "; it must be positive",
                    data.line);
     const Vec3d arm = minus(places[1], places[0]);
     const double length = normOf(arm);
@@ -89,8 +89,8 @@ DeckSpring readSpring(const DeckCard& card, const PointElement& element,
         spring.direction[a] = axes ? (*axes)[a][size_t(first - 1)] : double(int(a) + 1 == first);
     if (normOf(cross(arm, spring.direction)) > Aligned * length)
         refuseCard(card, "the nodes of a SPRING2 are " + writeGeneral(length, 4) +
-                             " apart across its direction, so that it resists a turn of the whole "
-                             "part; give them one place, or use SPRINGA");
+                             " apart across its direction, so that it resists a rotation of the "
+                             "whole part; give them one place, or use SPRINGA");
     return spring;
 }
 

@@ -116,7 +116,7 @@ private:
                 throw std::invalid_argument(
                     element.where + "element " + std::to_string(element.number) +
                     " has thickness " + writeGeneral(corner.thickness[size_t(k)], 6) + " at node " +
-                    std::to_string(node) + ", must be positive");
+                    std::to_string(node) + "; it must be positive");
         const auto x = positionsOf(element);
         const auto given = element.normals.find(node);
         corner.isGiven = given != element.normals.end();

@@ -91,7 +91,8 @@ ThinElement readThinSection(const DeckCard& card) {
         for (const DeckLine& data : card.data) {
             const double thickness = readDeckNumber(card, data, 0, "the thickness of each layer");
             if (!(thickness > 0))
-                refuseCard(card, "a layer has thickness " + data.fields[0] + ", must be positive",
+                refuseCard(card,
+                           "a layer has thickness " + data.fields[0] + "; it must be positive",
                            data.line);
             section.thickness[0] += thickness;
         }

@@ -215,8 +215,8 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     for (const auto& [motion, count] : countEqual(equilibrium.unstableMotions))
         warn(name, "the equilibrium is unstable: " + motion +
                        (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
-                       " at the least push; begin elsewhere, or let a damped motion lead to one "
-                       "that lasts");
+                       " at the least disturbance; begin elsewhere, or let a damped motion settle "
+                       "to a stable one");
     if (equilibrium.isByDampedMotion)
         m_remarks[name].push_back(
             "Newton's iteration does not converge from where it begins: this is where a strongly "
@@ -292,7 +292,8 @@ void ModelRun::runEigen(const ModelValue& analysis) {
                                             getUsualFolder(), m_options.listener));
     m_writer->add(results);
     const std::string rubbing = nameRubbingJoints(*m_model);
-    if (!rubbing.empty()) m_remarks[name].push_back("what rubs sticks and is held: " + rubbing);
+    if (!rubbing.empty())
+        m_remarks[name].push_back("contacts with friction are taken as sticking: " + rubbing);
 }
 
 void ModelRun::runCampbell(const ModelValue& analysis) {
@@ -337,9 +338,9 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
                              std::to_string(speeds.size()) + " speeds");
     if (isSeenTurning)
         m_remarks[name].push_back(
-            "as seen by who turns along: what stands still, such as weight, excites once a "
-            "revolution, and an unbalance where a frequency is zero (a hub or housing that does "
-            "not turn makes them those seen from rest)");
+            "frequencies are those in the rotating frame: a force fixed in space, such as weight, "
+            "excites once a revolution, and an unbalance where a frequency is zero (a hub or "
+            "housing that does not rotate makes them those in the fixed frame)");
     Results::Analysis results = makeComplete(name, "campbell");
     results.speeds = speeds;
     results.frequency.resize(speeds.size());
@@ -374,7 +375,7 @@ std::vector<double> listFrequencies(const ModelValue& analysis) {
     const ModelValue wanted = analysis.get("frequencies");
     std::vector<double> frequencies = wanted.getNumbers();
     for (const double frequency : frequencies)
-        if (!(frequency >= 0)) wanted.fail("a frequency is not negative");
+        if (!(frequency >= 0)) wanted.fail("a frequency must not be negative");
     if (!wanted.isMap() || analysis.get("spacing").getText() != "logarithmic") return frequencies;
     const double from = frequencies.front(), to = frequencies.back();
     if (!(from > 0) || !(to > 0))
@@ -434,11 +435,12 @@ Spectrum readSpectrum(const ModelValue& value) {
     if (frequencies.size() != spectrum.densities.size() || frequencies.size() < 2)
         value.fail("it has " + std::to_string(frequencies.size()) + " frequencies and " +
                    std::to_string(spectrum.densities.size()) +
-                   " densities: give as many, two at least");
+                   " densities: give as many of each, at least two");
     for (size_t k = 0; k < frequencies.size(); ++k) {
         if (k > 0 && !(frequencies[k] > frequencies[k - 1]))
             value.get("frequencies").fail("frequencies ascend");
-        if (!(spectrum.densities[k] >= 0)) value.get("densities").fail("no density is negative");
+        if (!(spectrum.densities[k] >= 0))
+            value.get("densities").fail("a density must not be negative");
     }
     return spectrum;
 }

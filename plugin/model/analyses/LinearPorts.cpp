@@ -75,9 +75,9 @@ State transferState(const Model& model, const Model& other, const State& state) 
         const auto &mine = model.getBodies()[b].flexible, &its = other.getBodies()[b].flexible;
         if (!mine) continue;
         if (!isSamePart(mine->getPart(), its->getPart()))
-            throw std::runtime_error("it changes the part of body '" + model.getBodies()[b].name +
-                                     "', whose modes then are others: only what acts on parts can "
-                                     "be an input");
+            throw std::runtime_error(
+                "it changes the part of body '" + model.getBodies()[b].name +
+                "' and with it its modes: only what acts on parts can be an input");
         if (mine->isRigid(state))
             its->setRigid(moved);
         else
@@ -332,7 +332,7 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
         const std::string name = "input '" + m_ports[size_t(k)].name + "' ";
         if (velocities.normInf() > DrivenSpeed)
             throw std::runtime_error(name +
-                                     "changes how fast a motion goes: the system would leave this "
+                                     "changes the speed of a motion: the system would leave this "
                                      "State for good; vary it in an analysis of its own");
         if (residual.normInf() == 0 && positions.normInf() == 0 && direct.normInf() == 0 &&
             (numStates == 0 || rates.normInf() == 0))
@@ -408,13 +408,13 @@ struct ModelLinearization {
     Linearization linearize(const State& about) const {
         Linearization linear = calcLinearization(model.getSystem(), about, observer);
         if (!linear.unsteady.empty())
-            throw std::runtime_error("this is no steady motion: " + linear.unsteady);
+            throw std::runtime_error("this is not a steady motion: " + linear.unsteady);
         if (!linear.later) requireBalance(describeImbalance(model.getSystem(), linear));
         return linear;
     }
     void requireBalance(const std::string& imbalance) const {
         if (!imbalance.empty())
-            throw std::runtime_error("this is no equilibrium: " + imbalance +
+            throw std::runtime_error("this is not an equilibrium: " + imbalance +
                                      "; linearise about one (about: static)");
     }
     StateSpace makeSpace(const Linearization& linear) const {
@@ -427,13 +427,12 @@ struct ModelLinearization {
         const Linearization later = calcLinearization(model.getSystem(), *linear.later, observer);
         const double rate = linear.state.getU().normInf();
         const auto refuse = [](const LinearSystem::Port& port, const char* what, const char* cure) {
-            throw std::runtime_error(
-                "'" + port.name + "' is another " + what +
-                " when the system has turned by a radian: displacements of what turns are told in "
-                "axes that turn with it: " +
-                cure +
-                " a body that does not turn, such as a hub or housing that carries the rotor, or "
-                "use axes that turn with it");
+            throw std::runtime_error("'" + port.name + "' is another " + what +
+                                     " when the system has rotated by a radian: displacements of "
+                                     "rotating bodies are given in axes that rotate with them: " +
+                                     cure +
+                                     " a body that does not rotate, such as a hub or housing that "
+                                     "carries the rotor, or use axes that rotate with it");
         };
         const int output = findDifference(
             space, calcStateSpace(linear, driven, bringBack(linear, later, observe(later))), rate,
@@ -569,7 +568,7 @@ std::vector<Matrix_<Complex>> ModelResponse::calcTransfers(
 Matrix_<Complex> ModelResponse::calcMotions(double frequency) const {
     if (!m_blocks)
         throw std::runtime_error(
-            "shapes are drawn of what is at rest, and has no states of its own");
+            "shapes can be drawn only of systems at rest that have no states of their own");
     const double omega = 2 * SimTK::Pi * frequency;
     return combine(m_blocks->calcMotions(omega, m_inputEffects), omega);
 }

@@ -64,8 +64,8 @@ void checkNamedState(const ModelValue& name, const ModelValue& analyses,
                       "': analyses are done in the order of the file, so move it up");
         if (!isBelow) earlier.push_back(other);
     }
-    name.fail("'" + wanted + "' is no static or transient analysis above '" + forAnalysis + "'; " +
-              proposeName(wanted, earlier));
+    name.fail("'" + wanted + "' is not a static or transient analysis above '" + forAnalysis +
+              "'; " + proposeName(wanted, earlier));
 }
 
 }  // namespace
@@ -177,18 +177,20 @@ void ModelRun::checkWishes(const ModelValue& file) const {
     const std::vector<std::string>& wanted = m_options.only.empty() ? known : m_options.only;
     if (std::all_of(wanted.begin(), wanted.end(), isSweep))
         analyses.get(wanted.front())
-            .fail("this is a sweep: do it with 'simflex sweep " + m_text.path + "'");
+            .fail("this is a sweep: run it with 'simflex sweep " + m_text.path + "'");
     checkWritable(m_resultPath);
     if (!m_options.animation.empty()) {
         checkAnimationName(m_options.animation);
         const ModelValue states = file.get("output").get("states");
         if (states.getText() == "none")
-            states.fail("an animation is made of States, which are not kept: leave 'none' out");
+            states.fail(
+                "an animation is made of States, which output.states: none does not keep: leave "
+                "that out");
     }
     for (const char* other : {".csv", ".txt", ".json", ".yaml", ".png", ".mp4"})
         if (fs::path(m_resultPath).extension() == other)
             throw std::runtime_error("the result file '" + m_resultPath +
-                                     "' is HDF5: call it .h5; --csv writes tables beside it");
+                                     "' is HDF5: name it .h5; --csv writes tables as well");
 }
 
 void ModelRun::readEarlier() {
@@ -197,10 +199,10 @@ void ModelRun::readEarlier() {
     try {
         data = readResults(m_resultPath, m_options.resumes ? ReadStates::No : ReadStates::Yes);
     } catch (const std::exception& error) {
-        throw std::runtime_error("'" + m_resultPath +
-                                 "' is there and cannot be read as a result file of simflex, "
-                                 "so it is not replaced: " +
-                                 error.what() + "; choose another name with -o or remove it");
+        throw std::runtime_error(
+            "'" + m_resultPath +
+            "' exists and cannot be read as a result file of simflex, so it is not replaced: " +
+            error.what() + "; choose another name with -o or remove it");
     }
     const std::string change = findChange(data.header);
     if (m_options.resumes) {
@@ -228,7 +230,7 @@ void ModelRun::openResults() {
     }
     if (m_options.resumes)
         m_options.listener.tellNote("there is no '" + m_resultPath +
-                                    "' to go on with: begins anew");
+                                    "' to continue: the run begins anew");
     removeRunCheckpoint(getCheckpointPath());
     ResultHeader header;
     header.title = getModelTitle(m_model->getFile());
@@ -252,8 +254,8 @@ std::vector<ResultColumn> ModelRun::makeColumns() const {
 
 void ModelRun::stopIfAsked() const {
     if (m_options.listener.tellProgress(m_work, m_fraction)) return;
-    throw Cancelled("what was complete is in '" + m_resultPath +
-                    "'; go on with: " + m_options.resumeCommand);
+    throw Cancelled("what is complete is in '" + m_resultPath +
+                    "'; continue with: " + m_options.resumeCommand);
 }
 
 void ModelRun::beginWork(const std::string& name) {

@@ -28,8 +28,8 @@ MotionWarnings::MotionWarnings(const Model& model, const Probes& probes, Warn wa
 }
 
 const char* MotionWarnings::getAdviceAtStart() {
-    return "It is bent so from the start: if its joints do not meet as placed, place the bodies so "
-           "that they do.";
+    return "It is deformed like this from the start: if its joints do not meet as placed, place "
+           "the bodies so that they do.";
 }
 
 void MotionWarnings::check(const SimTK::State& state, const std::vector<double>& values) {

@@ -88,9 +88,8 @@ void requireSameMotion(const YamlTree& before, const YamlTree& now, const std::s
         for (const YamlTree::Entry& entry : tree->entries)
             if (!isBeside(entry.key) && !isSameTree(before.find(entry.key), now.find(entry.key)))
                 throw std::runtime_error(
-                    "'" + entry.key + "' is not as it was in the run that '" + results +
-                    "' is of: only probes, pictures, output and title may be other; run the model "
-                    "anew");
+                    "'" + entry.key + "' differs from the run of '" + results +
+                    "': only probes, pictures, output and title may differ; run the model anew");
     const YamlTree none;
     const YamlTree &probesBefore = before.find("probes") ? *before.find("probes") : none,
                    &probesNow = now.find("probes") ? *now.find("probes") : none;
@@ -98,9 +97,10 @@ void requireSameMotion(const YamlTree& before, const YamlTree& now, const std::s
         if (isSameTree(&probe.value, probesNow.find(probe.key))) continue;
         for (const YamlTree::Entry& section : before.entries)
             if (!isBeside(section.key) && mentions(section.value, probe.key))
-                throw std::runtime_error("probe '" + probe.key + "', which '" + section.key +
-                                         "' names, is not as it was in the run that '" + results +
-                                         "' is of; leave it, and call the new one otherwise");
+                throw std::runtime_error(
+                    "probe '" + probe.key + "', which '" + section.key +
+                    "' uses, differs from the run of '" + results +
+                    "'; leave it as it was, and give the new one another name");
     }
 }
 
@@ -148,12 +148,11 @@ public:
         std::error_code none;
         if (fs::equivalent(output, m_path, none))
             throw std::runtime_error("'" + output +
-                                     "' would be replaced by what is made of it; choose another "
-                                     "name with -o");
+                                     "' is the file that is read: choose another name with -o");
         checkWritable(output);
         if (!m_options.vtk.empty() && fs::path(m_options.vtk).extension() != ".pvd")
             throw std::runtime_error("'" + m_options.vtk +
-                                     "' is no name for ParaView: call it .pvd");
+                                     "' is not a list for ParaView: name it .pvd");
         if (!m_options.animation.empty()) checkAnimationName(m_options.animation);
         ResultHeader header = m_results.header;
         header.title = getModelTitle(m_model->getFile());

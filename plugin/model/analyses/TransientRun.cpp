@@ -58,7 +58,7 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
     if (m_interval > m_duration) {
         std::ostringstream text;
         text << m_interval << " s is longer than the duration, " << m_duration
-             << " s; for results of the start and the end only give the duration itself";
+             << " s; for results at the start and the end only, give the duration itself";
         interval.fail(text.str());
     }
     m_lastRow = countIntervals(m_duration, m_interval, interval.isGiven() ? interval : analysis);
@@ -116,8 +116,8 @@ void TransientRun::warnOfStart(const State& given) {
     const State& state = m_integrator->getState();
     for (const std::string& event : m_run.m_model->findEventsThatHold(state))
         m_run.warn(m_name, "event '" + event +
-                               "': its condition holds from the start on; it will happen when it "
-                               "begins to hold again");
+                               "': its condition is true from the start; it will happen when the "
+                               "condition becomes true again");
     const ModelValue bodies = m_run.m_model->getFile().get("initial").get("bodies");
     for (const Model::BodyEntry& body : m_run.m_model->getBodies()) {
         if (!bodies.has(body.name)) continue;
@@ -142,7 +142,7 @@ void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
     m_turns.restore(checkpoint.turns);
     m_warnings.restore(checkpoint.warnings);
     std::ostringstream note;
-    note << "analysis '" << m_name << "' goes on at t = " << m_integrator->getTime() << " of "
+    note << "analysis '" << m_name << "' continues at t = " << m_integrator->getTime() << " of "
          << m_startTime + m_duration << " s";
     m_run.m_options.listener.tellNote(note.str());
     m_run.m_options.listener.tellProgress(m_name,
@@ -215,7 +215,7 @@ bool TransientRun::advance(double time) {
     std::ostringstream text;
     text << "analysis '" << m_name << "' has reached t = " << m_reached << " of "
          << m_startTime + m_duration << " s, which '" << m_run.m_resultPath
-         << "' holds; go on with: " << m_run.m_options.resumeCommand;
+         << "' holds; continue with: " << m_run.m_options.resumeCommand;
     throw Cancelled(text.str());
 }
 

@@ -48,7 +48,7 @@ FlexibleBody addFlexibleBody(const ModelValue& value,
                              const ModelOptions& options, ModelSystem& system) {
     for (const char* key : {"mass", "center_of_mass", "inertia", "shape", "density"})
         if (value.has(key))
-            value.get(key).fail("it is of a rigid body, and this one is flexible (`part`)");
+            value.get(key).fail("it belongs to rigid bodies, and this one is flexible (`part`)");
     if (value.has("color")) readColor(value.get("color"));
     FlexibleBody body = withPlace(
         value.get("part"), [&] { return FlexibleBody(system.flexible, part, value.getName()); });
@@ -81,7 +81,7 @@ void addBodies(const ModelValue& file, const ModelFrames& frames, const Placemen
         }
         for (const char* key : {"rigid", "stiffening", "damping"})
             if (value.has(key))
-                value.get(key).fail("it is of a flexible body, and this one has no `part`");
+                value.get(key).fail("it belongs to flexible bodies, and this one has no `part`");
         const Mobilizer& mobilizer = placement.getMobilizer(i);
         MobilizedBody parent = mobilizer.parent.body < 0
                                    ? MobilizedBody(system.matter.updGround())

@@ -22,7 +22,7 @@ Mat66 readDiagonal(const ModelValue& value) {
     const std::vector<double> numbers = value.getNumbers();
     if (numbers.size() != 6)
         value.fail(
-            "it has six numbers, against turning about and shifting along x, y and z; there "
+            "it must have six numbers, for rotation about and translation along x, y and z; there "
             "are " +
             std::to_string(numbers.size()));
     return Bushing::diagonal(Vec6(numbers.data()));
@@ -74,7 +74,8 @@ void addConnectors(const ModelValue& file, const ModelFrames& frames, const Plac
         const ModelValue value = connectors.get(name);
         const std::string type = value.get("type").getText();
         if (type == "motor") {
-            if (!value.has("law")) value.fail("its torque is missing: law: \"-20*speed\"");
+            if (!value.has("law"))
+                value.fail("its torque is missing, for example law: \"-20*speed\"");
             addMotor(value, signals, system);
             continue;
         }
@@ -94,7 +95,7 @@ void addConnectors(const ModelValue& file, const ModelFrames& frames, const Plac
                 return;
             }
             if (type == "actuator")
-                value.fail("its force is missing: law: \"1000 - 50*rate\", say");
+                value.fail("its force is missing, for example law: \"1000 - 50*rate\"");
             const double k = stiffness.getNumber();
             if (type == "stop") {
                 if (!(k > 0)) stiffness.fail("the stiffness of a stop must be more than 0");

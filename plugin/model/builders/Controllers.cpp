@@ -131,7 +131,7 @@ Controller::Moment Controller::look(double time) {
     for (const std::string& variable : m_variables) {
         moment.outputs.push_back(m_slave->get(variable));
         if (!std::isfinite(moment.outputs.back()))
-            throw std::runtime_error("controller '" + m_name + "' puts out no finite '" + variable +
+            throw std::runtime_error("controller '" + m_name + "' gives no finite '" + variable +
                                      "' at t = " + writeGeneral(time, 6) + " s");
     }
     // One that cannot say what it remembers is at a step of its own.
@@ -165,9 +165,9 @@ void Controller::goTo(const std::string& memory) {
         if (!m_slave) begin();
         m_slave->restore(bytes);
     } else {
-        throw std::runtime_error("controller '" + m_name + "' cannot be brought back: FMU '" +
+        throw std::runtime_error("controller '" + m_name + "' cannot be restored: FMU '" +
                                  m_unit->getPath() +
-                                 "' does not say what it remembers (canSerializeFMUState)");
+                                 "' cannot save its state (canSerializeFMUState)");
     }
     m_memory = memory;
 }

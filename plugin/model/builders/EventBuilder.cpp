@@ -121,12 +121,12 @@ Action makeLock(const ModelValue& name, ModelSystem& system) {
 
 Action makeAction(const ModelValue& value, SignalBuilder& signals, ModelSystem& system) {
     if (value.has("stop")) {
-        if (!value.get("stop").getBool()) value.get("stop").fail("leave it out to go on");
+        if (!value.get("stop").getBool()) value.get("stop").fail("leave it out to continue");
         return [](State&) { return true; };
     }
     if (value.has("set")) {
         const int state = signals.findState(value.get("set"));
-        if (!value.has("to")) value.fail("say to what: to: 0");
+        if (!value.has("to")) value.fail("its value is missing: to: 0");
         const Signal to = signals.make(value.get("to"));
         return [&system, state, to](State& now) {
             system.flexible.setStateValue(now, state, to.calcValue(system.flexible, now));

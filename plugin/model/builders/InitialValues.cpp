@@ -18,7 +18,7 @@ constexpr double PlaceTolerance = 1e-7;  ///< of a mobilizer's body [m, rad]
 int readMode(const ModelValue& modes, const std::string& key, int count) {
     const int mode = std::stoi(key);  // the schema lets whole numbers pass
     if (mode < 1 || mode > count)
-        modes.get(key).fail("'" + key + "' is none of its modes, which are numbered from 1 to " +
+        modes.get(key).fail("'" + key + "' is not one of its modes, which are numbered from 1 to " +
                             std::to_string(count));
     return mode - 1;
 }

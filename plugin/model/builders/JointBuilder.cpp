@@ -20,7 +20,7 @@ bool isCoupling(const std::string& type) {
 
 double readNonZero(const ModelValue& value) {
     const double number = value.getNumber();
-    if (number == 0) value.fail("it is 0, and must not be");
+    if (number == 0) value.fail("it must not be 0");
     return number;
 }
 

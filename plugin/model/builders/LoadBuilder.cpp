@@ -43,7 +43,7 @@ void addForce(const ModelValue& value, const ModelFrames& frames, SignalBuilder&
               ModelSystem& system) {
     const bool turns = value.get("axes").getText() == "frame";
     const FrameOnBody frame = findSeat(value.get("on"), frames);
-    if (frame.body < 0) value.get("on").fail("ground takes no load");
+    if (frame.body < 0) value.get("on").fail("a load cannot act on ground");
     if (isLaw(value.get("force")) || isLaw(value.get("torque"))) {
         const auto force = readLaws(value.get("force"), signals),
                    torque = readLaws(value.get("torque"), signals);
@@ -73,7 +73,7 @@ LoadShape makeModalShape(const ModelValue& modes, int count) {
         const int mode = std::stoi(key);  // the schema lets whole numbers pass
         if (mode < 1 || mode > count)
             modes.get(key).fail("'" + key +
-                                "' is none of its modes, which are numbered from 1 to " +
+                                "' is not one of its modes, which are numbered from 1 to " +
                                 std::to_string(count));
         forces[mode - 1] = modes.get(key).getNumber();
     }

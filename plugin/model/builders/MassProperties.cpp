@@ -50,7 +50,7 @@ void checkClosed(const PolygonalMesh& mesh, const std::string& name) {
             throw std::invalid_argument("the mesh '" + name + "' is not closed: it has a hole " +
                                         place + "; give mass and inertia, or mend the mesh");
         throw std::invalid_argument("faces of the mesh '" + name +
-                                    "' are turned against each other " + place +
+                                    "' are oriented inconsistently " + place +
                                     "; give mass and inertia, or mend the mesh");
     }
 }
@@ -107,7 +107,7 @@ SolidMoments calcMeshMoments(const PolygonalMesh& mesh, const std::string& name)
     if (mesh.getNumFaces() < 4)
         throw std::invalid_argument("the mesh '" + name + "' has " +
                                     std::to_string(mesh.getNumFaces()) +
-                                    " faces; a solid has four at least");
+                                    " faces; a solid has at least four");
     checkClosed(mesh, name);
     Vec3 middle(0), low(Infinity), high(-Infinity);
     for (int i = 0; i < mesh.getNumVertices(); ++i) {

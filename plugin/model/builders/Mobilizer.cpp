@@ -25,7 +25,7 @@ Mobilizer readMobilizer(const ModelValue& value, const ModelFrames& frames) {
     const ModelValue pitch = value.get("pitch");
     if (mobilizer.type == "screw") {
         mobilizer.pitch = pitch.getNumber();
-        if (mobilizer.pitch == 0) pitch.fail("the pitch of a screw is not 0");
+        if (mobilizer.pitch == 0) pitch.fail("the pitch of a screw must not be 0");
     }
     return mobilizer;
 }

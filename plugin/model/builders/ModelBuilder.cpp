@@ -88,9 +88,9 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
         m_options.listener.tellWarning(
             "joint '" + joint.name + "' is not closed as placed: its error is " +
             writeGeneral(largest, 3) + ", its frames are " + writeGeneral(X_FM.p().norm(), 3) +
-            " m apart and turned by " + writeGeneral(angle * 180 / Pi, 3) +
+            " m apart and rotated relative to each other by " + writeGeneral(angle * 180 / Pi, 3) +
             " degrees; assembly will move the bodies" +
-            (type == "rod" ? "" : ", 'as_placed: true' takes them as they are"));
+            (type == "rod" ? "" : "; 'as_placed: true' takes them as they are"));
     }
 }
 

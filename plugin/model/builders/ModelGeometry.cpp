@@ -10,7 +10,7 @@ CoordinateAxis readAxis(const ModelValue& value) {
     if (text == "x") return XAxis;
     if (text == "y") return YAxis;
     if (text == "z") return ZAxis;
-    value.fail("'" + text + "' is no axis; write x, y or z");
+    value.fail("'" + text + "' is not an axis; write x, y or z");
 }
 
 UnitVec3 readDirection(const ModelValue& value) {

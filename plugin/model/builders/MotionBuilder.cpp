@@ -83,7 +83,7 @@ void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBu
         const ModelValue value = motions.get(name);
         const bool hasJoint = value.has("joint"), hasAngle = value.has("angle");
         if (hasJoint == value.has("between"))
-            value.fail("give either the joint whose coordinate it leads, or the frames (between)");
+            value.fail("give either the joint whose coordinate it drives, or the frames (between)");
         const ModelValue function = value.get(hasAngle ? "angle" : "position");
         const Expression expression = function.getExpression();
         const Joint::MotionFunction motion = makeMotionFunction(expression);
@@ -96,7 +96,7 @@ void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBu
             const auto isNew = led.emplace(std::make_pair(jointName.getText(), index), name);
             if (!isNew.second)
                 value.fail("coordinate " + std::to_string(index) + " of '" + jointName.getText() +
-                           "' is led by motion '" + isNew.first->second + "' already");
+                           "' is driven by motion '" + isNew.first->second + "' already");
             system.motions.push_back(
                 {name,
                  withPlace(value.has("coordinate") ? value.get("coordinate") : jointName,

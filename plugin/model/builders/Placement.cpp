@@ -35,7 +35,7 @@ void Placement::place(int body) {
         const ModelValue value = m_bodies.get(name);
         const ModelValue place = value.get("place");
         (place.isGiven() ? place : value)
-            .fail("the places of bodies go in a circle: " + circle + name +
+            .fail("the places of bodies refer to each other in a circle: " + circle + name +
                   "; give one of them a position");
     }
     m_marks[size_t(body)] = Mark::Placing;

@@ -138,7 +138,7 @@ Vec3 readColor(const ModelValue& value) {
     if (found != NamedColors.end()) return found->second;
     if (text.empty() || text[0] != '#') value.failUnknown("colour", text, listColors());
     if (text.size() != 7 || text.find_first_not_of("0123456789abcdefABCDEF", 1) != text.npos)
-        value.fail("'" + text + "' is no colour: write '#rrggbb' with hexadecimal digits");
+        value.fail("'" + text + "' is not a color: write '#rrggbb' with hexadecimal digits");
     const unsigned rgb = unsigned(std::stoul(text.substr(1), nullptr, 16));
     return Vec3(rgb >> 16, rgb >> 8 & 255, rgb & 255) / 255;
 }

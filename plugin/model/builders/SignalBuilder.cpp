@@ -222,7 +222,7 @@ private:
         if (m_numerator.size() > m_denominator.size())
             m_block.get("numerator")
                 .fail(
-                    "it has more coefficients than the denominator: the output would follow from "
+                    "it has more coefficients than the denominator: the output would depend on "
                     "derivatives of the input");
         m_numerator.insert(m_numerator.begin(), m_denominator.size() - m_numerator.size(), 0.0);
         for (size_t i = 1; i < m_denominator.size(); ++i) add("." + std::to_string(i));
@@ -548,9 +548,8 @@ void SignalBuilder::checkOwnName(const std::string& name, const ModelValue& law)
         return;
     }
     law.fail("'" + name +
-             "' is the connector's own and the name of a probe, input, state or event of something "
-             "else: "
-             "rename that");
+             "' is a variable of the connector and also the name of a probe, input, state or "
+             "event: rename the latter");
 }
 
 Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
@@ -562,7 +561,7 @@ Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
              ++link)
             ring += "'" + *link + "' → ";
         law.fail("it depends on itself: " + ring + "'" + owner +
-                 "'; a state in the ring, such as a low_pass, takes it apart");
+                 "'; a state in the loop, such as a low_pass, breaks it");
     }
     const auto state = std::find_if(m_states.begin(), m_states.end(), [&](const auto& entry) {
         const std::vector<std::string> outputs = entry->listOutputs();
@@ -610,7 +609,7 @@ Signal SignalBuilder::makeOfProbe(const ModelValue& probe, int component) {
     for (const std::string& key : probe.getKeys())
         if (key != "component" && key != "relative_to" && key != "unit")
             failNoForceDependsOn(probe, name, key);
-    probe.fail("says nothing to probe");
+    probe.fail("does not say what to probe");
 }
 
 Signal SignalBuilder::makeOfFrame(const ModelValue& probe, const std::string& kind, int component) {

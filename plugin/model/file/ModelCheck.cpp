@@ -111,7 +111,7 @@ private:
             text += (text.empty() ? "" : "\n") + std::string(mistake.what());
             mistakes.push_back(mistake.getMistakes()[0]);
         }
-        if (m_mistakes.size() >= MaxMistakes) text += "\nThere may be more mistakes than these.";
+        if (m_mistakes.size() >= MaxMistakes) text += "\nThere may be more errors than these.";
         throw AllMistakes(text, mistakes);
     }
 
@@ -335,7 +335,7 @@ private:
             const bool isNumber = !entry.key.empty() && entry.key.size() < 8 &&
                                   entry.key[0] != '0' &&
                                   std::all_of(entry.key.begin(), entry.key.end(), isDigit);
-            if (!isNumber) fail(name + " is no number of a mode: they count from 1");
+            if (!isNumber) fail(name + " is not the number of a mode: modes are numbered from 1");
             return;
         }
         if (entry.key.empty() || !isName(entry.key, form.hasPaths))

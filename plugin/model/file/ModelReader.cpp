@@ -28,9 +28,9 @@ void checkFormat(const YamlTree& tree, const std::string& path) {
     if (tree.kind == YamlTree::Kind::Empty)
         throw ModelError({path}, "", "the file is empty; a model begins with 'simflex: 1'");
     if (tree.kind != YamlTree::Kind::Map)
-        throw ModelError(
-            tree.place, "",
-            "this is no model: it begins with 'simflex: 1', then other keys and values");
+        throw ModelError(tree.place, "",
+                         "this is not a model: a model begins with 'simflex: 1', followed by other "
+                         "keys and values");
     const YamlTree* version = tree.find("simflex");
     if (!version)
         throw ModelError(tree.place, "",
@@ -96,8 +96,10 @@ void addFunctions(const ModelText& text, formula::Scope& scope) {
         };
         if (findWords(name + " ").size() != 1 || findWords(name)[0].text != name ||
             name.find('.') != std::string::npos)
-            fail("has no name of formulas: letters, digits and _, a letter or _ first");
-        if (isFormulaWord(name)) fail("has a name that means something else in formulas");
+            fail(
+                "has a name that formulas cannot use: letters, digits and _ are allowed, and it "
+                "begins with a letter or _");
+        if (isFormulaWord(name)) fail("has a name that already has a meaning in formulas");
         if (function.fewest < 1 || function.most < function.fewest)
             fail("needs at least one argument");
         scope.functions[name] = std::make_shared<const formula::OwnFunction>(function);
@@ -181,8 +183,8 @@ ModelText loadModelText(const std::string& path, const std::vector<std::string>&
 ModelValue readModel(const ModelText& text) {
     if (text.text.compare(0, Hdf5.size(), Hdf5) == 0)
         throw ModelError({text.path}, "",
-                         "this is an HDF5 file, such as results and parts are, and no model: a "
-                         "model is a text that begins with 'simflex: 1'");
+                         "this is an HDF5 file, as results and parts are, and not a model: a model "
+                         "is a text that begins with 'simflex: 1'");
     YamlTree tree = parseYaml(text.text, text.path);
     checkFormat(tree, text.path);
     for (const std::string& setting : text.settings) {

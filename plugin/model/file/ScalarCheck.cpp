@@ -128,7 +128,7 @@ void checkScalarForm(const YamlTree& tree, Node& node, const SchemaForm& form) {
             break;
         case Form::Name:
             if (!isName(text, true))
-                node.fail("'" + shorten(text) + "' is no name: expected " + form.title +
+                node.fail("'" + shorten(text) + "' is not a name: expected " + form.title +
                           " (letters, digits, _ and -)");
             break;
         case Form::Choice:

@@ -89,7 +89,7 @@ public:
     void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
         const auto found = m_anchors.find(anchor);
         if (found == m_anchors.end())
-            fail(makePlace(mark), "this alias stands within what it means");
+            fail(makePlace(mark), "this alias stands within its own anchor");
         checkDepth(found->second, static_cast<int>(m_open.size()));
         add(copy(found->second), 0);
     }
@@ -197,7 +197,7 @@ private:
     /** `<<: *name` adds what is not there yet. **/
     static void mergeBases(Open& open) {
         for (const YamlTree& base : open.bases) {
-            if (base.kind != YamlTree::Kind::Map) fail(base.place, "'<<' wants a map");
+            if (base.kind != YamlTree::Kind::Map) fail(base.place, "'<<' needs a map");
             for (const YamlTree::Entry& entry : base.entries)
                 if (open.keys.insert(entry.key).second) open.tree.entries.push_back(entry);
         }
@@ -305,7 +305,7 @@ ModelPlace findOpenBracket(const std::string& text, const std::string& name, int
     const std::string escape = Words::INVALID_ESCAPE;  // with the character after it
     if (words.compare(0, escape.size(), escape) == 0)
         fail(place, "'\\' has a meaning in double quotes: use single quotes for plain text");
-    fail(place, "this is no YAML: " + words);
+    fail(place, "this is not YAML: " + words);
 }
 
 YamlTree parse(const std::string& text, const std::string& name) {
@@ -336,7 +336,7 @@ void checkEncoding(const std::string& text, const std::string& name) {
     for (std::size_t at = 0; at < text.size();) {
         const std::size_t length = calcUtf8Length(text, at);
         if (length == 0 || text[at] == '\0')
-            fail(place, "this is no text in UTF-8: save the file in that encoding");
+            fail(place, "this is not text in UTF-8: save the file in that encoding");
         if (text[at] == '\n') {
             ++place.line;
             place.column = 0;
@@ -394,7 +394,7 @@ YamlTree parseYaml(const std::string& text, const std::string& name) {
             }
         };
         if (!canRead(line - 1) || canRead(line)) throw;  // it is not for the tab
-        fail({name, line, 1}, "this line is indented by a tab: YAML wants spaces");
+        fail({name, line, 1}, "this line is indented by a tab: YAML needs spaces");
     }
 }
 

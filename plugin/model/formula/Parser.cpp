@@ -113,7 +113,7 @@ private:
         for (std::size_t i = 0; i < m_text.size(); ++i) {
             const char c = m_text[i];
             if (static_cast<unsigned char>(c) >= 128)
-                fail("a formula has no characters such as this one", i);
+                fail("this character is not allowed in a formula", i);
             if (!isLetter(c) && !isDigit(c) && allowed.find(c) == std::string::npos)
                 fail(std::string("'") + c + "' has no meaning in a formula", i);
         }
@@ -125,7 +125,7 @@ private:
         if (m_at >= m_text.size()) fail("the formula ends too early", m_text.size());
         const char c = m_text[m_at];
         if (c == ',') fail("a comma has no meaning here (decimals are written with a point)");
-        if (c == ')') fail("there is a ')' too many");
+        if (c == ')') fail("there is one ')' too many");
         if (c == ':') fail("there is a ':' without its '?'");
         if (c == '=') fail("a formula assigns nothing; to compare, write ==");
         if (isWordCharacter(c)) {
@@ -395,7 +395,7 @@ private:
         m_end = m_at;
         const std::string number = m_text.substr(begin, m_at - begin);
         double value = 0;
-        if (!readPlainNumber(number, value)) fail("'" + number + "' is no number", begin);
+        if (!readPlainNumber(number, value)) fail("'" + number + "' is not a number", begin);
         const int node = addNumber(value, begin);
         skipBlanks();
         if (m_at < m_text.size() && (isLetter(m_text[m_at]) || m_text[m_at] == '_'))
@@ -430,9 +430,9 @@ private:
         if (table == m_scope.tables.end() && !isSurface && !function && !isOwn)
             throw SyntaxError(word == "t"
                                   ? "this number is constant: it cannot depend on the time t"
-                                  : "'" + word + "' is no parameter, table or function",
+                                  : "'" + word + "' is not a parameter, table or function",
                               static_cast<int>(begin), word == "t" ? "" : word);
-        if (!take("(")) fail(word + " wants its arguments in parentheses", begin);
+        if (!take("(")) fail(word + " needs its arguments in parentheses", begin);
         const Nesting nesting(*this);
         const std::vector<int> arguments = parseArguments();
         const auto count = static_cast<int>(arguments.size());

@@ -16,7 +16,7 @@ const std::size_t MostValues = 5000000;
 
 void checkAxis(const std::string& axis, const std::vector<double>& points) {
     if (points.size() < 2)
-        throw std::invalid_argument("a table of two variables wants at least two values of " +
+        throw std::invalid_argument("a table of two variables needs at least two values of " +
                                     axis);
     for (std::size_t i = 0; i < points.size(); ++i) {
         if (!std::isfinite(points[i]))
@@ -40,7 +40,8 @@ SurfaceTable::SurfaceTable(std::string name, std::vector<double> x, std::vector<
     checkAxis("x", m_points[0]);
     checkAxis("y", m_points[1]);
     if (m_interpolation == Table::Interpolation::Step)
-        throw std::invalid_argument("a table of two variables has no steps: spline or linear");
+        throw std::invalid_argument(
+            "a table of two variables cannot have steps: choose spline or linear");
     const std::size_t n = m_points[0].size(), m = m_points[1].size();
     if (n * m > MostValues)
         throw std::invalid_argument("the table has more than " + std::to_string(MostValues) +
@@ -84,7 +85,7 @@ std::string SurfaceTable::describeRefusal(double x, double y) const {
     const auto write = [](double a, double b) {
         return "(" + writeGeneral(a, 6) + ", " + writeGeneral(b, 6) + ")";
     };
-    return "table '" + m_name + "' is asked for " + write(x, y) + ", outside of its grid from " +
+    return "table '" + m_name + "' is evaluated at " + write(x, y) + ", outside its grid from " +
            write(m_points[0].front(), m_points[1].front()) + " to " +
            write(m_points[0].back(), m_points[1].back());
 }

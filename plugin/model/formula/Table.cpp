@@ -65,7 +65,7 @@ Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
     if (m_x.size() != m_y.size())
         throw std::invalid_argument("x has " + std::to_string(m_x.size()) + " values and y has " +
                                     std::to_string(m_y.size()) + "; they must be as many");
-    if (m_x.size() < 2) throw std::invalid_argument("a table wants at least two points");
+    if (m_x.size() < 2) throw std::invalid_argument("a table needs at least two points");
     for (std::size_t i = 0; i < m_x.size(); ++i) {
         if (!std::isfinite(m_x[i]) || !std::isfinite(m_y[i]))
             throw std::invalid_argument("point " + std::to_string(i) + " is not finite");
@@ -83,8 +83,8 @@ Table::Table(std::string name, std::vector<double> x, std::vector<double> y,
 }
 
 std::string Table::describeRefusal(double x) const {
-    return "table '" + m_name + "' is asked for " + writeGeneral(x, 6) +
-           ", outside of its points from " + writeGeneral(m_x.front(), 6) + " to " +
+    return "table '" + m_name + "' is evaluated at " + writeGeneral(x, 6) +
+           ", outside its points from " + writeGeneral(m_x.front(), 6) + " to " +
            writeGeneral(m_x.back(), 6);
 }
 
@@ -222,13 +222,13 @@ std::vector<std::vector<double>> readTableFile(const std::string& path,
         const std::vector<double>& values = found.values;
         const bool isText = !found.unread.empty();
         if (isText && read[0].empty() && values.empty()) continue;  // names of the columns
-        if (isText) throw std::runtime_error(place + "'" + found.unread + "' is no finite number");
+        if (isText)
+            throw std::runtime_error(place + "'" + found.unread + "' is not a finite number");
         if (found.separators.size() > 1)
             throw std::runtime_error(
                 place +
-                "columns are separated in more than one way: by commas, semicolons or "
-                "blanks, but one of them throughout; decimals are written with a point "
-                "(1.5), not with a comma");
+                "columns are separated in more than one way: use commas, semicolons or blanks "
+                "throughout; decimals are written with a point (1.5), not with a comma");
         if (static_cast<int>(values.size()) <= wanted)
             throw std::runtime_error(place + "the line has " + std::to_string(values.size()) +
                                      " columns; column " + std::to_string(wanted) +

@@ -16,7 +16,7 @@ ReducedBody readPart(const ModelValue& value, const ModelOptions& options) {
     int sources = 0;
     for (const char* key : {"file", "deck", "geometry", "matrices"}) sources += value.has(key);
     if (sources != 1)
-        value.fail(sources == 0 ? "say where the part is from: file, deck, geometry or matrices"
+        value.fail(sources == 0 ? "give the source of the part: file, deck, geometry or matrices"
                                 : "it has several sources; give one of file, deck, geometry and "
                                   "matrices");
     if (!value.has("file")) return reducePart(value, options);

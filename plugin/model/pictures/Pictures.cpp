@@ -217,7 +217,7 @@ void checkVideos(const ModelValue& video) {
         const std::string suffix = fs::path(video.at(k).getText()).extension().string();
         if (suffix != ".mp4" && suffix != ".gif" && suffix != ".webp")
             video.at(k).fail("'" + video.at(k).getText() +
-                             "' is no video that can be written: call it .mp4, .gif or .webp");
+                             "' is not a video that can be written: name it .mp4, .gif or .webp");
     }
 }
 
@@ -514,7 +514,8 @@ std::string drawState(const Model& model, const State& state, const std::string&
 
 void checkAnimationName(const std::string& file) {
     if (fs::path(file).extension() != ".glb")
-        throw std::runtime_error("'" + file + "' is no name for an animation: call it .glb");
+        throw std::runtime_error("'" + file +
+                                 "' is not an animation that can be written: name it .glb");
     checkWritable(file);
 }
 
@@ -610,7 +611,7 @@ std::string drawPeriods(const Model& model, const State& about, const std::vecto
                 (double(k) + double(numComplete) / numFrames) / double(modes.size()));
         });
         if (numDrawn < int(period.size()))
-            throw Cancelled(kind + "s were drawn up to the " + std::to_string(k) + ". one");
+            throw Cancelled(kind + "s were drawn up to number " + std::to_string(k) + "");
         viz->finish();
     }
     return "pictures: " + std::to_string(modes.size()) + " " + kind +

@@ -72,7 +72,7 @@ Probe makeTensorProbe(const ProbeSource& source, const ModelValue& map, Tensor t
     const bool isWorst = map.get("worst").isGiven() && map.get("worst").getBool();
     if (isWorst == map.get("node").isGiven())
         map.fail(isWorst ? "has both 'node' and 'worst'; give one of them"
-                         : "wants the number of a node ('node: 118') or 'worst: true'");
+                         : "needs the number of a node ('node: 118') or 'worst: true'");
     std::shared_ptr<StressRecovery> recovery;
     try {
         recovery = isWorst ? std::make_shared<StressRecovery>(body)

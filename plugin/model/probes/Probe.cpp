@@ -66,7 +66,8 @@ private:
         }
         for (const auto& [key, maker] : ProbeMakers)
             if (source.entry.has(key)) return maker(source);
-        source.entry.fail("says nothing to probe, such as 'position: FRAME' or 'energy: kinetic'");
+        source.entry.fail(
+            "does not say what to probe, such as 'position: FRAME' or 'energy: kinetic'");
     }
 
     std::shared_ptr<const Model> m_model;

@@ -386,7 +386,7 @@ std::string writeReport(const std::string& results, const std::string& page,
                         const RunOptions& options) {
     const std::string ending = fs::path(page).extension().string();
     if (ending != ".html" && ending != ".htm")
-        throw std::runtime_error("'" + page + "' is no name for a page: call it .html");
+        throw std::runtime_error("'" + page + "' is not a page that can be written: name it .html");
     checkWritable(page);
     return PageWriter(results, options).write(page);
 }

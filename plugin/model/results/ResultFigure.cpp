@@ -69,7 +69,7 @@ void cutToTimes(const std::vector<double>& time, const FigureWishes& wishes,
 ChosenColumn chooseX(const FigureSource& source, const std::string& name) {
     auto columns = chooseColumns(*source.analysis, {name});
     if (columns.size() != 1) {
-        throw std::runtime_error("--x wants one number, and '" + name + "' has " +
+        throw std::runtime_error("--x needs one number, and '" + name + "' has " +
                                  std::to_string(columns.size()) + ": name one of " +
                                  joinNames(getNames(columns)));
     }
@@ -158,7 +158,7 @@ FigurePanel makePanel(std::vector<Candidate>& candidates, const std::vector<Figu
         largest = findLargest(candidate.column.values, largest);
     }
     if (units.size() > 1)
-        throw std::runtime_error("--together wants probes of one unit, not of " +
+        throw std::runtime_error("--together needs probes of one unit, not of " +
                                  joinNames({units.begin(), units.end()}));
     if (candidates.size() > MostCurves)
         throw std::runtime_error(std::to_string(candidates.size()) +
@@ -221,7 +221,7 @@ std::vector<double> chooseSpeed(const FigureSource& source, const FigureWishes& 
     if (wishes.speedProbe.empty()) return {};
     const auto columns = chooseColumns(*source.analysis, {wishes.speedProbe});
     if (columns.size() != 1 || columns[0].unit != "rad/s")
-        throw std::runtime_error("--speed wants one number in rad/s, and '" + wishes.speedProbe +
+        throw std::runtime_error("--speed needs one number in rad/s, and '" + wishes.speedProbe +
                                  "' " +
                                  (columns.size() == 1 ? "is in '" + columns[0].unit + "'"
                                                       : "has " + std::to_string(columns.size())) +
@@ -243,8 +243,8 @@ void addByUnit(Figure& figure, const std::string& what, const std::string& unit,
 }
 
 constexpr const char* AliasAdvice =
-    " vibrates up to half the rate of rows: what is faster appears at lower frequencies; run it "
-    "with a shorter interval";
+    " vibrates up to half the sampling rate: faster vibration appears at lower frequencies "
+    "(aliasing); run it with a shorter interval";
 
 Figure makeVibrationFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
     constexpr double pi = 3.14159265358979323846;

@@ -34,7 +34,7 @@ std::uint64_t calcSum(const char* bytes, size_t size) {
 std::string explain(const std::string& what, const std::string& path) {
     const int code = errno;
     return "cannot " + what + " '" + path + "': " + std::strerror(code) +
-           (code == ENOSPC ? "; make room and go on with --resume" : "");
+           (code == ENOSPC ? "; make room and continue with --resume" : "");
 }
 
 /** @returns how many bytes there were. **/
@@ -118,7 +118,8 @@ ResultJournal::ResultJournal(const std::string& path, Access access) : m_path(pa
         } else {
             scan();
             if (!m_hasHeader)
-                throw std::runtime_error("'" + path + "' is no journal of simflex, or is damaged");
+                throw std::runtime_error("'" + path +
+                                         "' is not a journal of simflex, or is damaged");
             if (access == Access::Append && ftruncate(m_file, off_t(m_end)) != 0)
                 throw std::runtime_error(explain("write", path));
         }
@@ -305,7 +306,7 @@ void ResultJournal::cut(const std::string& name, int numRows) {
     if (numRows > analysis.numRows)
         throw std::runtime_error("'" + m_path + "' has " + std::to_string(analysis.numRows) +
                                  " rows of analysis '" + name + "', fewer than the " +
-                                 std::to_string(numRows) + " to go on after");
+                                 std::to_string(numRows) + " to continue after");
     std::uint64_t end = analysis.start;
     for (const auto& segment : analysis.segments)
         if (segment.first < numRows && numRows <= segment.first + segment.count)

@@ -39,7 +39,7 @@ std::string readLongText(hid_t data, const std::string& name) {
     if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0 ||
         H5Sget_simple_extent_npoints(space) != 1 || size > LongestText ||
         H5Dget_storage_size(data) < size)
-        throw std::runtime_error("'" + name + "' is no text");
+        throw std::runtime_error("'" + name + "' is not text");
     std::string text(size + 1, '\0');
     hdf5::check(H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()),
                 "read '" + name + "'");
@@ -440,7 +440,7 @@ Results readResultLayout(const std::string& path, ReadStates states) {
     const hdf5::Quiet quiet;
     const auto file = hdf5::openFile(path);
     if (H5Aexists(file, "simflex_results") <= 0)
-        throw std::runtime_error("it is no result file of simflex: it has no 'simflex_results'");
+        throw std::runtime_error("it is not a result file of simflex: it has no 'simflex_results'");
     const int format = hdf5::readInteger(file, "simflex_results");
     if (format > ResultFormat)
         throw std::runtime_error("its format is " + std::to_string(format) +

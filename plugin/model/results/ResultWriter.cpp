@@ -271,7 +271,7 @@ void ResultWriter::resumeTransient(const std::string& name, int numRows) {
     guard([&] {
         const auto* analysis = m_journal->find(name);
         if (!analysis || analysis->contents.type != "transient")
-            throw std::runtime_error("it has no transient analysis '" + name + "' to go on with");
+            throw std::runtime_error("it has no transient analysis '" + name + "' to continue");
         updJournal().cut(name, numRows);
     });
 }

@@ -101,7 +101,7 @@ Waterfall calcWaterfall(const std::vector<double>& time, const std::vector<doubl
     if (!speed.empty() && speed.size() != time.size())
         throw std::invalid_argument("there are " + std::to_string(speed.size()) + " speeds at " +
                                     std::to_string(time.size()) + " times");
-    if (numPieces < 1) throw std::invalid_argument("a waterfall has one piece at least");
+    if (numPieces < 1) throw std::invalid_argument("a waterfall must have at least one piece");
     // Pieces of 2 h rows, h apart.
     const size_t count = std::max<size_t>(1, 2 * all / (size_t(numPieces) + 1));
     if (count < FewestRows)
@@ -139,9 +139,10 @@ std::vector<OrderTrack> trackOrders(const std::vector<double>& time,
     if (orders.empty()) throw std::invalid_argument("no order is given");
     for (size_t k = 0; k < orders.size(); ++k)
         if (!(orders[k] > 0) || std::count(orders.begin(), orders.end(), orders[k]) > 1)
-            throw std::invalid_argument("orders are positive and different: " +
+            throw std::invalid_argument("orders must be positive and different: " +
                                         writeGeneral(orders[k], 6));
-    if (!(revolutions > 0)) throw std::invalid_argument("a piece has some revolutions");
+    if (!(revolutions > 0))
+        throw std::invalid_argument("the revolutions of a piece must be positive");
     const double interval = (time[all - 1] - time[0]) / double(all - 1);
 
     // Simpson's rule by the quadratic through three speeds, so that θ is of third order.
@@ -186,7 +187,7 @@ std::vector<OrderTrack> trackOrders(const std::vector<double>& time,
         if (int(count) < 2 * unknowns)
             throw std::invalid_argument(
                 std::to_string(count) + " rows in " + writeGeneral(revolutions, 4) +
-                " revolutions do not tell " + std::to_string(numOrders) +
+                " revolutions cannot tell " + std::to_string(numOrders) +
                 " orders apart: run it with a shorter interval, or take more revolutions");
         const int numRows = int(count);
         SimTK::Matrix A(numRows, unknowns);

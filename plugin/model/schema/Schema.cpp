@@ -204,18 +204,19 @@ Forms axis() {
 std::vector<SchemaKey> frameKeys() {
     return {
         SchemaKey("on", {name("a frame")},
-                  "Frame that this one stands on: ground, BODY, BODY.INTERFACE "
-                  "or a name under frames.")
+                  "Frame to which this one is fixed: ground, BODY, BODY.INTERFACE or a name under "
+                  "frames.")
             .required()
             .such("ground"),
         SchemaKey("node", {integer(0)}, "Node of the flexible body's part that carries the frame.")
             .such("4711"),
-        SchemaKey("position", {vec3()},
-                  "Place of the origin in the frame it stands on; of a node, from there.")
+        SchemaKey(
+            "position", {vec3()},
+            "Position of the origin in the frame it is fixed to; of a node, relative to the node.")
             .in("m")
             .orElse("[0, 0, 0]")
             .such("[0, 0, 0.1]"),
-        SchemaKey("rotation", rotation(), "Turn against the frame it stands on.")
+        SchemaKey("rotation", rotation(), "Orientation relative to the frame it is fixed to.")
             .in("rad")
             .orElse("[0, 0, 0]")
             .such("[0, 0, 30*deg]"),
@@ -227,27 +228,28 @@ Forms frame() {
 }
 
 Forms place() {
-    return {map(
-        "a place",
-        {
-            SchemaKey("position", {vec3()},
-                      "Origin of the body in Ground (of a flexible one: of its part's own "
-                      "coordinates); with at: in that frame.")
-                .in("m")
-                .orElse("[0, 0, 0]")
-                .such("[0.1, 0, 0]"),
-            SchemaKey("rotation", rotation(),
-                      "Turn of the body against Ground, or against the frame at.")
-                .in("rad")
-                .orElse("[0, 0, 0]")
-                .such("{axis: z, angle: 90*deg}"),
-            SchemaKey("frame", frame(), "Frame of this body that is laid upon the frame at.")
-                .orElseNote("the body's own frame")
-                .with({"at"})
-                .such("rod.big_end"),
-            SchemaKey("at", frame(), "Frame of another body, or of Ground, where the body is put.")
-                .such("crank.pin"),
-        })};
+    return {map("a place",
+                {
+                    SchemaKey("position", {vec3()},
+                              "Position of the body's origin (of a flexible body, the origin of "
+                              "its part's coordinates) in Ground; with at, in that frame.")
+                        .in("m")
+                        .orElse("[0, 0, 0]")
+                        .such("[0.1, 0, 0]"),
+                    SchemaKey("rotation", rotation(),
+                              "Orientation of the body relative to Ground, or to the frame at.")
+                        .in("rad")
+                        .orElse("[0, 0, 0]")
+                        .such("{axis: z, angle: 90*deg}"),
+                    SchemaKey("frame", frame(),
+                              "Frame of this body that is made to coincide with the frame at.")
+                        .orElseNote("the body's own frame")
+                        .with({"at"})
+                        .such("rod.big_end"),
+                    SchemaKey("at", frame(),
+                              "Frame of another body, or of Ground, at which the body is placed.")
+                        .such("crank.pin"),
+                })};
 }
 
 SchemaForm color() {

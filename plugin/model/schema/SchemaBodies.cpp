@@ -55,9 +55,9 @@ SchemaForm part() {
             SchemaKey("file", {file("a part file")}, "Reduced part, as simflex reduce writes it.")
                 .such("rod.h5"),
             SchemaKey("deck", {file("a deck")},
-                      "Deck of Abaqus or CalculiX (.inp) or Nastran bulk data (.bdf, .nas, .dat) "
-                      "or Ansys model (.cdb) or arrays K, M and nodes (.mat, .npz) "
-                      "to be reduced; kept by content in the cache.")
+                      "Deck of Abaqus or CalculiX (.inp), Nastran bulk data (.bdf, .nas, .dat), "
+                      "Ansys model (.cdb), or arrays K, M and nodes (.mat, .npz), to be reduced; "
+                      "cached by content.")
                 .such("rod.inp"),
             SchemaKey("geometry", {file("a geometry")},
                       "Geometry (.step, .stp, .brep, .iges, .geo) to be meshed by Gmsh, "
@@ -74,12 +74,12 @@ SchemaForm part() {
                              .required()
                              .such("rod_mass.mtx"),
                          SchemaKey("nodes", {file("a table of nodes")},
-                                   "File of the nodes and their places.")
+                                   "File of the nodes and their positions.")
                              .required()
                              .such("rod_nodes.csv"),
                          SchemaKey("dofs", {file("a table of degrees of freedom")},
-                                   "File of node and direction of each row, "
-                                   "for matrices that do not say it.")
+                                   "File of the node and direction of each row, for matrices that "
+                                   "do not state them.")
                              .such("rod.dof"),
                          SchemaKey("stiffness_name", {text()}, "Name of the matrix in the file.")
                              .such("KAAX"),
@@ -111,7 +111,7 @@ SchemaForm part() {
                 .such("1"),
             SchemaKey(
                 "thickness", {positive()},
-                "Thickness of sheet metal: surfaces of the geometry become shells about them.")
+                "Thickness of sheet metal: surfaces of the geometry become mid-surfaces of shells.")
                 .in("m")
                 .with({"geometry"})
                 .orElseNote("its volumes become solids")
@@ -129,7 +129,7 @@ SchemaForm part() {
                 .orElse("m-kg-s")
                 .such("mm-t-s"),
             SchemaKey("without_contact", {boolean()},
-                      "Contact pairs and gaps of the deck are left out, else refused.")
+                      "Leaves contact pairs and gaps of the deck out, instead of refusing them.")
                 .with({"deck"})
                 .orElse("false")
                 .such("true"),
@@ -170,7 +170,7 @@ SchemaForm part() {
                 .without({"modes"})
                 .such("2000"),
             SchemaKey("load_points", {text(), loadPoint(), list({text(), loadPoint()})},
-                      "Node sets under loads, for which the part gets modes of their own.")
+                      "Loaded node sets, for which the part gets static (attachment) modes.")
                 .with(sources)
                 .such("[TIP, {nodes: SEAT, axes: xy}]"),
             SchemaKey("inertia_relief", {boolean()},
@@ -180,13 +180,14 @@ SchemaForm part() {
                 .orElse("false")
                 .such("true"),
             SchemaKey("at_frequency", {positive(), list({positive()})},
-                      "Frequencies at which the part answers harmonic motion of its interfaces and "
-                      "forces at its load points exactly.")
+                      "Frequencies at which the response of the part to harmonic motion of its "
+                      "interfaces and forces at its load points is exact.")
                 .in("Hz")
                 .with(sources)
                 .such("[120, 480]"),
             SchemaKey("stiffening", {boolean()},
-                      "Computes the part's stiffening under acceleration and turning.")
+                      "Computes the part's geometric stiffness under acceleration, rotation and "
+                      "interface loads.")
                 .with(sources)
                 .orElse("false")
                 .such("true"),
@@ -227,11 +228,12 @@ SchemaForm shape() {
                 .with({"mesh"})
                 .orElse("1")
                 .such("1e-3"),
-            SchemaKey("position", {vec3()}, "Where the shape stands in the body's frame.")
+            SchemaKey("position", {vec3()}, "Position of the shape in the body's frame.")
                 .in("m")
                 .orElse("[0, 0, 0]")
                 .such("[0, 0, 0.1]"),
-            SchemaKey("rotation", rotation(), "Turn of the shape against the body's frame.")
+            SchemaKey("rotation", rotation(),
+                      "Orientation of the shape relative to the body's frame.")
                 .in("rad")
                 .orElse("[0, 0, 0]")
                 .such("[90*deg, 0, 0]"),
@@ -253,7 +255,7 @@ SchemaForm mobilizer() {
             SchemaKey("type",
                       {choice({"free", "pin", "slider", "ball", "weld", "universal", "planar",
                                "cylinder", "screw", "translation"})},
-                      "How the body moves against its parent.")
+                      "How the body moves relative to its parent.")
                 .orElse("free")
                 .such("pin"),
             SchemaKey("parent", {name("a rigid body or ground")},
@@ -266,7 +268,7 @@ SchemaForm mobilizer() {
             SchemaKey("outboard", {map("a frame", offset)}, "Mobilizer's frame on the body.")
                 .orElseNote("the body's frame")
                 .such("{position: [0, 0, -0.1]}"),
-            SchemaKey("pitch", {number()}, "Advance of a screw for one radian.")
+            SchemaKey("pitch", {number()}, "Advance of a screw per radian.")
                 .in("m/rad")
                 .only({"screw"})
                 .required()
@@ -285,7 +287,8 @@ SchemaForm body() {
                 .with({"part"})
                 .orElse("false")
                 .such("true"),
-            SchemaKey("stiffening", {boolean()}, "Uses the part's stiffening, where it has it.")
+            SchemaKey("stiffening", {boolean()},
+                      "Uses the part's geometric stiffness, where it has one.")
                 .with({"part"})
                 .orElse("true")
                 .such("false"),
@@ -335,7 +338,8 @@ SchemaForm body() {
                       "'#rrggbb' or [red, green, blue].")
                 .orElseNote("neighbours differ")
                 .such("'#c04020'"),
-            SchemaKey("mobilizer", {mobilizer()}, "How a rigid body moves against a rigid parent.")
+            SchemaKey("mobilizer", {mobilizer()},
+                      "How a rigid body moves relative to a rigid parent.")
                 .without(rigid)
                 .orElseNote("free on ground")
                 .such("{type: pin}"),
@@ -353,11 +357,11 @@ std::vector<SchemaKey> makePartKeys() {
         "tables",
         {map("a table",
              {
-                 SchemaKey("x", {list({number()})}, "Where the values stand, increasing.")
+                 SchemaKey("x", {list({number()})}, "Arguments of the values, increasing.")
                      .with({"y"})
                      .such("[0, 1, 2]"),
                  SchemaKey("y", {list({number()})},
-                           "Values; with z, where the values of a row stand, increasing.")
+                           "Values; with z, the second arguments, increasing.")
                      .with({"x"})
                      .such("[0, 5, 0]"),
                  SchemaKey("z", {list({list({number()})})},
@@ -381,8 +385,8 @@ std::vector<SchemaKey> makePartKeys() {
                      .orElse("spline")
                      .such("linear"),
                  SchemaKey("extrapolation", {choice({"constant", "linear", "refuse"})},
-                           "Outside of the points: the end's value, "
-                           "the line on from the end, or an error.")
+                           "Beyond the points: the value at the end, its straight continuation, or "
+                           "an error.")
                      .orElse("constant")
                      .such("linear"),
              },
@@ -417,8 +421,7 @@ std::vector<SchemaKey> makeBodyKeys() {
         SchemaKey("bodies", {entries("bodies", {body()})}, "Flexible and rigid bodies.")
             .such("{rod: {part: rod}}"),
         SchemaKey("frames", {entries("frames", {map("a frame", frameKeys())})},
-                  "Named places on bodies or Ground, "
-                  "for joints, loads and probes.")
+                  "Named frames on bodies or Ground, for joints, loads and probes.")
             .such("{tip: {on: rod, node: 4711}}"),
     };
 }

@@ -29,15 +29,16 @@ SchemaForm friction() {
     return map(
         "friction",
         {
-            SchemaKey("coulomb", {number(0)}, "Coefficient of what slides.")
+            SchemaKey("coulomb", {number(0)}, "Coefficient of sliding friction.")
                 .orElse("0")
                 .such("0.1"),
-            SchemaKey("static", {number(0)}, "Coefficient up to which it sticks.")
-                .orElseNote("as what slides")
+            SchemaKey("static", {number(0)},
+                      "Coefficient of static friction, up to which the joint sticks.")
+                .orElseNote("as coulomb")
                 .such("0.12"),
             SchemaKey("viscous", {number(0)},
-                      "Friction for each unit of speed (of a slider, cylinder or screw m/s, of a "
-                      "pin, ball or universal rad/s).")
+                      "Viscous friction per unit of speed (m/s for slider, cylinder and screw, "
+                      "rad/s for pin, ball and universal).")
                 .in("N s/m, N m s/rad")
                 .orElse("0")
                 .such("0.05"),
@@ -66,21 +67,21 @@ SchemaForm joint() {
         {
             SchemaKey("type", {choice(types)}, "Kind of the joint.").required().such("pin"),
             between("The two frames it joins: F, then M.").only(paired).required(),
-            SchemaKey(
-                "axis", axis(),
-                "Direction of the joint's axis in Ground at the placement (of a pin, cylinder, "
-                "screw, and the normal of a plane z, of a slider x).")
+            SchemaKey("axis", axis(),
+                      "Direction in Ground, at the placement, of the joint's axis (z of a pin, "
+                      "cylinder or screw, x of a slider) or of the normal of a plane (z).")
                 .only({"pin", "slider", "cylinder", "universal", "planar", "screw", "point_on_line",
                        "point_in_plane"})
                 .orElseNote("the frames' own")
                 .such("z"),
-            SchemaKey("as_placed", {boolean()},
-                      "Lays M upon F as the bodies are placed, so that all coordinates begin at "
-                      "zero and nothing is moved together: a weld holds what it finds.")
+            SchemaKey(
+                "as_placed", {boolean()},
+                "Makes M coincide with F as the bodies are placed, so that all coordinates begin "
+                "at zero and assembly moves nothing: a weld holds the bodies as they are.")
                 .only(laid)
                 .orElse("false")
                 .such("true"),
-            SchemaKey("pitch", {number()}, "Advance for one radian.")
+            SchemaKey("pitch", {number()}, "Advance per radian.")
                 .in("m/rad")
                 .only({"screw"})
                 .required()
@@ -91,9 +92,9 @@ SchemaForm joint() {
                 .orElseNote("the distance at the placement")
                 .such("0.25"),
             SchemaKey("friction", {friction()},
-                      "Dry friction, by the joint's own force: without its axial part times "
-                      "radius (pin, cylinder), all of it times radius (ball, universal), across "
-                      "the slide, along the screw. Its moments do not count.")
+                      "Dry friction from the joint's own force: its radial part times radius (pin, "
+                      "cylinder), all of it times radius (ball, universal), its part across a "
+                      "slide or along a screw. The joint's moments do not count.")
                 .only({"pin", "ball", "slider", "cylinder", "universal", "screw"})
                 .such("{coulomb: 0.1, static: 0.12, radius: 0.01}"),
             SchemaKey("wheels", {list(jointCoordinate(), {2})},
@@ -101,8 +102,9 @@ SchemaForm joint() {
                 .only({"gear"})
                 .required()
                 .such("[input, output]"),
-            SchemaKey("teeth", {list({number()}, {2})},
-                      "Teeth of the wheels; both turn alike if one is negative.")
+            SchemaKey(
+                "teeth", {list({number()}, {2})},
+                "Numbers of teeth of the wheels; both rotate in the same sense if one is negative.")
                 .only({"gear"})
                 .required()
                 .such("[17, 43]"),
@@ -144,7 +146,7 @@ SchemaForm motion() {
                        .with({"joint"})
                        .orElse("0")
                        .such("1"),
-                   between("The two frames that are moved against each other: F, then M.")
+                   between("The two frames that are moved relative to each other: F, then M.")
                        .without({"joint"}),
                    SchemaKey("axis", axis(), "Axis of F along which M is displaced.")
                        .with({"position"})
@@ -193,16 +195,17 @@ SchemaForm load() {
                 .in("Pa")
                 .with({"body"})
                 .such("1e5*engine(t)"),
-            SchemaKey("traction", {vec3()}, "Force a surface, in the body's axes.")
+            SchemaKey("traction", {vec3()}, "Force per unit area, in the body's axes.")
                 .in("Pa")
                 .with({"body"})
                 .such("[0, 0, 1000]"),
-            SchemaKey("total_force", {vec3()}, "Force that the nodes share, in the body's axes.")
+            SchemaKey("total_force", {vec3()},
+                      "Total force, distributed over the nodes, in the body's axes.")
                 .in("N")
                 .with({"body"})
                 .such("[0, 0, 500]"),
             SchemaKey("modes", {numbered("modes", {number()})},
-                      "Force on each mode, numbered from 1.")
+                      "Modal forces, by mode number from 1.")
                 .with({"body"})
                 .such("{3: 1.0}"),
             SchemaKey("scale", {law()}, "Factor.")
@@ -236,11 +239,12 @@ SchemaForm connector() {
                 .in("N/m, N m/rad")
                 .only({"spring", "bushing", "torsion_spring", "stop"})
                 .such("1e5"),
-            SchemaKey("law", {law({"length", "rate", "angle", "speed"})},
-                      "Its force as a formula, instead of stiffness and damping: the pull of a "
-                      "spring, the push of an actuator, of length and rate; the torque that a "
-                      "torsion spring puts against the angle, or a motor's (force, on a slider) "
-                      "along its joint's coordinate, of angle and speed (length, rate).")
+            SchemaKey(
+                "law", {law({"length", "rate", "angle", "speed"})},
+                "Its force as a formula, instead of stiffness and damping: the tension of a spring "
+                "or the thrust of an actuator as a function of length and rate; the torque of a "
+                "torsion spring against the angle, or of a motor along its joint's coordinate (a "
+                "force, on a slider), as a function of angle and speed (length and rate).")
                 .in("N, N m")
                 .only({"spring", "torsion_spring", "actuator", "motor"})
                 .without({"stiffness", "damping"})
@@ -252,20 +256,20 @@ SchemaForm connector() {
                 .only({"spring", "torsion_spring", "bushing"})
                 .orElse("0")
                 .such("20"),
-            SchemaKey("free_length", {number(0)}, "Length without force.")
+            SchemaKey("free_length", {number(0)}, "Length at zero force.")
                 .in("m")
                 .only({"spring"})
                 .without({"law"})
                 .orElseNote("the distance at the placement")
                 .such("0.2"),
             SchemaKey("free_angle", {number()},
-                      "Angle without torque. A run begins on the turn nearest to it.")
+                      "Angle at zero torque. A run begins on the revolution nearest to it.")
                 .in("rad")
                 .only({"torsion_spring"})
                 .without({"law"})
                 .orElse("0")
                 .such("0.1"),
-            SchemaKey("dissipation", {number(0)}, "Dissipation of Hunt and Crossley.")
+            SchemaKey("dissipation", {number(0)}, "Dissipation coefficient of Hunt and Crossley.")
                 .in("s/m")
                 .only({"stop"})
                 .orElse("0")
@@ -282,7 +286,7 @@ SchemaForm input() {
 }
 
 SchemaKey takes(const std::string& example) {
-    return SchemaKey("input", {law()}, "What it takes in.").required().such(example);
+    return SchemaKey("input", {law()}, "Input.").required().such(example);
 }
 
 SchemaForm state() {
@@ -298,27 +302,27 @@ SchemaForm state() {
                 .orElse("0")
                 .such("0.1"),
             SchemaKey("scale", {positive()},
-                      "Change that counts as much as a metre where errors are controlled.")
+                      "Change that weighs as much as a metre in error control.")
                 .orElse("1")
                 .such("100"),
             SchemaKey("pid",
                       {map("a controller",
                            {
                                takes("\"target - angle\""),
-                               SchemaKey("proportional", {number()}, "Factor of the input.")
+                               SchemaKey("proportional", {number()}, "Gain on the input.")
                                    .orElse("0")
                                    .such("400"),
-                               SchemaKey("integral", {number()}, "Factor of its integral.")
+                               SchemaKey("integral", {number()}, "Gain on its integral.")
                                    .in("1/s")
                                    .orElse("0")
                                    .such("100"),
-                               SchemaKey("derivative", {number()}, "Factor of its rate.")
+                               SchemaKey("derivative", {number()}, "Gain on its rate.")
                                    .in("s")
                                    .with({"filter"})
                                    .orElse("0")
                                    .such("30"),
                                SchemaKey("filter", {positive()},
-                                         "Time constant that the rate is smoothed with.")
+                                         "Time constant of the filter of its rate.")
                                    .in("s")
                                    .with({"derivative"})
                                    .such("1e-3"),
@@ -366,35 +370,36 @@ SchemaForm state() {
                            })},
                       "A rational function of s on the input; all of its states begin at zero.")
                 .such("{input: error, numerator: [1], denominator: [0.01, 0.2, 1]}"),
-            SchemaKey("rate_limit",
-                      {map("a limit",
-                           {
-                               takes("target"),
-                               SchemaKey("rise", {positive()}, "It rises no faster.")
-                                   .in("1/s")
-                                   .required()
-                                   .such("0.5"),
-                               SchemaKey("fall", {positive()}, "It falls no faster.")
-                                   .in("1/s")
-                                   .orElseNote("as it rises")
-                                   .such("2"),
-                               SchemaKey("time_constant", {positive()},
-                                         "Time constant with which it follows where it may.")
-                                   .in("s")
-                                   .required()
-                                   .such("1e-3"),
-                           })},
-                      "The input, no faster than it may change; begins at the input's value.")
+            SchemaKey(
+                "rate_limit",
+                {map("a limit",
+                     {
+                         takes("target"),
+                         SchemaKey("rise", {positive()}, "Largest rate of increase.")
+                             .in("1/s")
+                             .required()
+                             .such("0.5"),
+                         SchemaKey("fall", {positive()}, "Largest rate of decrease.")
+                             .in("1/s")
+                             .orElseNote("as rise")
+                             .such("2"),
+                         SchemaKey(
+                             "time_constant", {positive()},
+                             "Time constant with which it follows the input within these rates.")
+                             .in("s")
+                             .required()
+                             .such("1e-3"),
+                     })},
+                "The input with its rate limited; begins at the input's value.")
                 .such("{input: target, rise: 0.5, time_constant: 1e-3}"),
             SchemaKey("state_space",
                       {map("a linear system",
                            {
-                               SchemaKey("inputs", {list({law()})}, "What it takes in: u.")
+                               SchemaKey("inputs", {list({law()})}, "Inputs u.")
                                    .required()
                                    .such("[angle, speed]"),
                                SchemaKey("outputs", {list({name("an output")})},
-                                         "Names of what it puts out, y: laws know them as "
-                                         "STATE.OUTPUT.")
+                                         "Names of the outputs y: laws know them as STATE.OUTPUT.")
                                    .required()
                                    .such("[torque]"),
                                SchemaKey("A", {matrix}, "x' = A x + B u: a row for each x.")
@@ -416,37 +421,37 @@ SchemaForm state() {
                            })},
                       "A linear system of several inputs and outputs.")
                 .such("{inputs: [error], outputs: [u], A: [[-1]], B: [[1]], C: [[3]]}"),
-            SchemaKey(
-                "sample_and_hold",
-                {map("a sampled value",
-                     {
-                         takes("angle"),
-                         SchemaKey("period", {positive()}, "Time from sample to sample.")
-                             .in("s")
-                             .required()
-                             .such("0.01"),
-                     })},
-                "The input at t = 0, period, 2 period …, held between them. It may name "
-                "itself, as it was before: a discrete controller. Samples of one time are all "
-                "of what was before it.")
+            SchemaKey("sample_and_hold",
+                      {map("a sampled value",
+                           {
+                               takes("angle"),
+                               SchemaKey("period", {positive()}, "Time from sample to sample.")
+                                   .in("s")
+                                   .required()
+                                   .such("0.01"),
+                           })},
+                      "The input at t = 0, period, 2 period …, held in between. It may name "
+                      "itself, with its previous value: a discrete controller. Samples at the same "
+                      "time all take the values from before it.")
                 .such("{input: angle, period: 0.01}"),
-            SchemaKey(
-                "hysteresis",
-                {map("a relay",
-                     {
-                         takes("speed"),
-                         SchemaKey("lower", {number()}, "It becomes 0 where the input falls below.")
-                             .required()
-                             .such("18"),
-                         SchemaKey("upper", {number()}, "It becomes 1 where the input exceeds it.")
-                             .required()
-                             .such("22"),
-                         SchemaKey("initial", {integer(0, 1)},
-                                   "At the start, if the input is between the two.")
-                             .orElse("0")
-                             .such("1"),
-                     })},
-                "A relay between two thresholds: 0 or 1.")
+            SchemaKey("hysteresis",
+                      {map("a relay",
+                           {
+                               takes("speed"),
+                               SchemaKey("lower", {number()},
+                                         "Threshold of the input below which it becomes 0.")
+                                   .required()
+                                   .such("18"),
+                               SchemaKey("upper", {number()},
+                                         "Threshold of the input above which it becomes 1.")
+                                   .required()
+                                   .such("22"),
+                               SchemaKey("initial", {integer(0, 1)},
+                                         "At the start, if the input is between the two.")
+                                   .orElse("0")
+                                   .such("1"),
+                           })},
+                      "A relay between two thresholds: 0 or 1.")
                 .such("{input: speed, lower: 18, upper: 22}"),
         },
         {"rate", "pid", "low_pass", "lead_lag", "transfer_function", "rate_limit", "state_space",
@@ -459,14 +464,14 @@ SchemaForm controller() {
     return map(
         "a controller",
         {
-            SchemaKey("fmu", {file("an FMU")}, "Unit for co-simulation, FMI 2.0 or 3.0.")
+            SchemaKey("fmu", {file("an FMU")}, "FMU for co-simulation (FMI 2.0 or 3.0).")
                 .required()
                 .such("controller.fmu"),
-            SchemaKey("inputs", {inputs}, "What its inputs are told, by their names in the unit.")
+            SchemaKey("inputs", {inputs}, "Values of its inputs, by their names in the FMU.")
                 .such("{angle: \"angle - target\"}"),
             SchemaKey("outputs", {list({name("an output")}), entries("outputs", {text()})},
-                      "Its outputs that laws know as CONTROLLER.OUTPUT; with names of one's own: "
-                      "{OUTPUT: NAME_IN_THE_UNIT}.")
+                      "Its outputs, which laws know as CONTROLLER.OUTPUT; to rename them: {OUTPUT: "
+                      "NAME_IN_THE_FMU}.")
                 .required()
                 .such("[torque]"),
             SchemaKey("period", {positive()}, "Time between two samples.")
@@ -482,10 +487,12 @@ SchemaForm event() {
     return map(
         "an event",
         {
-            SchemaKey("when", {law()}, "A comparison; the event happens where it begins to hold.")
+            SchemaKey("when", {law()}, "A comparison; the event happens when it becomes true.")
                 .required()
                 .such("height < 0"),
-            SchemaKey("once", {boolean()}, "Only the first time.").orElse("false").such("true"),
+            SchemaKey("once", {boolean()}, "Happens only the first time.")
+                .orElse("false")
+                .such("true"),
             SchemaKey(
                 "do",
                 {list({map(
@@ -493,23 +500,23 @@ SchemaForm event() {
                     {
                         SchemaKey("stop", {boolean()}, "Ends the analysis.").such("true"),
                         SchemaKey("set", {name("a state")},
-                                  "State of a rate of its own that gets a value.")
+                                  "State with a rate of its own that is set to a value.")
                             .such("charge"),
                         SchemaKey("to", {law()}, "The value.").with({"set"}).such("charge - 1"),
                         SchemaKey("release", {name("a joint or motion")},
-                                  "Joint or motion that ends to hold.")
+                                  "Joint or motion that is released.")
                             .such("clamp"),
                         SchemaKey("engage", {name("a joint or motion")},
-                                  "The same that holds again, where it is closed.")
+                                  "Joint or motion that is engaged again, where it is closed.")
                             .such("clamp"),
                         SchemaKey("lock", {name("a joint")},
-                                  "Joint whose coordinates stay where they are now.")
+                                  "Joint that is locked at its present coordinates.")
                             .such("hinge"),
-                        SchemaKey("unlock", {name("a joint")}, "The same that moves again.")
+                        SchemaKey("unlock", {name("a joint")}, "Joint that is unlocked.")
                             .such("hinge"),
                     },
                     {"stop", "set", "release", "engage", "lock", "unlock"})})},
-                "What is done, one after the other.")
+                "Actions, in this order.")
                 .such("[{release: clamp}]"),
         });
 }
@@ -553,8 +560,7 @@ SchemaForm initial() {
                 "Initial values of bodies.")
                 .such("{rod: {velocity: [1, 0, 0]}}"),
             SchemaKey("joints", {entries("joints", values)},
-                      "Coordinates of joints; assembly keeps them as near as "
-                      "it can.")
+                      "Coordinates of joints; assembly keeps them as closely as it can.")
                 .in("rad or m")
                 .such("{main_bearing: [0.3]}"),
             SchemaKey("rates", {entries("rates", values)}, "Rates of the coordinates of joints.")
@@ -581,25 +587,23 @@ std::vector<SchemaKey> makeJointKeys() {
         SchemaKey("connectors", {entries("connectors", {connector()})},
                   "Springs, bushings, stops, actuators, motors.")
             .such("{strut: {type: spring, between: [ground, rod.tip], stiffness: 1e5}}"),
-        SchemaKey(
-            "inputs", {entries("inputs", {number(), input()})},
-            "Quantities that are given from outside while the model moves, or their values at "
-            "the start: by Session::set(), at the prompt, from Python, by another simulator. "
-            "Laws and expressions know them by their names.")
+        SchemaKey("inputs", {entries("inputs", {number(), input()})},
+                  "Quantities set from outside while the model moves, by Session::set(), at the "
+                  "prompt, from Python or by another simulator, or their values at the start. Laws "
+                  "and expressions know them by their names.")
             .such("{push: {start: 0, unit: N}}"),
         SchemaKey("states", {entries("states", {state()})},
-                  "Equations of one's own beside those of motion: controllers, filters. Laws and "
+                  "Equations in addition to those of motion: controllers, filters. Laws and "
                   "expressions know them by their names.")
             .such("{integral: {rate: \"target - angle\"}}"),
         SchemaKey("controllers", {entries("controllers", {controller()})},
-                  "FMUs that are told of the motion and act on it: sampled, their outputs hold "
-                  "between. Laws and expressions know these.")
+                  "FMUs that sample the motion and act on it; their outputs are held between "
+                  "samples. Laws and expressions know them.")
             .such("{pid: {fmu: controller.fmu, inputs: {angle: angle}, outputs: [torque], period: "
                   "1e-3}}"),
-        SchemaKey(
-            "events", {entries("events", {event()})},
-            "What happens where a condition begins to hold, found to the accuracy. Laws know an "
-            "event by its name: how often it has happened.")
+        SchemaKey("events", {entries("events", {event()})},
+                  "Actions when a condition becomes true, at a time found to the accuracy. Laws "
+                  "know an event by its name: how often it has happened.")
             .such("{landed: {when: height < 0, do: [stop: true]}}"),
         SchemaKey("initial", {initial()}, "Values at the start.").such("{start: static}"),
     };

@@ -10,65 +10,64 @@ namespace forms {
 namespace {
 
 SchemaForm solver() {
-    return map(
-        "the solver's settings",
-        {
-            SchemaKey("method", {choice({"bdf", "generalized_alpha", "radau"})},
-                      "Integration method.")
-                .orElse("radau")
-                .such("bdf"),
-            SchemaKey("accuracy", {positive()},
-                      "Local error allowed in a step, as a displacement anywhere "
-                      "on a body.")
-                .in("m")
-                .orElse("1e-6")
-                .such("1e-5"),
-            SchemaKey("constraint_tolerance", {positive()}, "Error allowed in the joints.")
-                .in("m, rad")
-                .orElseNote("1e-10, or a hundredth of the accuracy if that is less")
-                .such("1e-9"),
-            SchemaKey("formulation", {choice({"stabilized_index2", "index3"})},
-                      "Form of the equations of motion; index3 only for bdf and "
-                      "generalized_alpha.")
-                .orElse("stabilized_index2")
-                .such("index3"),
-            SchemaKey("block_form", {choice({"automatic", "arrow", "dense"})},
-                      "How linear equations are solved.")
-                .orElse("automatic")
-                .such("dense"),
-            SchemaKey("maximum_order", {integer(1, 5)},
-                      "Highest order of bdf. Default: 2, or 5 where no part can bend.")
-                .such("2"),
-            SchemaKey("spectral_radius", {number(0, 1)},
-                      "Damping of the highest frequencies by generalized_alpha: 1 none, "
-                      "0 all.")
-                .such("0.8"),
-            SchemaKey("initial_step", {positive()}, "First step.")
-                .in("s")
-                .orElseNote("estimated")
-                .such("1e-5"),
-            SchemaKey("maximum_step", {positive()}, "Longest step.")
-                .in("s")
-                .orElseNote("the analysis' interval")
-                .such("1e-3"),
-            SchemaKey("minimum_step", {positive()}, "Shortest step; the run fails below it.")
-                .in("s")
-                .orElseNote("set by rounding")
-                .such("1e-12"),
-            SchemaKey("fixed_step", {positive()},
-                      "The same step always, without error control: accuracy says only how far its "
-                      "iteration goes.")
-                .in("s")
-                .without({"initial_step", "maximum_step", "minimum_step"})
-                .such("1e-4"),
-            SchemaKey("threads", {integer(1, 1024)},
-                      "Threads that evaluate bodies; results do not depend on it.")
-                .orElseNote("one for each core, where it pays")
-                .such("4"),
-            SchemaKey("maximum_iterations", {integer(1, 1000)},
-                      "Newton iterations in a step before it is shortened.")
-                .such("8"),
-        });
+    return map("the solver's settings",
+               {
+                   SchemaKey("method", {choice({"bdf", "generalized_alpha", "radau"})},
+                             "Integration method.")
+                       .orElse("radau")
+                       .such("bdf"),
+                   SchemaKey("accuracy", {positive()},
+                             "Local error allowed in a step, as a displacement anywhere "
+                             "on a body.")
+                       .in("m")
+                       .orElse("1e-6")
+                       .such("1e-5"),
+                   SchemaKey("constraint_tolerance", {positive()}, "Error allowed in the joints.")
+                       .in("m, rad")
+                       .orElseNote("1e-10, or a hundredth of the accuracy if that is less")
+                       .such("1e-9"),
+                   SchemaKey("formulation", {choice({"stabilized_index2", "index3"})},
+                             "Form of the equations of motion; index3 only for bdf and "
+                             "generalized_alpha.")
+                       .orElse("stabilized_index2")
+                       .such("index3"),
+                   SchemaKey("block_form", {choice({"automatic", "arrow", "dense"})},
+                             "How linear equations are solved.")
+                       .orElse("automatic")
+                       .such("dense"),
+                   SchemaKey("maximum_order", {integer(1, 5)},
+                             "Highest order of bdf. Default: 2, or 5 where no part can bend.")
+                       .such("2"),
+                   SchemaKey("spectral_radius", {number(0, 1)},
+                             "Damping of the highest frequencies by generalized_alpha: 1 none, "
+                             "0 all.")
+                       .such("0.8"),
+                   SchemaKey("initial_step", {positive()}, "First step.")
+                       .in("s")
+                       .orElseNote("estimated")
+                       .such("1e-5"),
+                   SchemaKey("maximum_step", {positive()}, "Longest step.")
+                       .in("s")
+                       .orElseNote("the analysis' interval")
+                       .such("1e-3"),
+                   SchemaKey("minimum_step", {positive()}, "Shortest step; the run fails below it.")
+                       .in("s")
+                       .orElseNote("set by rounding")
+                       .such("1e-12"),
+                   SchemaKey("fixed_step", {positive()},
+                             "Constant step without error control; accuracy then only sets how far "
+                             "the iteration goes.")
+                       .in("s")
+                       .without({"initial_step", "maximum_step", "minimum_step"})
+                       .such("1e-4"),
+                   SchemaKey("threads", {integer(1, 1024)},
+                             "Threads that evaluate bodies; results do not depend on it.")
+                       .orElseNote("one for each core, where it pays")
+                       .such("4"),
+                   SchemaKey("maximum_iterations", {integer(1, 1000)},
+                             "Newton iterations in a step before it is shortened.")
+                       .such("8"),
+               });
 }
 
 SchemaForm analysis() {
@@ -83,8 +82,8 @@ SchemaForm analysis() {
                                 .required()
                                 .such("[10, 100, 1000]"),
                             SchemaKey("densities", {list({number(0)})},
-                                      "Densities there, by straight lines in logarithms; none "
-                                      "outside.")
+                                      "Densities at these frequencies, interpolated linearly in "
+                                      "logarithms; zero outside.")
                                 .in("unit²/Hz")
                                 .required()
                                 .such("[0.01, 0.1, 0.01]"),
@@ -96,10 +95,10 @@ SchemaForm analysis() {
             SchemaKey("type",
                       {choice({"transient", "static", "eigen", "campbell", "linear",
                                "frequency_response", "sweep"})},
-                      "What is done.")
+                      "Kind of the analysis.")
                 .required()
                 .such("transient"),
-            SchemaKey("duration", {positive()}, "Time that is simulated.")
+            SchemaKey("duration", {positive()}, "Duration of the motion.")
                 .in("s")
                 .only({"transient"})
                 .required()
@@ -123,14 +122,15 @@ SchemaForm analysis() {
                 .such("static"),
             SchemaKey("inputs", {list({text()})},
                       "Numbers of the model whose changes are inputs, by path: a load, a motion's "
-                      "position, gravity, a parameter; all numbers in what a path names.")
+                      "position, gravity, a parameter; the path of a list or map means all of its "
+                      "numbers.")
                 .only({"linear", "frequency_response"})
                 .such("[loads.push.force.y]"),
             SchemaKey("outputs", {list({text()})},
-                      "Probes, or their columns, that are observed; of eigen those whose shapes in "
-                      "each mode are kept, by which simflex compare pairs modes.")
+                      "Probes, or their columns, that are observed; for eigen those whose shapes "
+                      "are kept for each mode, by which simflex compare pairs modes.")
                 .only({"linear", "frequency_response", "eigen"})
-                .orElseNote("all; none of eigen")
+                .orElseNote("all; for eigen none")
                 .such("[tip.x]"),
             SchemaKey("frequencies", numbersOrRange(),
                       "Frequencies at which inputs vary harmonically.")
@@ -144,8 +144,8 @@ SchemaForm analysis() {
                 .orElse("logarithmic")
                 .such("linear"),
             SchemaKey("adaptive", {boolean()},
-                      "Adds frequencies between these where a response turns quickly, as it does "
-                      "in resonance.")
+                      "Adds frequencies between these where a response changes quickly, as at a "
+                      "resonance.")
                 .only({"frequency_response"})
                 .orElse("true")
                 .such("false"),
@@ -153,7 +153,7 @@ SchemaForm analysis() {
                 "unbalance",
                 {map("an unbalance",
                      {
-                         SchemaKey("on", {name("a frame")}, "Frame that it turns in.")
+                         SchemaKey("on", {name("a frame")}, "Frame that carries the unbalance.")
                              .required()
                              .such("rotor.disc"),
                          SchemaKey("moment", {positive()}, "Mass times its distance from the axis.")
@@ -161,23 +161,23 @@ SchemaForm analysis() {
                              .required()
                              .such("1e-4"),
                          SchemaKey("axis", {choice({"x", "y", "z"})},
-                                   "Ground's axis that it turns about, at the frequency of "
-                                   "the response.")
+                                   "Axis of Ground about which it rotates, at the frequency of the "
+                                   "response.")
                              .required()
                              .such("x"),
                      })},
-                "One input more: the force of an unbalance.")
+                "A further input: the force of an unbalance.")
                 .only({"frequency_response"})
                 .such("{on: rotor.disc, moment: 1e-4, axis: x}"),
             SchemaKey("speed", {name("a parameter")},
-                      "Parameter that is the angular velocity of what shakes: the model is built "
-                      "anew for each frequency, with 2π times it, and in steady motion.")
+                      "Parameter that is the angular velocity of the excitation: the model is "
+                      "built anew for each frequency, with 2π times it, in its steady motion.")
                 .only({"frequency_response"})
                 .without({"about", "shapes"})
                 .such("speed"),
             SchemaKey("spectra", {spectra},
                       "One-sided power spectral densities of inputs, which are random and "
-                      "independent: outputs get theirs, and effective values.")
+                      "independent; outputs get densities and effective (RMS) values.")
                 .only({"frequency_response"})
                 .such("{loads.push.force.y: 0.01}"),
             SchemaKey("shapes", {list({number(0)})},
@@ -191,7 +191,7 @@ SchemaForm analysis() {
                 .orElseNote("10 (eigen), 6 (campbell)")
                 .such("10"),
             SchemaKey("participation", {boolean()},
-                      "Tells the effective mass of each mode when the ground shakes along x, y, z.")
+                      "Tells the effective mass of each mode for base excitation along x, y and z.")
                 .only({"eigen"})
                 .orElse("false")
                 .such("true"),
@@ -241,25 +241,26 @@ SchemaForm analysis() {
 }
 
 SchemaForm resultOutput() {
-    return map("outputs",
-               {
-                   SchemaKey("file", {output("a file for results")}, "File of results (HDF5).")
-                       .orElseNote("MODEL.results.h5 in the current folder")
-                       .such("crank.results.h5"),
-                   SchemaKey("csv", {boolean()},
-                             "Writes the probes of each analysis to a CSV file as well.")
-                       .orElse("false")
-                       .such("true"),
-                   SchemaKey("states", {choice({"every", "none"})},
-                             "Keeps states, accelerations and forces of joints at the times of output.")
-                       .orElse("every")
-                       .such("none"),
-                   SchemaKey("checkpoint", {number(0)},
-                             "Wall time between checkpoints, from which --resume goes on; 0: none.")
-                       .in("s")
-                       .orElse("30")
-                       .such("10"),
-               });
+    return map(
+        "outputs",
+        {
+            SchemaKey("file", {output("a file for results")}, "File of results (HDF5).")
+                .orElseNote("MODEL.results.h5 in the current folder")
+                .such("crank.results.h5"),
+            SchemaKey("csv", {boolean()},
+                      "Writes the probes of each analysis to a CSV file as well.")
+                .orElse("false")
+                .such("true"),
+            SchemaKey("states", {choice({"every", "none"})},
+                      "Keeps states, accelerations and forces of joints at the times of output.")
+                .orElse("every")
+                .such("none"),
+            SchemaKey("checkpoint", {number(0)},
+                      "Wall time between checkpoints, from which --resume continues; 0: none.")
+                .in("s")
+                .orElse("30")
+                .such("10"),
+        });
 }
 
 /** What a probe measures: exactly one of these. **/
@@ -353,38 +354,40 @@ SchemaForm probe() {
                 {name("a frame"),
                  map("a frame or node",
                      {
-                         SchemaKey("on", {name("a frame")}, "Frame that this one stands on.")
+                         SchemaKey("on", {name("a frame")}, "Frame to which this one is fixed.")
                              .such("rod.big_end"),
                          SchemaKey("body", {name("a flexible body")}, "Flexible body.")
                              .with({"node"})
                              .such("rod"),
                          SchemaKey("node", {integer(0)}, "Node of its part.").such("4711"),
                          SchemaKey("position", {vec3()},
-                                   "Place of the origin in the frame it stands on.")
+                                   "Position of the origin in the frame it is fixed to.")
                              .in("m")
                              .with({"on"})
                              .orElse("[0, 0, 0]")
                              .such("[0, 0, 0.1]"),
-                         SchemaKey("rotation", rotation(), "Turn against the frame it stands on.")
+                         SchemaKey("rotation", rotation(),
+                                   "Orientation relative to the frame it is fixed to.")
                              .in("rad")
                              .with({"on"})
                              .orElse("[0, 0, 0]")
                              .such("[0, 0, 30*deg]"),
                      },
                      {"on", "body"})},
-                "Elastic displacement of a frame or node: against the body's mean frame, which "
-                "its support moves in, too, or with relative_to against that.")
+                "Elastic displacement of a frame or node, relative to the body's mean-axis frame "
+                "(in which its support moves as well) or, with relative_to, to that frame.")
                 .in("m")
                 .such("{body: rod, node: 4711}"),
-            SchemaKey("largest_displacement", {name("a flexible body")},
-                      "Largest elastic displacement of a body's nodes, from its mean position.")
+            SchemaKey(
+                "largest_displacement", {name("a flexible body")},
+                "Largest elastic displacement of a body's nodes, relative to its mean-axis frame.")
                 .in("m")
                 .such("rod"),
             SchemaKey("modes", {name("a flexible body")}, "Modal coordinates of a body.")
                 .such("rod"),
             SchemaKey("coordinate", coordinate,
                       "Coordinates of a joint or of a rigid body's mobilizer. In a motion, angles "
-                      "count turns.")
+                      "count revolutions.")
                 .in("rad or m")
                 .such("main_bearing"),
             SchemaKey("rate", coordinate, "Rates of those coordinates.")
@@ -395,28 +398,27 @@ SchemaForm probe() {
                 .in("m")
                 .such("[ground, crane.tip]"),
             SchemaKey("distance_rate", {list(frame(), {2})},
-                      "Rate of that distance; positive where they part.")
+                      "Rate of that distance; positive where they move apart.")
                 .in("m/s")
                 .such("[ground, crane.tip]"),
             SchemaKey("state", {name("a state")}, "Value of a state, or output of a controller.")
                 .such("integral"),
-            SchemaKey("joint_error", {name("a joint")}, "How far the joint is violated.")
+            SchemaKey("joint_error", {name("a joint")}, "Constraint error of a joint.")
                 .in("m, rad")
                 .such("main_bearing"),
             SchemaKey("reaction", {name("a joint")},
                       "Force or torque of a joint, its friction included.")
                 .in("N, N m")
                 .such("main_bearing"),
-            SchemaKey("friction", {name("a joint")}, "What the friction of a joint does.")
-                .such("main_bearing"),
+            SchemaKey("friction", {name("a joint")}, "Friction of a joint.").such("main_bearing"),
             SchemaKey("what", {choice({"force", "load", "rate", "power"})},
-                      "Force or torque on M along the way it slides, the load that presses, the "
-                      "rate of sliding, or the power, which is lost.")
+                      "Force or torque on M along the sliding direction, the normal load, the "
+                      "sliding speed, or the power lost.")
                 .with({"friction"})
                 .orElse("force")
                 .such("load"),
             SchemaKey("driving", {name("a motion")},
-                      "Force that a motion takes, or torque where it leads an angle.")
+                      "Force that a motion needs, or torque where it drives an angle.")
                 .in("N, N m")
                 .such("drive"),
             SchemaKey("stress", {recovered("stress", "invariant of the stress")},
@@ -429,11 +431,11 @@ SchemaForm probe() {
             SchemaKey("energy",
                       {choice({"kinetic", "potential", "strain", "total", "work", "balance"})},
                       "Energy of the model or of a body; work of loads and dampers since the "
-                      "start; balance: total less work, which stays what it was at the start.")
+                      "start; balance: total less work, which remains what it was at the start.")
                 .in("J")
                 .such("total"),
             SchemaKey("momentum", {choice({"linear", "angular"})},
-                      "Momentum, the angular one about Ground's origin.")
+                      "Linear momentum, or angular momentum about Ground's origin.")
                 .in("kg m/s, kg m^2/s")
                 .such("linear"),
             SchemaKey("center_of_mass", {boolean()}, "Centre of mass of all bodies.")
@@ -444,15 +446,15 @@ SchemaForm probe() {
                       "A formula of other probes, states, parameters and t.")
                 .such("slider.x - 2*crank.x"),
             SchemaKey("component", {choice({"x", "y", "z", "norm", "all"})},
-                      "Which part of a vector is kept.")
+                      "Component of a vector that is kept.")
                 .with(vectors)
                 .orElse("all")
                 .such("norm"),
             SchemaKey("relative_to", frame(),
-                      "Frame against which it is measured, and in whose axes; of a displacement "
-                      "another one of the same body, such as its support.")
+                      "Frame relative to which it is measured, and in whose axes; for a "
+                      "displacement another frame of the same body, such as its support.")
                 .with(measured)
-                .orElseNote("ground; of a displacement the body's mean frame")
+                .orElseNote("ground; for a displacement the body's mean-axis frame")
                 .such("crank"),
             SchemaKey("select", {list({integer(1)})}, "Which modes, numbered from 1.")
                 .with({"modes"})
@@ -506,18 +508,18 @@ SchemaForm pictures() {
                 .with({"position"})
                 .orElseNote("up of the pictures")
                 .such("z"),
-            SchemaKey("follow", frame(),
-                      "Frame that the camera goes along with: its origin stays at one place of the "
-                      "picture.")
+            SchemaKey(
+                "follow", frame(),
+                "Frame that the camera follows: its origin stays at one place in the picture.")
                 .such("slider"),
-            SchemaKey("height", {positive()},
-                      "Height of what is seen at the frame that it follows, in the middle.")
+            SchemaKey("height", {positive()}, "Height of the view at the frame followed.")
                 .in("m")
                 .with({"follow"})
                 .without({"position"})
                 .orElseNote("the whole model fits")
                 .such("0.1"),
-            SchemaKey("orbit", {number()}, "Speed of the camera's turn about what it looks at.")
+            SchemaKey("orbit", {number()},
+                      "Angular velocity of the camera about the point it looks at.")
                 .in("rad/s of simulated time")
                 .orElse("0")
                 .such("0.5"),
@@ -541,19 +543,18 @@ SchemaForm pictures() {
                           .such("[tip.x]"),
                       SchemaKey("title", {text()}, "Title.").orElse("''").such("Tip"),
                   });
-    SchemaForm look =
-        map("how a body is drawn",
-            {
-                SchemaKey("visible", {boolean()}, "Draws it; joints and forces at it stay.")
-                    .orElse("true")
-                    .such("false"),
-                SchemaKey("opacity", {number(0.01, 1)}, "How little is seen through it.")
-                    .orElse("1")
-                    .such("0.3"),
-                SchemaKey("color", {color(), list({number(0, 1)}, {3})},
-                          "Color instead of its own and of the contour.")
-                    .such("'#c04020'"),
-            });
+    SchemaForm look = map(
+        "how a body is drawn",
+        {
+            SchemaKey("visible", {boolean()},
+                      "Draws the body; joints and forces at it are drawn in any case.")
+                .orElse("true")
+                .such("false"),
+            SchemaKey("opacity", {number(0.01, 1)}, "Opacity of the body.").orElse("1").such("0.3"),
+            SchemaKey("color", {color(), list({number(0, 1)}, {3})},
+                      "Color, instead of the body's own and of the contour.")
+                .such("'#c04020'"),
+        });
     return map(
         "settings of pictures",
         {
@@ -578,7 +579,7 @@ SchemaForm pictures() {
                       {choice({"none", "displacement", "displacement_x", "displacement_y",
                                "displacement_z", "speed", "strain_energy", "von_mises",
                                "signed_von_mises", "principal_1", "principal_3"})},
-                      "What colors flexible bodies.")
+                      "Quantity that colors flexible bodies.")
                 .orElse("displacement")
                 .such("von_mises"),
             SchemaKey("range", {choice({"run", "frame"}), list({number()}, {2})},
@@ -586,23 +587,22 @@ SchemaForm pictures() {
                       "each picture, or [lowest, highest].")
                 .orElse("run")
                 .such("[0, 1e8]"),
-            SchemaKey(
-                "exaggeration", {choice({"auto"}), positive()},
-                "Factor of the elastic displacement that is drawn, but in pictures of modes; auto: "
-                "what shows it well, 1000 at most. Joints stay together.")
+            SchemaKey("exaggeration", {choice({"auto"}), positive()},
+                      "Exaggeration of the elastic displacement drawn, except in pictures of "
+                      "modes; auto: large enough to be seen, 1000 at most. Joints stay closed.")
                 .orElse("auto")
                 .such("50"),
             SchemaKey("relative_to",
                       {choice({"joints", "mean"}), name("a frame"), map("a frame", frameKeys()),
                        list(frame())},
-                      "What displacements in pictures are measured from: each body's first joint "
-                      "with ground, or else its first joint; its mean position; or frames on "
-                      "flexible bodies, one for each body.")
+                      "Reference of displacements in pictures: each body's first joint with "
+                      "ground, or else its first joint; its mean position; or frames on flexible "
+                      "bodies, one for each body.")
                 .orElse("joints")
                 .such("rod.big_end"),
             SchemaKey("bodies", {entries("bodies", {look})},
-                      "How bodies are drawn, by their names. What is hidden or has a color of its "
-                      "own counts for no range of the contour's colors.")
+                      "How bodies are drawn, by their names. Bodies that are hidden or have a "
+                      "color of their own do not count in the range of the contour.")
                 .such("{rod: {opacity: 0.3}}"),
             SchemaKey("ghost", {boolean()}, "Draws the undeformed shape as well.")
                 .orElse("true")
@@ -644,7 +644,7 @@ SchemaForm pictures() {
                 .orElseNote("one isometric view")
                 .such("[{view: isometric}]"),
             SchemaKey("plots", {list({plot})},
-                      "Plots of probes below the picture, which each makes higher by 42 %.")
+                      "Plots of probes below the picture; each adds 42 % to its height.")
                 .such("[{probes: [tip.x]}]"),
         });
 }
@@ -657,7 +657,7 @@ std::vector<SchemaKey> makeRunKeys() {
         SchemaKey("analyses", {entries("analyses", {analysis()})},
                   "What simflex run does, in this order.")
             .such("{run: {type: transient, duration: 0.2}}"),
-        SchemaKey("output", {resultOutput()}, "What a run leaves.").such("{csv: true}"),
+        SchemaKey("output", {resultOutput()}, "Files that a run writes.").such("{csv: true}"),
     };
 }
 

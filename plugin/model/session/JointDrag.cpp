@@ -38,7 +38,7 @@ struct DragWish {
             if (!motion.has("joint") || motion.get("joint").getText() != joint.getName()) continue;
             if ((number.isGiven() ? number.getInteger() : 0) != coordinate) continue;
             const char* key = motion.has("angle") ? ".angle" : ".position";
-            refuse("motion '" + name + "' leads it (set motions." + name + key + " instead)");
+            refuse("motion '" + name + "' drives it (set motions." + name + key + " instead)");
         }
     }
 };

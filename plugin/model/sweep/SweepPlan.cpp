@@ -228,7 +228,7 @@ void checkStatistic(const std::string& text) {
     for (const std::string& statistic : known)
         if (statistic.compare(0, last.size(), last) == 0) meant = statistic;
     if (meant.empty() && last.size() > 4) meant = findNearestName(last, known);
-    throw std::runtime_error("--of " + text + ": '" + last + "' is no statistic; " +
+    throw std::runtime_error("--of " + text + ": '" + last + "' is not a statistic; " +
                              (meant.empty()
                                   ? "there are " + joinNames(known)
                                   : "did you mean '" + text.substr(0, dot + 1) + meant + "'?"));
@@ -286,7 +286,7 @@ void makeSweepCases(SweepPlan& plan, SweepOrder order) {
         } else if (key.values.size() != count) {
             throw std::runtime_error("'" + key.name + "' has " + std::to_string(key.values.size()) +
                                      " values, '" + plan.keys[0].name + "' has " +
-                                     std::to_string(count) + ": a list wants as many of each");
+                                     std::to_string(count) + ": a list needs as many of each");
         }
         if (count > MostCases)
             throw std::runtime_error("the sweep has more than " + std::to_string(MostCases) +

@@ -46,7 +46,7 @@ std::string readFile(const std::string& path) {
 /** The last line that a program said, of which the beginning "simflex: " is left out. **/
 std::string findLastLine(const std::string& log) {
     const size_t end = log.find_last_not_of(" \r\n");
-    if (end == std::string::npos) return "it said nothing";
+    if (end == std::string::npos) return "it printed nothing";
     const size_t start = log.find_last_of("\r\n", end);
     std::string line = log.substr(start == std::string::npos ? 0 : start + 1);
     line.resize(line.find_last_not_of(" \r\n") + 1);

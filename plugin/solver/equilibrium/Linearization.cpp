@@ -291,7 +291,7 @@ std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scal
     for (size_t k = 0; k < errors.size(); ++k)
         if (!(std::abs(errors[k]) <= SmallGap))
             return equations.getTopology().describeConstraint(int(k)) +
-                   " does not let its bodies go on as they move now";
+                   " does not let its bodies continue their present motion";
     linearize(equations, scales, result.state, observer, later);
     departure = later.motion.findDeparture(scales, later, LaterGap);
     if (!departure.empty()) return departure;
@@ -304,7 +304,7 @@ std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scal
     for (Eigen::Index k = 0; k < gaps.rows(); ++k)
         if (!(gaps.row(k).norm() <= SmallGap * (later.G.row(k) * sizes.asDiagonal()).norm()))
             return equations.getTopology().describeConstraint(int(k)) +
-                   " does not let displaced bodies go on as they move now";
+                   " does not let displaced bodies continue their present motion";
 
     Instant mean = now;
     mean.M = 0.5 * (now.M + calcCongruent(carried, later.M));

@@ -15,7 +15,7 @@ void BdfIntegrator::setMaximumOrder(int order) {
     updImpl().requireNotInitialized("setMaximumOrder");
     if (order < 1 || order > BdfScheme::MaxOrder)
         throw std::invalid_argument("BdfIntegrator::setMaximumOrder(): " + std::to_string(order) +
-                                    " given, must be 1 to 5");
+                                    " given; it must be 1 to 5");
     updImpl().updScheme<BdfScheme>().maximumOrder = order;
 }
 

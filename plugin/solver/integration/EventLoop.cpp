@@ -345,7 +345,7 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepTo(Real t
     if (!(time >= m_visible.t))
         throw std::invalid_argument(name + "::stepTo(): time " + std::to_string(time) +
                                     " s is before " + std::to_string(m_visible.t) +
-                                    " s, which is reached already");
+                                    " s, which has been reached already");
     StepStatus status;
     runTimed([&] { status = advance(time); });
     return status;
@@ -370,7 +370,7 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepOnce() {
 
 void ImplicitIntegrator::Implementation::handle(const std::function<bool(State&)>& handler) {
     if (isStateInterpolated())
-        throw std::logic_error(name + "::handle() within a step: nothing changes there");
+        throw std::logic_error(name + "::handle() within a step: nothing can be changed there");
     runTimed([&] {
         handleAsAWhole([&] {
             SimTK::Array_<SimTK::StageVersion> versions;
@@ -392,7 +392,7 @@ ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::Implementation::ste
     if (!(time >= m_visible.t))
         throw std::invalid_argument("TimeStepper::stepTo(): time " + std::to_string(time) +
                                     " s is before " + std::to_string(m_visible.t) +
-                                    " s, which is reached already");
+                                    " s, which has been reached already");
     StepStatus status;
     runTimed([&] {
         status = advance(

@@ -68,7 +68,7 @@ std::string FailureDiagnosis::explainSpeeds(double t, const std::vector<double>&
          << " s: " << listErrors(errors, 0.01 * largest) << " m/s or rad/s";
     if (!redundancies.empty())
         text << ". Motions or locks contradict each other: " << explainRedundancies(redundancies);
-    text << ". Leave one of the motions out, or give them speeds that go together";
+    text << ". Leave one of the motions out, or give them speeds that agree";
     return text.str();
 }
 
@@ -79,9 +79,9 @@ std::string FailureDiagnosis::explainFriction(int contact) const {
                     : topology.describeConstraint(topology.frictions[size_t(contact)].firstRow);
     return who +
            " finds neither sticking nor sliding that agrees with the reaction it causes: a joint "
-           "that jams itself or turns its own load round, or a load that several joints share in "
-           "more than one way; smaller "
-           "coefficients, a part that bends, or friction in fewer of them make it definite";
+           "that is self-locking or reverses its own load, or a load that several joints share in "
+           "more than one way; smaller coefficients, a flexible part, or friction in fewer of them "
+           "make it unique";
 }
 
 std::string FailureDiagnosis::explainSingularBlock(int block, const NewtonSystem& system) const {

@@ -15,7 +15,7 @@ void GeneralizedAlphaIntegrator::setSpectralRadius(SimTK::Real rho) {
     updImpl().requireNotInitialized("setSpectralRadius");
     if (!(rho >= 0 && rho <= 1))
         throw std::invalid_argument("GeneralizedAlphaIntegrator::setSpectralRadius(): " +
-                                    std::to_string(rho) + " given, must be 0 to 1");
+                                    std::to_string(rho) + " given; it must be 0 to 1");
     updImpl().updScheme<GeneralizedAlphaScheme>().setSpectralRadius(rho);
 }
 

@@ -13,7 +13,7 @@ namespace {
 void requirePositive(Real value, const char* method) {
     if (!(value > 0))
         throw std::invalid_argument(std::string("ImplicitIntegrator::") + method +
-                                    "(): " + std::to_string(value) + " given, must be positive");
+                                    "(): " + std::to_string(value) + " given; it must be positive");
 }
 
 }  // namespace

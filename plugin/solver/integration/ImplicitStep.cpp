@@ -122,7 +122,7 @@ std::vector<std::string> ImplicitStep::describeRedundancies() const {
         }
         if (named.empty())
             line = m_equations.getTopology().describeRow(rows[size_t(k)]) +
-                   " has nothing to hold: bodies on both sides are held so already";
+                   " is redundant: the bodies on both sides are held in this way already";
         lines.push_back(line + describeUndetermined(m_solver.findInvolvedRows(k)));
     }
     return lines;
@@ -747,7 +747,7 @@ void ImplicitStep::visit(Checkpoint& checkpoint) {
     bool isFactored = m_solver.isFactored(), hasLateBlocks = m_solver.hasLateBlocks();
     checkpoint.visit(isFactored, hasLateBlocks);
     if (!isFactored && (m_canProject || m_reuse.hasMatrix()))
-        Checkpoint::refuse("it has no matrix to go on with");
+        Checkpoint::refuse("it has no matrix to continue with");
     if (isFactored) m_system.visit(checkpoint);
     if (!checkpoint.isReading() || !isFactored) return;
     if (!hasLateBlocks && m_solver.hasLateBlocks()) m_solver.dissolveLateBlocks(m_system);

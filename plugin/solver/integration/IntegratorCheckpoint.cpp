@@ -160,7 +160,7 @@ void ImplicitIntegrator::Implementation::visitSettings(Checkpoint& c) const {
         std::ostringstream text;
         text << "another setting was used when it was written: " << setting << " " << written
              << " instead of " << value
-             << ". An integration is continued with the settings it was begun with; to change one, "
+             << ". An integration is continued with the settings it began with; to change one, "
                 "initialize() from the State reached";
         Checkpoint::refuse(text.str());
     }

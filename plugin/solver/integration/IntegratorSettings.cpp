@@ -36,15 +36,15 @@ void ImplicitIntegrator::Implementation::requireInitialized(const char* method) 
 void ImplicitIntegrator::Implementation::requireNotInitialized(const char* method) const {
     if (m_isInitialized)
         throw std::logic_error(name + "::" + method +
-                               "() after initialize(): an integration keeps the settings it was "
-                               "begun with; set them before, or make another integrator");
+                               "() after initialize(): an integration keeps the settings it began "
+                               "with; set them before, or make another integrator");
 }
 
 void ImplicitIntegrator::Implementation::setFinalTime(Real time) {
     if (m_isInitialized && !(time >= getNewestTime()))
         throw std::invalid_argument(name + "::setFinalTime(): time " + std::to_string(time) +
                                     " s is before " + std::to_string(getNewestTime()) +
-                                    " s, which is reached already");
+                                    " s, which has been reached already");
     finalTime = time;
     const bool isReached = !(m_visible.t < finalTime);
     m_isFinished = m_isFinished && isReached;

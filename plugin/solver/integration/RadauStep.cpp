@@ -488,7 +488,7 @@ void RadauStep::visit(Checkpoint& checkpoint) {
     bool isFactored = m_complexSolver.isFactored(), hasLateBlocks = m_complexSolver.hasLateBlocks();
     checkpoint.visit(isFactored, hasLateBlocks);
     if (!isFactored) {
-        if (m_reuse.hasMatrix()) Checkpoint::refuse("it has no matrix to go on with");
+        if (m_reuse.hasMatrix()) Checkpoint::refuse("it has no matrix to continue with");
         return;
     }
     checkpoint.visit(m_matrixQ);

@@ -15,7 +15,7 @@ ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::Implementation::ste
         if (SimTK::isNaN(time) || isLater(time, m_visible.t))
             throw std::invalid_argument(name + "::stepTo(): " + what + " " + std::to_string(time) +
                                         " s is before " + std::to_string(m_visible.t) +
-                                        " s, which is reached already");
+                                        " s, which has been reached already");
     };
     require(reportTime, "time of the report");
     require(scheduledEventTime, "time of the scheduled event");

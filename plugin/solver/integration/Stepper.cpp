@@ -270,7 +270,7 @@ void Stepper::bookPhases() {
 
 void Stepper::visit(Checkpoint& c) {
     m_history.visit(c);
-    if (m_history.size() == 0) Checkpoint::refuse("it has no solution to go on from");
+    if (m_history.size() == 0) Checkpoint::refuse("it has no solution to continue from");
     for (int age = 0; age < m_history.size(); ++age)
         if (!std::isfinite(m_history[age].t) ||
             (age > 0 && !(m_history[age].t < m_history[age - 1].t)))

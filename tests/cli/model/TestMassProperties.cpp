@@ -126,7 +126,7 @@ TEST(MassProperties, HolesTwistedFacesAndFlatMeshesAreRefused) {
     }
     EXPECT_EQ(messageOf(whole), "");
     EXPECT_THAT(messageOf(open), AllOf(HasSubstr("'part.stl'"), HasSubstr("hole")));
-    EXPECT_THAT(messageOf(twisted), HasSubstr("turned against each other"));
+    EXPECT_THAT(messageOf(twisted), HasSubstr("oriented inconsistently"));
     EXPECT_THAT(messageOf(makePrism(4, 1, 0)), HasSubstr("no volume"));
     EXPECT_THAT(messageOf(PolygonalMesh()), HasSubstr("0 faces"));
 }

@@ -41,7 +41,7 @@ TEST_F(ModelErrors, OfBodiesAreNamedWithTheirPlace) {
         {"bodies: {a: {mass: 1, inertia: [1, 1, 1], color: blu}}",
          "model.yaml:3:50: bodies.a.color: there is no colour 'blu'; did you mean 'blue'?"},
         {"bodies: {a: {mass: 1, inertia: [1, 1, 1], color: '#12'}}",
-         "model.yaml:3:51: bodies.a.color: '#12' is no colour: write '#rrggbb' with hexadecimal "
+         "model.yaml:3:51: bodies.a.color: '#12' is not a color: write '#rrggbb' with hexadecimal "
          "digits"},
         {"bodies: {a: {mass: 1, inertia: [1, 1, 1], shape: {sphere: 1}, density: 3}}",
          "model.yaml:3:63: bodies.a.density: 'density' and 'mass' exclude each other: give one of "
@@ -75,15 +75,15 @@ TEST_F(ModelErrors, OfBodiesAreNamedWithTheirPlace) {
          "rigid bodies: leave the mobilizer out and hold the body by a joint to a"},
         {"bodies: {b: {mass: 1, inertia: [1, 1, 1], mobilizer: {type: screw}}}",
          "model.yaml:3:54: bodies.b.mobilizer: 'pitch' is missing, which 'screw' needs: Advance of "
-         "a screw for one radian. For example pitch: 0.002/(2*pi)"},
+         "a screw per radian. For example pitch: 0.002/(2*pi)"},
         {"bodies: {a: {part: bar}}\nframes: {a: {on: ground}}",
          "model.yaml:4:13: frames.a: there is a body of this name too"},
         {"bodies: {a: {part: bar}}\nframes: {f: {on: a, node: 900}}\nloads: {l: {on: f, force: [1, "
          "0, 0]}}",
          "model.yaml:4:27: frames.f.node: 'a' has no node 900; they are from 1 to 16"},
         {"bodies: {a: {part: bar}}\ninitial: {bodies: {a: {modes: {9: 1}}}}",
-         "model.yaml:4:35: initial.bodies.a.modes.9: '9' is none of its modes, which are numbered "
-         "from 1 to 7"},
+         "model.yaml:4:35: initial.bodies.a.modes.9: '9' is not one of its modes, which are "
+         "numbered from 1 to 7"},
         {"bodies: {a: {part: bar}}\ninitial: {bodies: {a: {coordinates: [1]}}}",
          "model.yaml:4:37: initial.bodies.a.coordinates: a body on a mobilizer of type free has no "
          "coordinates to set: use place"},
@@ -164,8 +164,8 @@ TEST_F(ModelErrors, OfJointsMotionsLoadsAndConnectorsAreNamedWithTheirPlace) {
          "model.yaml:4:26: joints.j.axis: 'axis' is for type pin, slider, cylinder, universal, "
          "planar, screw, point_on_line, point_in_plane, not for ball"},
         {"joints: {j: {type: screw, between: [ground, boom.A]}}",
-         "model.yaml:4:13: joints.j: 'pitch' is missing, which 'screw' needs: Advance for one "
-         "radian. For example pitch: 0.002/(2*pi)"},
+         "model.yaml:4:13: joints.j: 'pitch' is missing, which 'screw' needs: Advance per radian. "
+         "For example pitch: 0.002/(2*pi)"},
         {"joints: {j: {type: pin, between: [ground, cart.shaft]}}",
          "model.yaml:4:43: joints.j.between.1: there is no frame of the rigid body 'cart' called "
          "'cart.shaft'; there are ground, boom, boom.A, boom.B, cart"},
@@ -181,9 +181,9 @@ TEST_F(ModelErrors, OfJointsMotionsLoadsAndConnectorsAreNamedWithTheirPlace) {
          "model.yaml:5:37: motions.m.coordinate: joint 'j' has no coordinate 1; it has one, number "
          "0"},
         {joint + "motions: {m: {joint: j, position: t}, n: {joint: j, position: 2*t}}",
-         "model.yaml:5:42: motions.n: coordinate 0 of 'j' is led by motion 'm' already"},
+         "model.yaml:5:42: motions.n: coordinate 0 of 'j' is driven by motion 'm' already"},
         {joint + "motions: {m: {position: t}}",
-         "model.yaml:5:14: motions.m: give either the joint whose coordinate it leads, or the "
+         "model.yaml:5:14: motions.m: give either the joint whose coordinate it drives, or the "
          "frames (between)"},
         {joint + "motions: {m: {joint: j, between: [ground, cart], position: t}}",
          "model.yaml:5:25: motions.m.between: 'between' and 'joint' exclude each other: give one "
@@ -193,7 +193,7 @@ TEST_F(ModelErrors, OfJointsMotionsLoadsAndConnectorsAreNamedWithTheirPlace) {
          "model.yaml:5:22: motions.m.joint: joint 'j' has no coordinate 0; joints of its type have "
          "none"},
         {joint + "loads: {l: {on: ground, force: [1, 0, 0]}}",
-         "model.yaml:5:17: loads.l.on: ground takes no load"},
+         "model.yaml:5:17: loads.l.on: a load cannot act on ground"},
         {joint + "loads: {l: {on: cart}}",
          "model.yaml:5:13: loads.l.on: 'on' has a meaning only together with force or torque"},
         {joint + "loads: {l: {body: cart, nodes: END, pressure: 1}}",
@@ -203,11 +203,11 @@ TEST_F(ModelErrors, OfJointsMotionsLoadsAndConnectorsAreNamedWithTheirPlace) {
         {joint + "loads: {l: {body: boom, pressure: 1}}",
          "model.yaml:5:12: loads.l: say on which node set it acts: nodes: SET"},
         {joint + "loads: {l: {body: boom, modes: {8: 1}}}",
-         "model.yaml:5:36: loads.l.modes.8: '8' is none of its modes, which are numbered from 1 to "
-         "7"},
+         "model.yaml:5:36: loads.l.modes.8: '8' is not one of its modes, which are numbered from 1 "
+         "to 7"},
         {joint + "connectors: {c: {type: bushing, between: [ground, cart], stiffness: 4}}",
-         "model.yaml:5:69: connectors.c.stiffness: it has six numbers, against turning about and "
-         "shifting along x, y and z; there are 1"},
+         "model.yaml:5:69: connectors.c.stiffness: it must have six numbers, for rotation about "
+         "and translation along x, y and z; there are 1"},
         {joint + "connectors: {c: {type: stop, between: [ground, cart], stiffness: 0}}",
          "model.yaml:5:66: connectors.c.stiffness: the stiffness of a stop must be more than 0"},
         {joint + "joints2: {}", "model.yaml:5:1: unknown key 'joints2'; did you mean 'joints'?"},

@@ -268,11 +268,10 @@ joints:
     };
     make("");
     ASSERT_EQ(warnings.size(), 2u);
-    EXPECT_EQ(
-        warnings[0],
-        "joint 'base' is not closed as placed: its error is 1, its frames are 1 m apart and "
-        "turned by 30 degrees; assembly will move the bodies, 'as_placed: true' takes them as "
-        "they are");
+    EXPECT_EQ(warnings[0],
+              "joint 'base' is not closed as placed: its error is 1, its frames are 1 m apart and "
+              "rotated relative to each other by 30 degrees; assembly will move the bodies; "
+              "'as_placed: true' takes them as they are");
     warnings.clear();
 
     const auto model = make(", as_placed: true");

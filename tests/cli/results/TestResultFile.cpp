@@ -274,7 +274,7 @@ TEST_F(ResultFileTest, DamagedAndForeignFilesAreRefusedByName) {
     EXPECT_THAT(readError(path), HasSubstr("checksum"));
     const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
     H5Fclose(file);
-    EXPECT_THAT(readError(path), AllOf(HasSubstr(path), HasSubstr("no result file of simflex")));
+    EXPECT_THAT(readError(path), AllOf(HasSubstr(path), HasSubstr("not a result file of simflex")));
 }
 
 TEST_F(ResultFileTest, ANewerFormatIsRefused) {

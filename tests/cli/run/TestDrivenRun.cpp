@@ -134,7 +134,7 @@ TEST_F(DrivenRunTest, FormulasWithoutValueEndTheRunWithTheReason) {
     EXPECT_EQ(runModel("--threads 2"), 1);
     EXPECT_THAT(err,
                 ::testing::HasSubstr("motions.m0.position: 'road(t) + 0' has no finite value"));
-    EXPECT_THAT(err, ::testing::HasSubstr("table 'road' is asked for 0.2"));
+    EXPECT_THAT(err, ::testing::HasSubstr("table 'road' is evaluated at 0.2"));
 
     EXPECT_THAT(refuseMotion("sqrt(0.5 - t)"),
                 ::testing::HasSubstr(

@@ -86,7 +86,7 @@ TEST_F(PostTest, ParaViewGetsNodesWhereTheProbesHaveThem) {
     writeModel(makeBar("corner: {position: {on: bar, node: 1}}"));
     ASSERT_EQ(runModel("--only run"), 0) << err;
     EXPECT_NE(post("model.results.h5 --vtk run.vtk"), 0);
-    EXPECT_THAT(err, HasSubstr("'run.vtk' is no name for ParaView: call it .pvd"));
+    EXPECT_THAT(err, HasSubstr("'run.vtk' is not a list for ParaView: name it .pvd"));
     ASSERT_EQ(post("model.results.h5 --vtk run.pvd"), 0) << err;
     const Results::Analysis run = read("run");
     const auto& corner = find(run, "corner").rows;
@@ -121,7 +121,7 @@ TEST_F(PostTest, AnAnimationHasNodesWhereParaViewHasThem) {
     EXPECT_THAT(testing::readText(folder / "out"), HasSubstr(" nodes at 41 times, "));
 
     EXPECT_NE(post("model.results.h5 --no-pictures --animation run.gltf"), 0);
-    EXPECT_THAT(err, HasSubstr("'run.gltf' is no name for an animation: call it .glb"));
+    EXPECT_THAT(err, HasSubstr("'run.gltf' is not an animation that can be written: name it .glb"));
     EXPECT_NE(runModel("--animation run.glb --set output.states=none"), 0);
     EXPECT_THAT(err, HasSubstr("output.states: an animation is made of States"));
 }
@@ -169,8 +169,8 @@ TEST_F(PostAtRestTest, ModesAreKeptWithTheirMatrices) {
     writeModel(makeHanging(few, ""));
     ASSERT_EQ(runModel("-o first.h5"), 0) << err;
     const Results::Analysis modes = read("modes", "first.h5");
-    const auto &M = modes.matrices.at("M"), &K = modes.matrices.at("K"), &G = modes.matrices.at("G"),
-               &shapes = modes.matrices.at("mode_real");
+    const auto &M = modes.matrices.at("M"), &K = modes.matrices.at("K"),
+               &G = modes.matrices.at("G"), &shapes = modes.matrices.at("mode_real");
     EXPECT_EQ(modes.stateColumns.at("u").size(), M.size());
     ASSERT_EQ(shapes.size(), 3u);
     const auto multiply = [](const std::vector<double>& x,
@@ -189,8 +189,7 @@ TEST_F(PostAtRestTest, ModesAreKeptWithTheirMatrices) {
             EXPECT_NEAR(multiply(shapes[i], K, shapes[k]), i == k ? omega * omega : 0,
                         1e-8 * stiffest);
         }
-    for (const std::vector<double>& row : G)
-        EXPECT_NEAR(multiply({1}, {row}, shapes[0]), 0, 1e-9);
+    for (const std::vector<double>& row : G) EXPECT_NEAR(multiply({1}, {row}, shapes[0]), 0, 1e-9);
 }
 
 /** A joint that an event releases, and a filter: neither follows from coordinates and speeds. **/
@@ -226,11 +225,11 @@ TEST_F(PostTest, WhatIsNotOfTheRunIsRefused) {
     writeModel(makeBar("tip: {position: bar.tip}"));
     ASSERT_EQ(runModel("--only run"), 0) << err;
     EXPECT_NE(post("model.results.h5 --set gravity='[0,-1,0]'"), 0);
-    EXPECT_THAT(err, HasSubstr("'gravity' is not as it was in the run"));
+    EXPECT_THAT(err, HasSubstr("'gravity' differs from the run"));
     EXPECT_NE(post("model.results.h5 --only walk"), 0);
     EXPECT_THAT(err, HasSubstr("there is no analysis 'walk'"));
     EXPECT_NE(post("model.results.h5 -o model.results.h5"), 0);
-    EXPECT_THAT(err, HasSubstr("would be replaced by what is made of it"));
+    EXPECT_THAT(err, HasSubstr("is the file that is read"));
     EXPECT_NE(access((folder / "model.results.post.h5").c_str(), F_OK), 0);
 }
 

@@ -219,7 +219,7 @@ analyses:
     EXPECT_EQ(runModel("--set analyses.modes.about=placed"), 0) << err;
     EXPECT_NEAR(read("modes").frequency.at(0).at(0), first, 0.02 * first);
     EXPECT_NE(runModel("--set analyses.modes.about=placed --set parameters.P=2000"), 0);
-    EXPECT_THAT(err, HasSubstr("no equilibrium: forces of up to"));
+    EXPECT_THAT(err, HasSubstr("equilibrium: forces of up to"));
     EXPECT_THAT(err, HasSubstr("about: static"));
     // What was done before is told all the same.
     EXPECT_THAT(out, HasSubstr("stress [Pa]"));

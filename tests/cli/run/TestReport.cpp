@@ -91,7 +91,7 @@ TEST_F(ReportTest, WhatCannotBeShownIsTold) {
     EXPECT_THAT(testing::readText(folder / "none.html"), HasSubstr("the run has kept no states"));
     ASSERT_EQ(runModel("--no-pictures"), 0) << err;
     EXPECT_NE(report("model.results.h5 -o page.pdf"), 0);
-    EXPECT_THAT(err, HasSubstr("'page.pdf' is no name for a page: call it .html"));
+    EXPECT_THAT(err, HasSubstr("'page.pdf' is not a page that can be written: name it .html"));
     EXPECT_NE(report("model.results.h5 --only walk"), 0);
     EXPECT_THAT(err, HasSubstr("there is no analysis 'walk'"));
     std::filesystem::remove(folder / "bar.inp");

@@ -89,9 +89,9 @@ TEST_F(ResumeTest, SaysWhereItGoesOn) {
     kill(child, SIGKILL);
     await(child);
     EXPECT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml --only long --resume"), 0) << err;
-    EXPECT_THAT(err,
-                ::testing::ContainsRegex(
-                    "simflex: note: analysis '(short|long)' goes on at t = [0-9.]+ of [0-9.]+ s"));
+    EXPECT_THAT(
+        err, ::testing::ContainsRegex(
+                 "simflex: note: analysis '(short|long)' continues at t = [0-9.]+ of [0-9.]+ s"));
 }
 
 TEST_F(ResumeTest, KilledRunsGoOnToTheSameBytes) {
@@ -173,7 +173,7 @@ TEST_F(ResumeTest, CtrlCStopsAnalysesWithoutTimeAndKeepsWhatIsComplete) {
         const std::string log = testing::readText(folder / "child.log");
         ASSERT_TRUE(WIFEXITED(status));
         EXPECT_EQ(WEXITSTATUS(status), 130) << log;
-        EXPECT_THAT(log, HasSubstr("stopped; what was complete is in 'model.results.h5'; go on "
+        EXPECT_THAT(log, HasSubstr("stopped; what is complete is in 'model.results.h5'; continue "
                                    "with: simflex run model.yaml --resume"));
         EXPECT_TRUE(read("first").isComplete);
         EXPECT_EQ(readResults(folder / "model.results.h5").analyses.size(), 1u);

@@ -3,6 +3,7 @@ The language of the prompt, and its table of commands. **/
 
 #include <gmock/gmock.h>
 
+#include <cctype>
 #include <fstream>
 #include <set>
 
@@ -71,7 +72,8 @@ TEST(CommandTable, EveryCommandIsNamedOnceAndExplained) {
     for (const Command& command : getCommands()) {
         EXPECT_TRUE(names.insert(command.name).second) << command.name;
         EXPECT_FALSE(command.summary.empty()) << command.name;
-        EXPECT_EQ(command.summary.back(), '.') << command.name;
+        EXPECT_TRUE(std::isupper(command.summary.front())) << command.name;
+        EXPECT_NE(command.summary.back(), '.') << command.name;
         EXPECT_TRUE(command.run) << command.name;
         EXPECT_LE(command.fewestArguments, command.mostArguments) << command.name;
         EXPECT_EQ(command.arguments.empty(), command.mostArguments == 0) << command.name;

@@ -72,7 +72,7 @@ TEST_F(PromptTest, NamesOfTheModelAndFilesAreCompleted) {
 }
 
 TEST_F(PromptTest, HistoryIsKeptOverSessions) {
-    const std::string text = "Ends; so does Ctrl-D.";
+    const std::string text = "Exit, as Ctrl-D does";
     {
         Pseudoterminal terminal = start();
         ASSERT_TRUE(terminal.waitFor(kPrompt));

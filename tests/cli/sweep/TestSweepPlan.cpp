@@ -77,7 +77,7 @@ TEST(SweepPlan, ColumnsOfProbesThatTheModelHasNotAreRefusedBeforeAnyRun) {
                 AllOf(HasSubstr("'tipp'"), HasSubstr("tool")));
     plan.of = {"tool.x.max"};
     EXPECT_THAT(catchError([&] { checkSweepColumns(plan); }),
-                HasSubstr("'max' is no statistic; did you mean 'tool.x.maximum'?"));
+                HasSubstr("'max' is not a statistic; did you mean 'tool.x.maximum'?"));
     plan.of = {"tool.minimun"};
     EXPECT_THAT(catchError([&] { checkSweepColumns(plan); }), HasSubstr("'tool.minimum'?"));
     plan.of = {"tool.peak"};

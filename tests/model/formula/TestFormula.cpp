@@ -242,7 +242,7 @@ TEST(Formula, WhatIsNoFormulaIsRefusedWithTheReason) {
     EXPECT_EQ(refuse("t | 1"), "write || for or");
     EXPECT_EQ(refuse("t ** 2"), "write ^ for a power");
     EXPECT_EQ(refuse("(t + 1"), "a ')' is missing");
-    EXPECT_EQ(refuse("t + 1)"), "there is a ')' too many");
+    EXPECT_EQ(refuse("t + 1)"), "there is one ')' too many");
     EXPECT_EQ(refuse("2 t"), "an operator is missing between '2' and 't': write 2*t");
     EXPECT_EQ(refuse("t 2"), "an operator is missing before '2'");
     EXPECT_EQ(refuse("(t)(t)"), "an operator is missing before the '('");
@@ -250,7 +250,7 @@ TEST(Formula, WhatIsNoFormulaIsRefusedWithTheReason) {
     EXPECT_EQ(refuse("t : 1"), "there is a ':' without its '?'");
     EXPECT_EQ(refuse("* t"), "an operator '*' has no meaning here");
     EXPECT_EQ(refuse("t ="), "a formula assigns nothing; to compare, write ==");
-    EXPECT_EQ(refuse("1.2.3"), "'1.2.3' is no number");
+    EXPECT_EQ(refuse("1.2.3"), "'1.2.3' is not a number");
     EXPECT_EQ(refuse("sin()"), "the function 'sin' has too few arguments");
     EXPECT_EQ(refuse("lines(t, 1)"), "the table 'lines' has one argument, here it gets 2");
     EXPECT_EQ(refuse("5 mm"), "numbers have no units here, all are SI: write 5e-3 instead of 5 mm");
@@ -274,7 +274,7 @@ TEST(Formula, WhatHasNoValueIsExplained) {
     EXPECT_EQ(explain("mod(t, t - 1)", 1), "a division by zero");
     EXPECT_EQ(explain("exp(1000*t)", 1), "a number that is too large");
     EXPECT_EQ(explain("2*strict(t)", 4),
-              "table 'strict' is asked for 4, outside of its points from 0 to 3");
+              "table 'strict' is evaluated at 4, outside its points from 0 to 3");
     // What is not taken needs no value.
     const double time = 4;
     EXPECT_EQ(Formula("t < 1 ? sqrt(1 - t) : strict(t - 3)", makeScope(), {"t"}).calc(&time), 5);
@@ -307,7 +307,7 @@ TEST(Formula, TablesOfTwoVariablesGoOnAsTheyAreTold) {
                 at("4*facets(3, 4) - 2*facets(2, 4) - 2*facets(3, 3) + facets(2, 3)"), 1e-11);
     EXPECT_NEAR(at("facets(0.25, 2)"), at("(facets(0, 2) + facets(0.5, 2))/2"), 1e-12);
     EXPECT_EQ(explain("grid(t, 1)", 3.5),
-              "table 'grid' is asked for (3.5, 1), outside of its grid from (-1, 0) to (3, 4)");
+              "table 'grid' is evaluated at (3.5, 1), outside its grid from (-1, 0) to (3, 4)");
     // Beyond the last point nothing changes any more; on the way there it did.
     const Jet<double> end = calc("map(t, 1)", 3), back = calc("map(6 - t, 1)", 3);
     EXPECT_EQ(end.first, 0);
