@@ -15,6 +15,13 @@ Vec3 toVec3(const std::array<double, 3>& v) {
     return {v[0], v[1], v[2]};
 }
 
+void requireModes(const FlexibleBody& body, const Vector& values, const char* what) {
+    if (values.size() != body.getNumModes())
+        throw std::invalid_argument("FlexibleBody '" + body.getName() + "' has " +
+                                    std::to_string(body.getNumModes()) + " modal " + what +
+                                    ", not " + std::to_string(values.size()));
+}
+
 }  // namespace
 
 FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem,
@@ -147,20 +154,14 @@ void FlexibleBody::setFrameVelocity(State& state, const SpatialVec& V_GB) const 
 }
 
 void FlexibleBody::setModalCoordinates(State& state, const Vector& xi) const {
-    if (xi.size() != getNumModes())
-        throw std::invalid_argument("FlexibleBody '" + getName() + "' has " +
-                                    std::to_string(getNumModes()) + " modal coordinates, not " +
-                                    std::to_string(xi.size()));
+    requireModes(*this, xi, "coordinates");
     for (int i = 0; i < xi.size(); ++i)
         getModalMobilizer(i / ModalMobilizer::MaxModes)
             .setOneQ(state, i % ModalMobilizer::MaxModes, xi[i]);
 }
 
 void FlexibleBody::setModalSpeeds(State& state, const Vector& xiDot) const {
-    if (xiDot.size() != getNumModes())
-        throw std::invalid_argument("FlexibleBody '" + getName() + "' has " +
-                                    std::to_string(getNumModes()) + " modal speeds, not " +
-                                    std::to_string(xiDot.size()));
+    requireModes(*this, xiDot, "speeds");
     for (int i = 0; i < xiDot.size(); ++i)
         getModalMobilizer(i / ModalMobilizer::MaxModes)
             .setOneU(state, i % ModalMobilizer::MaxModes, xiDot[i]);

@@ -344,32 +344,36 @@ void FlexibleBodySubsystem::Guts::addLoad(FlexibleBodyIndex index, BodyLoad load
     invalidateSubsystemTopologyCache();
 }
 
-Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state,
-                                                   const FlexibleBodyRecord& body) const {
-    Eigen::VectorXd xi(body.numModes());
-    const SimbodyMatterSubsystem& matter = getMatter();
-    const Vector& q = matter.getQ(state);
+namespace {
+
+/** A body's part of all coordinates or speeds. @param findFirst  of a modal mobilizer, there **/
+template <class FindFirst>
+Eigen::VectorXd gatherModes(const SimbodyMatterSubsystem& matter, const Vector& all,
+                            const FlexibleBodyRecord& body, const FindFirst& findFirst) {
+    Eigen::VectorXd modes(body.numModes());
     int i = 0;
     for (MobilizedBodyIndex carrier : body.carriers) {
-        const int first = int(matter.getMobilizedBody(carrier).getFirstQIndex(state));
+        const int first = findFirst(matter.getMobilizedBody(carrier));
         const int count = std::min(int(ModalMobilizer::MaxModes), body.numModes() - i);
-        for (int k = 0; k < count; ++k) xi[i++] = q[first + k];
+        for (int k = 0; k < count; ++k) modes[i++] = all[first + k];
     }
-    return xi;
+    return modes;
+}
+
+}  // namespace
+
+Eigen::VectorXd FlexibleBodySubsystem::Guts::getXi(const State& state,
+                                                   const FlexibleBodyRecord& body) const {
+    return gatherModes(
+        getMatter(), getMatter().getQ(state), body,
+        [&](const MobilizedBody& carrier) { return int(carrier.getFirstQIndex(state)); });
 }
 
 Eigen::VectorXd FlexibleBodySubsystem::Guts::getXiDot(const State& state,
                                                       const FlexibleBodyRecord& body) const {
-    Eigen::VectorXd xiDot(body.numModes());
-    const SimbodyMatterSubsystem& matter = getMatter();
-    const Vector& u = matter.getU(state);
-    int i = 0;
-    for (MobilizedBodyIndex carrier : body.carriers) {
-        const int first = int(matter.getMobilizedBody(carrier).getFirstUIndex(state));
-        const int count = std::min(int(ModalMobilizer::MaxModes), body.numModes() - i);
-        for (int k = 0; k < count; ++k) xiDot[i++] = u[first + k];
-    }
-    return xiDot;
+    return gatherModes(
+        getMatter(), getMatter().getU(state), body,
+        [&](const MobilizedBody& carrier) { return int(carrier.getFirstUIndex(state)); });
 }
 
 BodyFrame FlexibleBodySubsystem::Guts::getBodyFrame(const State& state,

@@ -263,77 +263,46 @@ void JointEquations::calcErrors(const Drive& drive, Frames frames, Real* errors)
 }
 
 void JointEquations::calcErrorDots(const Drive& drive, Frames frames, Real* errorDots) const {
-    std::optional<FrameMotion> driven;
-    const FrameMotion &F = driveF(drive, frames, driven), &M = *frames[1];
-    const Vec3 velocity = M.V[1] - F.V[1];
-    for (const Row& row : m_rows) {
-        switch (row.kind) {
-            case RowKind::Coincident:
-                *errorDots++ = velocity[row.axisF];
-                break;
-            case RowKind::OnAxis:
-                *errorDots++ =
-                    makeDisplacement(row.axisF).calcMotion(F, M)[1] - getMotion(row, drive, 1);
-                break;
-            case RowKind::Perpendicular:
-                *errorDots++ =
-                    calcDotProduct(turningAxisOf(F, row.axisF), turningAxisOf(M, row.axisM))[1];
-                break;
-            case RowKind::Angle:
-                *errorDots++ = AngleAboutZ.calcMotion(F, M)[1] - getMotion(row, drive, 1);
-                break;
-            case RowKind::Screw:
-                *errorDots++ = makeDisplacement(Z).calcMotion(F, M)[1] -
-                               m_pitch * AngleAboutZ.calcMotion(F, M)[1];
-                break;
-            case RowKind::Distance:
-                *errorDots++ = calcDistance(F, M)[1];
-                break;
-            case RowKind::Coupled: {
-                Real sum = 0;
-                for (int i = 0; i < getNumCoordinates(); ++i)
-                    sum += m_coefficients[unsigned(i)] *
-                           getCoordinate(i).calcMotion(*frames[2 * i], *frames[2 * i + 1])[1];
-                *errorDots++ = sum;
-                break;
-            }
-        }
-    }
+    calcRates(1, drive, frames, errorDots);
 }
 
 void JointEquations::calcErrorDotDots(const Drive& drive, Frames frames, Real* errorDotDots) const {
+    calcRates(2, drive, frames, errorDotDots);
+}
+
+void JointEquations::calcRates(int order, const Drive& drive, Frames frames, Real* rates) const {
     std::optional<FrameMotion> driven;
     const FrameMotion &F = driveF(drive, frames, driven), &M = *frames[1];
-    const Vec3 acceleration = M.A[1] - F.A[1];
+    const Vec3 offset = order == 1 ? M.V[1] - F.V[1] : M.A[1] - F.A[1];
     for (const Row& row : m_rows) {
         switch (row.kind) {
             case RowKind::Coincident:
-                *errorDotDots++ = acceleration[row.axisF];
+                *rates++ = offset[row.axisF];
                 break;
             case RowKind::OnAxis:
-                *errorDotDots++ =
-                    makeDisplacement(row.axisF).calcMotion(F, M)[2] - getMotion(row, drive, 2);
+                *rates++ = makeDisplacement(row.axisF).calcMotion(F, M)[order] -
+                           getMotion(row, drive, order);
                 break;
             case RowKind::Perpendicular:
-                *errorDotDots++ =
-                    calcDotProduct(turningAxisOf(F, row.axisF), turningAxisOf(M, row.axisM))[2];
+                *rates++ =
+                    calcDotProduct(turningAxisOf(F, row.axisF), turningAxisOf(M, row.axisM))[order];
                 break;
             case RowKind::Angle:
-                *errorDotDots++ = AngleAboutZ.calcMotion(F, M)[2] - getMotion(row, drive, 2);
+                *rates++ = AngleAboutZ.calcMotion(F, M)[order] - getMotion(row, drive, order);
                 break;
             case RowKind::Screw:
-                *errorDotDots++ = makeDisplacement(Z).calcMotion(F, M)[2] -
-                                  m_pitch * AngleAboutZ.calcMotion(F, M)[2];
+                *rates++ = makeDisplacement(Z).calcMotion(F, M)[order] -
+                           m_pitch * AngleAboutZ.calcMotion(F, M)[order];
                 break;
             case RowKind::Distance:
-                *errorDotDots++ = calcDistance(F, M)[2];
+                *rates++ = calcDistance(F, M)[order];
                 break;
             case RowKind::Coupled: {
                 Real sum = 0;
                 for (int i = 0; i < getNumCoordinates(); ++i)
                     sum += m_coefficients[unsigned(i)] *
-                           getCoordinate(i).calcMotion(*frames[2 * i], *frames[2 * i + 1])[2];
-                *errorDotDots++ = sum;
+                           getCoordinate(i).calcMotion(*frames[2 * i], *frames[2 * i + 1])[order];
+                *rates++ = sum;
                 break;
             }
         }

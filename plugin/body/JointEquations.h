@@ -149,6 +149,8 @@ public:
     const SimTK::Array_<SimTK::Real>& getCoefficients() const { return m_coefficients; }
 
 private:
+    /** First or second time derivatives of the errors. **/
+    void calcRates(int order, const Drive& drive, Frames frames, SimTK::Real* rates) const;
     JointEquations(const char* kind, std::initializer_list<Row> rows,
                    std::initializer_list<JointCoordinate> coordinates)
         : m_kind(kind), m_rows(rows), m_coordinates(coordinates) {}

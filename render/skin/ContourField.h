@@ -28,7 +28,6 @@ public:
     ContourField(std::shared_ptr<const SkinModes> skin, Contour contour,
                  const std::string& bodyName);
 
-    Contour getContour() const { return contour; }
     /** True of displacements, which are shown from a reference. **/
     bool isOfDisplacements() const { return !needsStress() && !getTraits(contour).needsVelocity; }
 

@@ -73,7 +73,6 @@ private:
     void warn(const std::string& analysis, const std::string& message);
     /** Tells that an analysis of a rigid model has no meaning. **/
     void leaveOut(const std::string& analysis, const std::string& reason);
-    bool isTwin() const { return m_modelOptions.bodies != ModelOptions::Bodies::AsGiven; }
     bool isRigidTwin() const { return m_modelOptions.bodies == ModelOptions::Bodies::Rigid; }
     /** Warns of flexible bodies that are bent beyond what modes describe. **/
     void checkLinearRange(const std::string& analysis, const SimTK::State& state);

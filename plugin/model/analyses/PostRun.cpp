@@ -19,6 +19,7 @@
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/probes/Probe.h"
 #include "simflex/model/probes/TurnCounter.h"
+#include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/ResultWriter.h"
 
 namespace simflex {
@@ -132,13 +133,7 @@ public:
                   !isSameTree(m_before.find("pictures"), m_now.find("pictures"));
         if (m_draws) checkPictures(*m_model);  // what cannot be drawn is refused first
         m_states.emplace(*m_model);
-        for (const std::string& name : options.only)
-            if (!seekNamed(m_results.analyses, name)) {
-                std::vector<std::string> known;
-                for (const auto& analysis : m_results.analyses) known.push_back(analysis.name);
-                throw std::runtime_error("'" + path +
-                                         "': " + describeUnknown("analysis", name, known));
-            }
+        requireAnalyses(m_results, path, options.only);
     }
 
     std::string perform() {

@@ -18,11 +18,6 @@ void addDamping(const ModelValue& value, const ModelOptions& options,
     withPlace(value, [&] {
         if (value.isMap()) {
             const std::vector<double> rayleigh = value.get("rayleigh").getNumbers();
-            if (rayleigh.size() != 2)
-                value.get("rayleigh")
-                    .fail(
-                        "it is [alpha, beta]: alpha [1/s] on mass, beta [s] on "
-                        "stiffness");
             ModalDamping::rayleigh(flexible, body, rayleigh[0], rayleigh[1]);
         } else if (value.isScalar()) {
             if (value.getText() == "by_frequency")
@@ -46,9 +41,6 @@ void addDamping(const ModelValue& value, const ModelOptions& options,
 FlexibleBody addFlexibleBody(const ModelValue& value,
                              const std::shared_ptr<const ReducedBody>& part,
                              const ModelOptions& options, ModelSystem& system) {
-    for (const char* key : {"mass", "center_of_mass", "inertia", "shape", "density"})
-        if (value.has(key))
-            value.get(key).fail("it belongs to rigid bodies, and this one is flexible (`part`)");
     if (value.has("color")) readColor(value.get("color"));
     FlexibleBody body = withPlace(
         value.get("part"), [&] { return FlexibleBody(system.flexible, part, value.getName()); });
@@ -79,9 +71,6 @@ void addBodies(const ModelValue& file, const ModelFrames& frames, const Placemen
             entry.mobod = entry.flexible->getFrame();
             continue;
         }
-        for (const char* key : {"rigid", "stiffening", "damping"})
-            if (value.has(key))
-                value.get(key).fail("it belongs to flexible bodies, and this one has no `part`");
         const Mobilizer& mobilizer = placement.getMobilizer(i);
         MobilizedBody parent = mobilizer.parent.body < 0
                                    ? MobilizedBody(system.matter.updGround())

@@ -126,7 +126,6 @@ Action makeAction(const ModelValue& value, SignalBuilder& signals, ModelSystem& 
     }
     if (value.has("set")) {
         const int state = signals.findState(value.get("set"));
-        if (!value.has("to")) value.fail("its value is missing: to: 0");
         const Signal to = signals.make(value.get("to"));
         return [&system, state, to](State& now) {
             system.flexible.setStateValue(now, state, to.calcValue(system.flexible, now));

@@ -15,21 +15,6 @@ namespace {
 
 constexpr double PlaceTolerance = 1e-7;  ///< of a mobilizer's body [m, rad]
 
-int readMode(const ModelValue& modes, const std::string& key, int count) {
-    const int mode = std::stoi(key);  // the schema lets whole numbers pass
-    if (mode < 1 || mode > count)
-        modes.get(key).fail("'" + key + "' is not one of its modes, which are numbered from 1 to " +
-                            std::to_string(count));
-    return mode - 1;
-}
-
-Vector readModes(const ModelValue& modes, int count) {
-    Vector values(count, 0.0);
-    for (const std::string& key : modes.getKeys())
-        values[readMode(modes, key, count)] = modes.get(key).getNumber();
-    return values;
-}
-
 Vector readMobilities(const ModelValue& value, const Mobilizer& mobilizer, int count) {
     if (mobilizer.isFree() || mobilizer.type == "ball" || mobilizer.type == "weld") {
         const std::string what = value.getName();
@@ -106,6 +91,19 @@ Joint findStartingJoint(const JointStart& start, const ModelValue& file,
 }
 
 }  // namespace
+
+Vector readModes(const ModelValue& modes, int count) {
+    Vector values(count, 0.0);
+    for (const std::string& key : modes.getKeys()) {
+        const int mode = std::stoi(key);  // the schema lets whole numbers pass
+        if (mode < 1 || mode > count)
+            modes.get(key).fail("'" + key +
+                                "' is not one of its modes, which are numbered from 1 to " +
+                                std::to_string(count));
+        values[mode - 1] = modes.get(key).getNumber();
+    }
+    return values;
+}
 
 std::vector<JointStart> readJointStarts(const ModelValue& file) {
     const ModelValue initial = file.get("initial");

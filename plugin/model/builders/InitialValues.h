@@ -17,6 +17,10 @@ std::vector<JointStart> readJointStarts(const ModelValue& file);
 /** What the file gives a coordinate of a joint to begin with; 0: nothing. **/
 double findStartValue(const ModelValue& file, const std::string& joint, int coordinate);
 
+/** Values of `count` modes of {1: VALUE, …}; zero where none is given.
+@throws ModelError if there is no such mode. **/
+SimTK::Vector readModes(const ModelValue& modes, int count);
+
 /** As placed, with velocities and modes of bodies; joints are not assembled.
 @throws ModelError if a mobilizer cannot put its body where it is placed. **/
 void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placement& placement,

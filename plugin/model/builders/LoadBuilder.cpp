@@ -8,6 +8,7 @@
 #include "simflex/forces/DistributedLoad.h"
 #include "simflex/forces/LoadShape.h"
 #include "simflex/forces/StateForces.h"
+#include "simflex/model/builders/InitialValues.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/builders/Seat.h"
 
@@ -67,19 +68,6 @@ void addForce(const ModelValue& value, const ModelFrames& frames, SignalBuilder&
     });
 }
 
-LoadShape makeModalShape(const ModelValue& modes, int count) {
-    Vector forces(count, 0.0);
-    for (const std::string& key : modes.getKeys()) {
-        const int mode = std::stoi(key);  // the schema lets whole numbers pass
-        if (mode < 1 || mode > count)
-            modes.get(key).fail("'" + key +
-                                "' is not one of its modes, which are numbered from 1 to " +
-                                std::to_string(count));
-        forces[mode - 1] = modes.get(key).getNumber();
-    }
-    return LoadShape::fromModalForces(forces);
-}
-
 /** A load of unit size on `nodes`: the name of a set, or a list of mesh indices. **/
 template <class Nodes>
 LoadShape makeNodalShape(const ReducedBody& part, const Nodes& nodes, const std::string& kind,
@@ -112,21 +100,20 @@ void addDistributedLoad(const ModelValue& value, const ModelFrames& frames, Sign
         value.get("body").fail("'" + value.get("body").getText() +
                                "' is rigid: put a force `on` a frame of it");
     const FlexibleBody& body = *system.bodies[size_t(index)].flexible;
-    std::string kinds;
-    for (const char* kind : {"pressure", "traction", "total_force", "modes"})
-        if (value.has(kind)) kinds += kinds.empty() ? kind : std::string(" and ") + kind;
-    if (kinds.find(' ') != kinds.npos) value.fail("it has " + kinds + "; give one of them");
-    if (kinds != "modes" && !value.has("nodes"))
+    std::string kind;
+    for (const char* one : {"pressure", "traction", "total_force", "modes"})
+        if (value.has(one)) kind = one;
+    if (kind != "modes" && !value.has("nodes"))
         value.fail("say on which node set it acts: nodes: SET");
-    const ModelValue what = value.get(kinds);
+    const ModelValue what = value.get(kind);
     const LoadShape shape = withPlace(value.has("nodes") ? value.get("nodes") : what, [&] {
         const ReducedBody& part = body.getPart();
-        if (kinds == "modes") return makeModalShape(what, body.getNumModes());
+        if (kind == "modes") return LoadShape::fromModalForces(readModes(what, body.getNumModes()));
         const ModelValue nodes = value.get("nodes");
-        if (nodes.isList()) return makeNodalShape(part, readNodes(nodes, part), kinds, what);
-        return makeNodalShape(part, nodes.getText(), kinds, what);
+        if (nodes.isList()) return makeNodalShape(part, readNodes(nodes, part), kind, what);
+        return makeNodalShape(part, nodes.getText(), kind, what);
     });
-    const ModelValue factor = kinds == "pressure" ? what : value.get("scale");
+    const ModelValue factor = kind == "pressure" ? what : value.get("scale");
     if (factor.isGiven() && factor.isLaw()) {
         const Signal size = signals.make(factor);
         system.lawLoads[value.getName()] = {size};

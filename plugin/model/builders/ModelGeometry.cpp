@@ -6,17 +6,13 @@ namespace model {
 using namespace SimTK;
 
 CoordinateAxis readAxis(const ModelValue& value) {
-    const std::string text = value.getText();
-    if (text == "x") return XAxis;
-    if (text == "y") return YAxis;
-    if (text == "z") return ZAxis;
-    value.fail("'" + text + "' is not an axis; write x, y or z");
+    return CoordinateAxis(value.getText()[0] - 'x');
 }
 
 UnitVec3 readDirection(const ModelValue& value) {
     if (!value.isList()) return UnitVec3(readAxis(value));
     const Vec3 direction = value.getVec3();
-    if (direction.norm() == 0) value.fail("[0, 0, 0] is no direction");
+    if (direction.norm() == 0) value.fail("[0, 0, 0] is not a direction");
     return UnitVec3(direction);
 }
 
@@ -32,19 +28,12 @@ Rotation readRotation(const ModelValue& value) {
         rotation.setRotationToBodyFixedXYZ(angles);
         return rotation;
     }
-    const bool hasQuaternion = value.has("quaternion"), hasAxis = value.has("axis");
-    if (hasQuaternion == (hasAxis || value.has("angle")))
-        value.fail("give either axis and angle, or quaternion");
-    if (hasQuaternion) {
+    if (value.has("quaternion")) {
         const ModelValue quaternion = value.get("quaternion");
-        const std::vector<double> e = quaternion.getNumbers();
-        if (e.size() != 4) quaternion.fail("a quaternion has four numbers, [w, x, y, z]");
-        const Vec4 coefficients(e[0], e[1], e[2], e[3]);
-        if (coefficients.norm() == 0) quaternion.fail("[0, 0, 0, 0] is no rotation");
+        const Vec4 coefficients(quaternion.getNumbers().data());
+        if (coefficients.norm() == 0) quaternion.fail("[0, 0, 0, 0] is not a rotation");
         return Rotation(Quaternion(coefficients));
     }
-    if (!hasAxis) value.fail("an angle needs its axis: {axis: z, angle: 30*deg}");
-    if (!value.has("angle")) value.fail("an axis needs its angle: {axis: z, angle: 30*deg}");
     return Rotation(value.get("angle").getNumber(), readDirection(value.get("axis")));
 }
 

@@ -82,8 +82,6 @@ void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBu
     for (const std::string& name : motions.getKeys()) {
         const ModelValue value = motions.get(name);
         const bool hasJoint = value.has("joint"), hasAngle = value.has("angle");
-        if (hasJoint == value.has("between"))
-            value.fail("give either the joint whose coordinate it drives, or the frames (between)");
         const ModelValue function = value.get(hasAngle ? "angle" : "position");
         const Expression expression = function.getExpression();
         const Joint::MotionFunction motion = makeMotionFunction(expression);

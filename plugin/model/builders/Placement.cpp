@@ -17,10 +17,7 @@ Placement::Placement(const ModelValue& file, const ModelFrames& frames)
     m_marks.resize(count, Mark::Open);
     for (size_t i = 0; i < count; ++i) {
         const ModelValue body = m_bodies.get(frames.getBodyNames()[i]);
-        if (!frames.getPart(int(i)))
-            m_mobilizers[i] = readMobilizer(body.get("mobilizer"), frames);
-        else if (body.has("mobilizer"))
-            body.get("mobilizer").fail("flexible bodies have none: hold it by a joint");
+        if (!frames.getPart(int(i))) m_mobilizers[i] = readMobilizer(body.get("mobilizer"), frames);
     }
     for (size_t i = 0; i < count; ++i) place(int(i));
 }

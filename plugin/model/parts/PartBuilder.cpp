@@ -13,18 +13,7 @@ namespace model {
 namespace {
 
 ReducedBody readPart(const ModelValue& value, const ModelOptions& options) {
-    int sources = 0;
-    for (const char* key : {"file", "deck", "geometry", "matrices"}) sources += value.has(key);
-    if (sources != 1)
-        value.fail(sources == 0 ? "give the source of the part: file, deck, geometry or matrices"
-                                : "it has several sources; give one of file, deck, geometry and "
-                                  "matrices");
     if (!value.has("file")) return reducePart(value, options);
-    for (const std::string& key : value.getKeys())
-        if (key != "file" && key != "keep")
-            value.get(key).fail(
-                "a part file is reduced already: give its deck to reduce it with "
-                "other options");
     const ModelValue file = value.get("file");
     const std::string path = file.getFilePath();
     if (!std::filesystem::exists(path))

@@ -66,21 +66,25 @@ Probe makeMobilizerCoordinates(const std::shared_ptr<const Model>& model,
     return probe;
 }
 
+/** @param what  has `coordinate`, or it is −1: all; @param owner  "joint 'pin'" **/
+int readCoordinate(const ModelValue& what, const std::string& owner, int count) {
+    if (!what.isMap() || !what.has("coordinate")) return -1;
+    const ModelValue wanted = what.get("coordinate");
+    const int number = wanted.getInteger();
+    if (number < 0 || number >= count)
+        wanted.fail("there is no coordinate " + std::to_string(number) + "; " + owner + " has " +
+                    std::to_string(count) + ", numbered from 0");
+    return number;
+}
+
 /** {body: NAME, coordinate: q}, or all without `coordinate`. **/
 Probe makeMobilizerProbe(const ProbeSource& source, const ModelValue& map, Order order) {
     const Model::BodyEntry& body = source.model->findBody(map.get("body"));
     const SimTK::State state = source.model->getSystem().getDefaultState();
     const int count = order == Order::Value ? body.mobod.getNumQ(state) : body.mobod.getNumU(state);
     if (count == 0) map.get("body").fail("'" + body.name + "' has no coordinates");
-    int number = -1;
-    if (map.has("coordinate")) {
-        number = map.get("coordinate").getInteger();
-        if (number < 0 || number >= count)
-            map.get("coordinate")
-                .fail("there is no coordinate " + std::to_string(number) + "; '" + body.name +
-                      "' has " + std::to_string(count) + ", numbered from 0");
-    }
-    return makeMobilizerCoordinates(source.model, body, number, order);
+    return makeMobilizerCoordinates(source.model, body,
+                                    readCoordinate(map, "'" + body.name + "'", count), order);
 }
 
 /** Of `key: JOINT`, or {joint: JOINT, coordinate: n}, or {body: BODY, coordinate: n}. **/
@@ -94,15 +98,8 @@ Probe makeAnyCoordinate(const ProbeSource& source, const char* key, Order order)
         name.fail("joint '" + joint.getName() +
                   "' has no coordinates; probe 'orientation' or "
                   "'position' of a frame instead");
-    int number = -1;
-    if (what.isMap() && what.has("coordinate")) {
-        const ModelValue wanted = what.get("coordinate");
-        number = wanted.getInteger();
-        if (number < 0 || number >= count)
-            wanted.fail("there is no coordinate " + std::to_string(number) + "; joint '" +
-                        joint.getName() + "' has " + std::to_string(count) + ", numbered from 0");
-    }
-    return makeCoordinates(source.model, joint, number, order);
+    return makeCoordinates(source.model, joint,
+                           readCoordinate(what, "joint '" + joint.getName() + "'", count), order);
 }
 
 }  // namespace

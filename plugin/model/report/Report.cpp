@@ -227,13 +227,7 @@ class PageWriter {
 public:
     PageWriter(const std::string& path, const RunOptions& options)
         : m_path(path), m_options(options), m_results(readResults(path)) {
-        for (const std::string& name : options.only)
-            if (!seekNamed(m_results.analyses, name)) {
-                std::vector<std::string> known;
-                for (const auto& analysis : m_results.analyses) known.push_back(analysis.name);
-                throw std::runtime_error("'" + path +
-                                         "': " + describeUnknown("analysis", name, known));
-            }
+        requireAnalyses(m_results, path, options.only);
         buildModel();
     }
 

@@ -99,6 +99,15 @@ const Results::Analysis& chooseAnalysis(const Results& results, const std::strin
     return results.analyses.front();
 }
 
+void requireAnalyses(const Results& results, const std::string& path,
+                     const std::vector<std::string>& names) {
+    std::vector<std::string> known;
+    for (const auto& analysis : results.analyses) known.push_back(analysis.name);
+    for (const std::string& name : names)
+        if (!seekNamed(results.analyses, name))
+            throw std::runtime_error("'" + path + "': " + describeUnknown("analysis", name, known));
+}
+
 std::vector<std::string> makeFileLabels(const std::vector<std::string>& paths) {
     std::vector<std::string> labels;
     std::set<std::string> stems;

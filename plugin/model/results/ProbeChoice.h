@@ -32,6 +32,10 @@ std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
 const Results::Analysis& chooseAnalysis(const Results& results, const std::string& path,
                                         const std::string& name);
 
+/** @throws std::runtime_error proposing another if there is no analysis of one of these names. **/
+void requireAnalyses(const Results& results, const std::string& path,
+                     const std::vector<std::string>& names);
+
 /** One of an analysis' responses, of type frequency_response. **/
 struct ChosenResponse {
     std::string name;    ///< "tip.y by loads.push.force.y", or "tip.y" if there is one input

@@ -155,6 +155,7 @@ SchemaForm motion() {
                        .such("y"),
                    SchemaKey("position", {function()}, "Coordinate of the joint, or displacement.")
                        .in("rad or m")
+                       .with({"joint", "between"})
                        .such("150*t"),
                    SchemaKey("angle", {function()}, "Rotation of M about z of F.")
                        .in("rad")
@@ -198,15 +199,18 @@ SchemaForm load() {
             SchemaKey("traction", {vec3()}, "Force per unit area, in the body's axes.")
                 .in("Pa")
                 .with({"body"})
+                .without({"pressure"})
                 .such("[0, 0, 1000]"),
             SchemaKey("total_force", {vec3()},
                       "Total force, distributed over the nodes, in the body's axes.")
                 .in("N")
                 .with({"body"})
+                .without({"pressure", "traction"})
                 .such("[0, 0, 500]"),
             SchemaKey("modes", {numbered("modes", {number()})},
                       "Modal forces, by mode number from 1.")
                 .with({"body"})
+                .without({"pressure", "traction", "total_force"})
                 .such("{3: 1.0}"),
             SchemaKey("scale", {law()}, "Factor.")
                 .with({"traction", "total_force", "modes"})
@@ -501,6 +505,7 @@ SchemaForm event() {
                         SchemaKey("stop", {boolean()}, "Ends the analysis.").such("true"),
                         SchemaKey("set", {name("a state")},
                                   "State with a rate of its own that is set to a value.")
+                            .with({"to"})
                             .such("charge"),
                         SchemaKey("to", {law()}, "The value.").with({"set"}).such("charge - 1"),
                         SchemaKey("release", {name("a joint or motion")},

@@ -659,19 +659,19 @@ void RigidTree::putUDot(const double*, const double* uDot, Vector& simbodyUDot) 
 }
 
 std::string RigidTree::describeSpeed(int speed) const {
-    for (const RigidBody& body : m_bodies)
-        if (body.u0 <= speed && speed < body.u0 + body.nu)
-            return "speed " + std::to_string(speed - body.u0 + 1) + " of " +
-                   std::to_string(body.nu) + " of " +
-                   describeBody(m_matter, body.index, "mobilized body");
-    return "'" + name + "'";
+    return describe("speed", speed, &RigidBody::u0, &RigidBody::nu);
 }
 
 std::string RigidTree::describeCoordinate(int coordinate) const {
+    return describe("coordinate", coordinate, &RigidBody::q0, &RigidBody::nq);
+}
+
+std::string RigidTree::describe(const char* what, int index, int RigidBody::*first,
+                                int RigidBody::*count) const {
     for (const RigidBody& body : m_bodies)
-        if (body.q0 <= coordinate && coordinate < body.q0 + body.nq)
-            return "coordinate " + std::to_string(coordinate - body.q0 + 1) + " of " +
-                   std::to_string(body.nq) + " of " +
+        if (body.*first <= index && index < body.*first + body.*count)
+            return what + (" " + std::to_string(index - body.*first + 1)) + " of " +
+                   std::to_string(body.*count) + " of " +
                    describeBody(m_matter, body.index, "mobilized body");
     return "'" + name + "'";
 }

@@ -186,6 +186,10 @@ private:
     /** The same for forces at all bodies' origins, m_forces; uses them up. **/
     void addInForces(double* r);
 
+    /** "speed 2 of 6 of mobilized body 3". **/
+    std::string describe(const char* what, int index, int RigidBody::*first,
+                         int RigidBody::*count) const;
+
     /** What belongs to one base body. **/
     struct Root {
         int firstQ, numQ, firstU, numU;

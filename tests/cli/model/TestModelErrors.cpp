@@ -183,8 +183,9 @@ TEST_F(ModelErrors, OfJointsMotionsLoadsAndConnectorsAreNamedWithTheirPlace) {
         {joint + "motions: {m: {joint: j, position: t}, n: {joint: j, position: 2*t}}",
          "model.yaml:5:42: motions.n: coordinate 0 of 'j' is driven by motion 'm' already"},
         {joint + "motions: {m: {position: t}}",
-         "model.yaml:5:14: motions.m: give either the joint whose coordinate it drives, or the "
-         "frames (between)"},
+         "model.yaml:5:15: motions.m.position: 'position' has a meaning only together with joint "
+         "or "
+         "between"},
         {joint + "motions: {m: {joint: j, between: [ground, cart], position: t}}",
          "model.yaml:5:25: motions.m.between: 'between' and 'joint' exclude each other: give one "
          "of them"},
