@@ -40,6 +40,7 @@ void calcBodyResidual(const FlexibleBodyModel& model, FlexibleBodyData& data, co
         const int count = std::min(n - i, ChunkSize);
         const Chunk x = loadChunk(xi + i, count), xDot = loadChunk(xiDot + i, count);
         const Chunk xDotDot = loadChunk(xiDotDot + i, count);
+        // inertia, damping, elasticity: ξ̈ + D ξ̇ + Ω² ξ
         Chunk mode = xDotDot + loadChunk(d + i, count) * xDot;
         mode += loadChunk(omegaSquared + i, count) * x;
         for (int c = 0; c < 6; ++c) {
@@ -47,14 +48,14 @@ void calcBodyResidual(const FlexibleBodyModel& model, FlexibleBodyData& data, co
             const Chunk sum = half + product, B = sum + product;
             inertia[c] += sum * x;
             rate[c] += B * xDot;
-            mode -= B * products.of[c];
+            mode -= B * products.of[c];  // centrifugal: −½ ωᵀ ∂I/∂ξ ω
         }
         for (int a = 0; a < 3; ++a) {
             const Chunk atXi = loadChunk(NXi + a * n + i);
             NXiTimesXiDot[a] += atXi * xDot;
             NXiTimesXiDotDot[a] += atXi * xDotDot;
-            mode -= atXi * omegaDot[a];
-            mode -= loadChunk(NXiDot + a * n + i) * (2 * omega[a]);
+            mode -= atXi * omegaDot[a];                              // Cᵀ ω̇
+            mode -= loadChunk(NXiDot + a * n + i) * (2 * omega[a]);  // gyroscopic: −2 ω_a N_a ξ̇
         }
         storeChunk(mode, modes + i, count);
     }
@@ -67,6 +68,7 @@ void calcBodyResidual(const FlexibleBodyModel& model, FlexibleBodyData& data, co
     data.I = model.inertia + symmetricMatrix(inertiaSums);
     data.IDot = symmetricMatrix(rateSums);
     for (int a = 0; a < 3; ++a) data.CXiDot[a] = -sumChunk(NXiTimesXiDot[a]);
+    // İ ω + ω × (I ω + C ξ̇) + I ω̇ + C ξ̈
     rotation = data.IDot * omega + omega.cross(data.I * omega + data.CXiDot) + data.I * omegaDot;
     for (int a = 0; a < 3; ++a) rotation[a] -= sumChunk(NXiTimesXiDotDot[a]);
 }
