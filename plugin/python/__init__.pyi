@@ -46,7 +46,7 @@ class Analysis:
 
     @property
     def time(self) -> NDArray[numpy.float64]:
-        """n [s], of transient ones."""
+        """The n times of rows [s], of transient analyses."""
 
     @property
     def probes(self) -> List[str]:
@@ -62,7 +62,7 @@ class Analysis:
         """n numbers of a probe, or n×k of one with columns; SI units, see unit()."""
 
     def unit(self, probe: str) -> str:
-        """Of a probe: m, rad/s …"""
+        """Unit of a probe: m, rad/s …"""
 
     def columns(self, probe: str) -> List[str]:
         """Names of a probe's columns: x, y, z; one without name if it has one."""
@@ -77,11 +77,11 @@ class Analysis:
 
     @property
     def speeds(self) -> NDArray[numpy.float64]:
-        """Of campbell [rad/s]."""
+        """Speeds of a Campbell diagram [rad/s]."""
 
     @property
     def frequency(self) -> NDArray[numpy.float64]:
-        """Modes of eigen, or speeds × modes of campbell [Hz]."""
+        """Frequencies [Hz]: modes of eigen, speeds × modes of campbell."""
 
     @property
     def damping_ratio(self) -> NDArray[numpy.float64]:
@@ -166,7 +166,7 @@ class Model:
 
     @overload
     def __init__(self) -> None:
-        """An empty one."""
+        """An empty model."""
     @overload
     def __init__(self, path: Union[PathLike[str], str], settings: Dict[str, Any] = {}, **kwargs) -> None:
         """Model('ruler.yaml', {'solver.accuracy': 1e-7}, load=0.1): a file, with other values
@@ -174,11 +174,11 @@ class Model:
 
     @staticmethod
     def from_dict(keys: Dict[str, Any], folder: Union[PathLike[str], str] = '.') -> Model:
-        """Of the keys of a model file. Relative paths begin in `folder`."""
+        """From the keys of a model file. Relative paths begin in `folder`."""
 
     @staticmethod
     def from_text(text: str, folder: Union[PathLike[str], str] = '.') -> Model:
-        """Of the text of a model file."""
+        """From the text of a model file."""
 
     def function(self, function: Any, name: str = '') -> Any:
         """Makes a function of numbers known to the model's formulas: '@model.function' before
@@ -189,7 +189,7 @@ class Model:
         give equal values."""
 
     def set(self, key: str, value: Any) -> None:
-        """Gives what stands at a key ('joints.bearing.axis') another value."""
+        """Sets the value of a key ('joints.bearing.axis')."""
 
     @property
     def path(self) -> str:
@@ -204,13 +204,13 @@ class Model:
         ...
 
     def run(self, output: Optional[Union[PathLike[str], str]] = None, analyses: List[str] = [], threads: int = 0, resume: bool = False, pictures: bool = False, progress: Any = None, error_bar: bool = False) -> Results:
-        """Does the analyses (all, or those named) as `simflex run` does, and writes the file
+        """Runs the analyses (all, or those named) as `simflex run` does, and writes the file
         of results: beside the model unless `output` says where. Ctrl-C keeps what is done, and so
         does progress(what, fraction), told now and then, by returning False: Cancelled.
         With `error_bar` each probe has its error, 'tip error', by what parts have left out."""
 
     def analyse(self, type: str, **kwargs) -> Analysis:
-        """Does one analysis that the file need not have, with the keys of `analyses`, and
+        """Runs one analysis that the file need not have, with the keys of `analyses`, and
         returns its Analysis: analyse('campbell', parameter='speed', speeds=[0, 50, 100])."""
 
     def __copy__(self) -> Model:
@@ -284,7 +284,7 @@ class Keys:
         ...
 
     def add(self, name: str, **kwargs) -> Keys:
-        """A new entry of bodies, joints, loads …, with these keys. Returns it."""
+        """Adds an entry to bodies, joints, loads …, with these keys, and returns it."""
 
     def to_dict(self) -> Dict[str, Any]:
         """A copy of what the file and later settings say; nothing of defaults."""
@@ -326,7 +326,7 @@ class Part:
 
     @property
     def frequencies(self) -> NDArray[numpy.float64]:
-        """Of the modes [Hz]."""
+        """Frequencies of the modes [Hz]."""
 
     @property
     def shapes(self) -> NDArray[Any]:
@@ -383,7 +383,7 @@ class Part:
 
 
 class Animation:
-    """A film: notebooks show it."""
+    """A video: notebooks show it."""
 
     @property
     def kind(self) -> str:
@@ -447,7 +447,7 @@ class Session:
         """Back to the start."""
 
     def settle(self) -> Any:
-        """Goes to the static equilibrium near by; returns iterations, and in words
+        """Goes to the nearest static equilibrium; returns iterations, and in words
         free_motions, which nothing holds, and unstable_motions, in which it falls away;
         by_damped_motion is true if Newton's iteration did not find it."""
 
@@ -493,8 +493,8 @@ class Session:
 
     def eigenmodes(self, count: Optional[int] = None) -> Any:
         """Natural modes about this State, an equilibrium or a steady motion: frequency [Hz],
-        damping_ratio, eigenvalue [1/s], shape (speeds × modes); free motions first, of
-        frequency 0. All of them, or free motions and the `count` slowest of the others, which
+        damping_ratio, eigenvalue [1/s], shape (speeds × modes); rigid-body modes first, of
+        frequency 0. All of them, or rigid-body modes and the `count` slowest of the others, which
         is quick for many bodies."""
 
     def linearize(self, inputs: List[str], outputs: List[str] = []) -> Any:
@@ -530,7 +530,7 @@ class Session:
         ...
 
     def animation(self, path: Optional[Union[PathLike[str], str]] = None, rate: float = 25) -> Animation:
-        """A film of the motion so far, which notebooks show: of at most 64 States, evenly
+        """A video of the motion so far, which notebooks show: of at most 64 States, evenly
         chosen, at a rate [1/s]. With a path (.mp4, .gif, .webp) it is written there, too.
         Needs ffmpeg."""
 

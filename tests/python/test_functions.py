@@ -113,7 +113,7 @@ def test_functions_without_a_use_are_refused():
         make_driven("1").function(3)
     with pytest.raises(ValueError, match="no parameters"):
         make_driven("1").function(lambda: 1)
-    for name, words in (("sin", "something else"), ("length", "of a parameter"), ("a b", "no name"), ("t", "something else")):
+    for name, words in (("sin", "already has a meaning"), ("length", "of a parameter"), ("a b", "formulas cannot use"), ("t", "already has a meaning")):
         model = make_driven("1")
         model.function(torque, name)
         with pytest.raises(simflex.ModelError, match=words):
