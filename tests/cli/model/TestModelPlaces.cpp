@@ -38,10 +38,10 @@ TEST_F(ModelPlaces, EveryFormOfRotationIsSimbodys) {
                 HasSubstr("with axis"));
     EXPECT_THAT(messageOf("bodies:\n  d: {" + brick +
                           ", place: {rotation: {axis: [0, 0, 0], angle: 1}}}\n"),
-                HasSubstr("no direction"));
+                HasSubstr("not a direction"));
     EXPECT_THAT(
         messageOf("bodies:\n  d: {" + brick + ", place: {rotation: {quaternion: [0, 0, 0, 0]}}}\n"),
-        HasSubstr("no rotation"));
+        HasSubstr("not a rotation"));
 }
 
 TEST_F(ModelPlaces, PositionOfAFlexibleBodyIsThatOfItsPartsCoordinates) {
