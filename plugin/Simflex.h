@@ -29,6 +29,7 @@ What a Simbody program with flexible bodies needs, Simbody's own headers include
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/FrequencyResponse.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/ModalForm.h"
 #include "simflex/solver/RadauIntegrator.h"
 #include "simflex/solver/StateSpace.h"
 #include "simflex/solver/StaticEquilibrium.h"

@@ -29,6 +29,7 @@ void addPlotCommand(CLI::App& app);
 void addPostCommand(CLI::App& app);
 void addReportCommand(CLI::App& app);
 void addCompareCommand(CLI::App& app);
+void addMacCommand(CLI::App& app);
 void addFmuCommand(CLI::App& app);
 void addSweepCommand(CLI::App& app);
 void addCacheCommand(CLI::App& app);

@@ -33,6 +33,7 @@ int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& so
     addReportCommand(app);
     addPlotCommand(app);
     addCompareCommand(app);
+    addMacCommand(app);
     addSweepCommand(app);
     addFmuCommand(app);
     return runCommandLine(app, argc, argv);

@@ -16,6 +16,7 @@ its columns, "tip.y". SI units. **/
 #include <vector>
 
 #include "Simbody.h"
+#include "simflex/solver/ModalForm.h"
 
 namespace simflex {
 
@@ -25,7 +26,11 @@ struct LinearSystem {
     };
     std::vector<Port> inputs, outputs;
     SimTK::Matrix A, B, C, D;
-    double time = 0;  ///< of the State [s]
+    /** Where all probes were asked for: those that have no derivative at the State, such as the
+    size of a displacement that is zero. **/
+    std::vector<std::string> leftOut;
+    int numStates = 0;  ///< of the full form; see ModalForm.h
+    double time = 0;    ///< of the State [s]
 
     /** MATLAB's format 5: A, B, C, D, and the names as cells of texts, `inputs`, `outputs`,
     `input_units`, `output_units`. @throws std::runtime_error if the file cannot be written. **/

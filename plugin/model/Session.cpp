@@ -336,13 +336,13 @@ Session::Equilibrium Session::settle(const std::function<bool()>& goesOn) {
 
 LinearSystem Session::linearize(const std::vector<std::string>& inputs,
                                 const std::vector<std::string>& outputs,
-                                const std::function<bool()>& goesOn) const {
+                                const std::function<bool()>& goesOn, const ModalForm& form) const {
     const auto observe = [&] {
         if (goesOn && !goesOn()) throw Cancelled("nothing has changed");
     };
     return linearizeModel(m_text, m_options, m_model, m_probes,
                           findEquilibriumNearby(m_model->getSystem(), copyState(), observe), inputs,
-                          outputs, observe);
+                          outputs, form, observe);
 }
 
 //-------------------------------------------------------------------------------------------------

@@ -114,10 +114,12 @@ public:
     @param inputs  numbers of the model by path, "loads.push.force.y"
     @param outputs  probes, "tip" or "tip.y"; none: all
     @param goesOn  asked every now and then
+    @param form  of the states
     @throws Cancelled if that is false; std::runtime_error that says why it cannot be. **/
     LinearSystem linearize(const std::vector<std::string>& inputs,
                            const std::vector<std::string>& outputs = {},
-                           const std::function<bool()>& goesOn = {}) const;
+                           const std::function<bool()>& goesOn = {},
+                           const ModalForm& form = {}) const;
 
     /** @name Quantities by name **/
     /**@{**/

@@ -240,11 +240,20 @@ py::array_t<double> copyMatrix(const SimTK::Matrix& matrix) {
 }
 
 py::object linearize(OwnSession& own, const std::vector<std::string>& inputs,
-                     const std::vector<std::string>& outputs) {
+                     const std::vector<std::string>& outputs, const std::string& form, int modes,
+                     double upTo) {
+    ModalForm wanted{ModalForm::Kind::Full, modes, 2 * SimTK::Pi * upTo};
+    if (form == "modal" || form == "minimal")
+        wanted.kind = form == "modal" ? ModalForm::Kind::Modal : ModalForm::Kind::Minimal;
+    else if (form != "full" || modes != 0 || upTo != 0)
+        throw py::value_error(form != "full" ? "form is full, modal or minimal, not '" + form + "'"
+                                             : "the full form has all modes: choose form='modal'");
+    if (!(modes >= 0) || !(upTo >= 0)) throw py::value_error("modes and up_to are not negative");
     Interrupts interrupts(&own.getCallables());
     const LinearSystem linear = own.use(
         [&](const Session& session) {
-            return session.linearize(inputs, outputs, [&] { return interrupts.goesOn(); });
+            return session.linearize(
+                inputs, outputs, [&] { return interrupts.goesOn(); }, wanted);
         },
         true);
     py::dict result;
@@ -554,11 +563,15 @@ void addSession(py::module_& module) {
              "which\n"
              "is quick for many bodies.")
         .def("linearize", &linearize, py::arg("inputs"),
-             py::arg("outputs") = std::vector<std::string>(),
+             py::arg("outputs") = std::vector<std::string>(), py::arg("form") = "full",
+             py::arg("modes") = 0, py::arg("up_to") = 0.0,
              "About this State, an equilibrium or a steady motion: ẋ = A x + B p, y = C x + D p.\n"
              "Inputs are numbers of the model ('loads.push.force.x'), outputs probes ('tip.y'; "
              "none:\n"
-             "all). Returns A, B, C, D, inputs, input_units, outputs, output_units.")
+             "all). The form is full, modal (A block-diagonal) or minimal (what inputs reach and\n"
+             "outputs see), of at most so many modes, or those up to a frequency [Hz]. Returns A, "
+             "B,\n"
+             "C, D, inputs, input_units, outputs, output_units.")
         .def_property_readonly(
             "input_names", [](OwnSession& own) { return own.look(&listInputs); },
             "Of the model's `inputs`, in their order.")

@@ -535,6 +535,65 @@ TEST_F(LinearModelTest, HasThePolesOfTheEigenAnalysis) {
     EXPECT_THAT(out, HasSubstr(" (2, 3) loads.push.force.z m\n"));
 }
 
+TEST_F(LinearModelTest, TheModalFormHasThePolesOfTheEigenAnalysis) {
+    // Three masses on rails, coupled by dampers.
+    writeModel(R"(simflex: 1
+bodies:
+  a: {mass: 2, inertia: [1, 1, 1], place: {position: [0.5, 0, 0]}}
+  b: {mass: 1, inertia: [1, 1, 1], place: {position: [1, 0, 0]}}
+  c: {mass: 0.1, inertia: [1, 1, 1], place: {position: [1.5, 0, 0]}}
+joints:
+  rail_a: {type: slider, between: [ground, a], axis: x}
+  rail_b: {type: slider, between: [ground, b], axis: x}
+  rail_c: {type: slider, between: [ground, c], axis: x}
+connectors:
+  one: {type: spring, between: [ground, a], stiffness: 300, damping: 0.5, free_length: 0.5}
+  two: {type: spring, between: [a, b], stiffness: 600, damping: 3, free_length: 0.5}
+  three: {type: spring, between: [b, c], stiffness: 90000, damping: 1, free_length: 0.5}
+loads:
+  push: {on: a, force: [0, 0, 0]}
+probes:
+  place: {position: c, component: x}
+  fast: {velocity: b, component: x}
+analyses:
+  full: {type: linear, inputs: [loads.push.force.x]}
+  modal: {type: linear, inputs: [loads.push.force.x], form: modal}
+  slow: {type: linear, inputs: [loads.push.force.x], form: modal, modes: 2}
+  modes: {type: eigen, about: static}
+)");
+    ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("slow: linear model, 4 states"));
+    EXPECT_THAT(out, HasSubstr("6 states before; modes that are left out answer as springs do"));
+    const Results::Analysis modes = read("modes");
+    const auto A = read("modal").matrices.at("A");
+    ASSERT_EQ(A.size(), 6u);
+    for (size_t k = 0; k < 3; ++k) {
+        const double omega = 2 * SimTK::Pi * modes.frequency[0][k], zeta = modes.dampingRatio[0][k];
+        EXPECT_NEAR(A[2 * k][2 * k], -zeta * omega, 1e-9 * omega) << k;
+        EXPECT_NEAR(std::abs(A[2 * k][2 * k + 1]), omega * std::sqrt(1 - zeta * zeta), 1e-9 * omega)
+            << k;
+    }
+    // Control engineers' programs see the same, and static gains stay.
+    const std::string compare = R"(
+import numpy, scipy.io, scipy.signal
+def response(name, w):
+    m = scipy.io.loadmat('model.results.' + name + '.mat')
+    return m['C'] @ numpy.linalg.solve(1j*w*numpy.eye(len(m['A'])) - m['A'], m['B']) + m['D']
+for w in (0.1, 5, 30, 1000):
+    assert numpy.allclose(response('full', w), response('modal', w), rtol=1e-9, atol=0), w
+assert numpy.allclose(response('full', 1e-6)[0], response('slow', 1e-6)[0], rtol=1e-9)
+assert numpy.allclose(response('full', 10), response('slow', 10), rtol=1e-3)
+print('same')
+)";
+    testing::writeText(folder / "compare.py", compare);
+    ASSERT_EQ(runProgram("/usr/bin/python3", "compare.py"), 0) << err;
+    EXPECT_NE(runProgram("'" SIMFLEX_PROGRAM "'",
+                         "run model.yaml --only full --set analyses.full.form=full --set "
+                         "analyses.full.modes=2 -o other.h5"),
+              0);
+    EXPECT_THAT(err, HasSubstr("choose form: modal"));
+}
+
 TEST_F(LinearModelTest, ASpinningRotorTellsWhatTurnsAndWhatDoesNot) {
     // A rigid rotor on a pin in a housing on springs, with gyroscopic moments.
     writeModel(R"(simflex: 1

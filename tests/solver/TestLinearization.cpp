@@ -750,5 +750,38 @@ TEST(StateSpace, DifferencesOfWhatIsObservedAreItsDerivatives) {
     EXPECT_LT(std::abs(outputs.byMultipliers(3, 2) - 2 * lambda), 1e-8 * std::abs(lambda));
 }
 
+TEST(StateSpace, TheSizeOfWhatIsZeroHasNoDerivative) {
+    const HangingPart model;
+    const Linearization linear = calcLinearization(model.system, model.state);
+    const Vec3 place = model.body.getFramePose(model.state).p();
+    const Vec3 beside = place - Vec3(1e-5, 0, 0);  // far less than differences go
+    const auto observe = [&](const State& state, const Vector&, const Vector& multipliers) {
+        const Vec3 p = model.body.getFramePose(state).p();
+        return std::vector<double>{p[1],
+                                   (p - place).norm(),
+                                   (p - beside).norm(),
+                                   std::abs(p[2] - place[2]),
+                                   multipliers.norm(),
+                                   (multipliers - linear.multipliers).norm()};
+    };
+    try {
+        differentiateOutputs(model.system, linear, observe);
+        FAIL() << "no exception";
+    } catch (const NoDerivative& error) {
+        EXPECT_EQ(error.outputs, (std::vector<int>{1, 3, 5}));
+    }
+    const LinearOutputs smooth = differentiateOutputs(
+        model.system, linear, [&](const State& state, const Vector& uDot, const Vector& lambda) {
+            const std::vector<double> all = observe(state, uDot, lambda);
+            return std::vector<double>{all[2], all[4]};
+        });
+    const int first = model.body.getFrame().getFirstUIndex(model.state);
+    EXPECT_NEAR(smooth.byQ(0, first + 3), 1, 1e-6);
+    EXPECT_NEAR(smooth.byQ(0, first + 4), 0, 1e-6);
+    for (int k = 0; k < linear.multipliers.size(); ++k)
+        EXPECT_NEAR(smooth.byMultipliers(1, k), linear.multipliers[k] / linear.multipliers.norm(),
+                    1e-9);
+}
+
 }  // namespace
 }  // namespace simflex

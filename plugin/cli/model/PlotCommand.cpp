@@ -27,7 +27,7 @@ struct PlotArguments {
     FigureWishes wishes;
     std::string csv;
     bool together = false, stacked = false, hasTitle = false;
-    bool spectrum = false, waterfall = false;
+    bool spectrum = false, waterfall = false, map = false;
 };
 
 /** Result files are the arguments that end like one or exist; the others are probes. **/
@@ -46,6 +46,25 @@ void takeSweep(const std::vector<std::string>& paths, PlotArguments& arguments,
     arguments.wishes.hasPoints = true;
     labels = std::move(sweep.labels);
     results = std::move(sweep.results);
+}
+
+/** The results of a sweep's cases in place of its table. **/
+void takeCases(std::vector<std::string>& paths, PlotArguments& arguments,
+               std::vector<FigureSource>& sources, std::vector<Results>& results) {
+    if (paths.size() != 1 || !isSweepTable(paths[0]))
+        throw std::runtime_error("--map is of one sweep: name its folder or its sweep.h5");
+    const SweepCases cases = listSweepCases(paths[0], arguments.wishes.xProbe);
+    arguments.wishes.mapOver = cases.key;
+    arguments.wishes.xProbe.clear();
+    for (const std::string& path : cases.paths)
+        results.push_back(readResults(path, ReadStates::No));
+    for (size_t k = 0; k < results.size(); ++k) {
+        std::string analysis = arguments.analysis;
+        for (const Results::Analysis& other : results[k].analyses)
+            if (analysis.empty() && other.type == "frequency_response") analysis = other.name;
+        sources.push_back(
+            {"", &chooseAnalysis(results[k], cases.paths[k], analysis), cases.values[k]});
+    }
 }
 
 void runPlot(PlotArguments& arguments) {
@@ -74,13 +93,15 @@ void runPlot(PlotArguments& arguments) {
 
     std::vector<std::string> labels = makeFileLabels(paths);
     std::vector<Results> results;
-    if (isSweepTable(paths[0])) {
+    std::vector<FigureSource> sources;
+    if (arguments.map) {
+        takeCases(paths, arguments, sources, results);
+    } else if (isSweepTable(paths[0])) {
         takeSweep(paths, arguments, labels, results);
     } else {
         for (const std::string& path : paths) results.push_back(readResults(path, ReadStates::No));
     }
-    std::vector<FigureSource> sources;
-    for (size_t k = 0; k < results.size(); ++k)
+    for (size_t k = 0; k < results.size() && !arguments.map; ++k)
         sources.push_back(
             {labels[k],
              &chooseAnalysis(results[k], paths.at(paths.size() > 1 ? k : 0), arguments.analysis)});
@@ -117,6 +138,8 @@ void addPlotCommand(CLI::App& app) {
         "  simflex plot run_up.h5 bearing.y --waterfall --speed spin --orders 1,2\n"
         "  simflex plot run_up.h5 bearing.y --speed spin --orders 1,2   (their amplitudes)\n"
         "  simflex plot run.h5 tip.y --analysis response          (Bode diagram of an output)\n"
+        "  simflex plot run.h5 tip.y --analysis response --nyquist\n"
+        "  simflex plot rotor.sweep tip.y --map --orders 1          (over the swept speed)\n"
         "  simflex plot crank.sweep/sweep.h5 tip.x.maximum --x speed   (columns of a sweep over "
         "a parameter)");
     plot->add_option("RESULTS.h5", arguments->names,
@@ -152,6 +175,10 @@ void addPlotCommand(CLI::App& app) {
                      "Revolutions in a piece from which amplitudes of orders are found")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
+    plot->add_flag("--nyquist", arguments->wishes.isNyquist,
+                   "Plot imaginary over real parts of responses");
+    plot->add_flag("--map", arguments->map,
+                   "Plot magnitude and phase of a sweep's responses over frequency and the parameter");
     plot->add_option("--csv", arguments->csv, "Write the figure's numbers to this file as well")
         ->type_name("FILE.csv");
     plot->add_option("--size", arguments->size,

@@ -15,6 +15,7 @@ The analyses without time: static, eigen, campbell, linear, frequency_response. 
 #include "simflex/model/analyses/MotionWarnings.h"
 #include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/analyses/StateRows.h"
+#include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/solver/CampbellDiagram.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -105,12 +106,7 @@ void addShapes(const std::shared_ptr<const Model>& model, const Probes& probes,
                const std::vector<Eigenmode>& modes, Results::Analysis& results,
                const std::function<void()>& observer) {
     const LinearOutputPorts ports(model, probes, outputs);
-    const LinearOutputs observed = differentiateOutputs(
-        model->getSystem(), linear,
-        [&](const State& state, const Vector& uDot, const Vector& multipliers) {
-            observer();
-            return ports.calc(state, uDot, multipliers);
-        });
+    const LinearOutputs observed = ports.differentiate(linear, observer);
     for (const LinearSystem::Port& port : ports.getPorts()) {
         results.outputs.push_back(port.name);
         results.outputUnits.push_back(port.unit);
@@ -208,8 +204,7 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     results.statistics["iterations"] = equilibrium.numIterations;
     m_writer->add(results);
     if (drawsEquilibrium(analysis))
-        m_remarks[name].push_back(
-            drawState(*m_model, equilibrium.state, name, getUsualFolder()));
+        m_remarks[name].push_back(drawState(*m_model, equilibrium.state, name, getUsualFolder()));
     const std::string rubbing = nameRubbingJoints(*m_model);
     if (!rubbing.empty()) warn(name, "is found without the friction of " + rubbing);
     for (const auto& [motion, count] : countEqual(equilibrium.unstableMotions))
@@ -279,17 +274,19 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         addModes(modes, results);
     }
     if (keepsMatrices) {
-        results.matrices.insert({{"M", listRows(linear->M)},
-                                 {"D", listRows(linear->D)},
-                                 {"K", listRows(linear->K)}});
+        results.matrices.insert(
+            {{"M", listRows(linear->M)}, {"D", listRows(linear->D)}, {"K", listRows(linear->K)}});
         if (linear->G.nrow() > 0) results.matrices["G"] = listRows(linear->G);
     }
-    if (analysis.has("outputs"))
-        addShapes(m_model, m_probes, analysis.get("outputs").getTexts(), *linear, modes, results,
-                  observer);
+    if (analysis.has("outputs")) try {
+            addShapes(m_model, m_probes, analysis.get("outputs").getTexts(), *linear, modes,
+                      results, observer);
+        } catch (const OutputKinks& kinks) {
+            throw std::runtime_error("analysis '" + name + "': " + kinks.what());
+        }
     if (isDrawn)
-        m_remarks[name].push_back(drawModes(*m_model, about, modes, name,
-                                            getUsualFolder(), m_options.listener));
+        m_remarks[name].push_back(
+            drawModes(*m_model, about, modes, name, getUsualFolder(), m_options.listener));
     m_writer->add(results);
     const std::string rubbing = nameRubbingJoints(*m_model);
     if (!rubbing.empty())
@@ -390,21 +387,48 @@ std::vector<double> listFrequencies(const ModelValue& analysis) {
 
 }  // namespace
 
+namespace {
+
+ModalForm readModalForm(const ModelValue& analysis) {
+    const std::string kind = analysis.get("form").getText();
+    if (kind == "full") {
+        for (const char* key : {"modes", "up_to"})
+            if (analysis.has(key))
+                analysis.get(key).fail("the full form has all modes: choose form: modal");
+        return {};
+    }
+    ModalForm form{kind == "modal" ? ModalForm::Kind::Modal : ModalForm::Kind::Minimal};
+    if (analysis.has("modes")) form.modes = analysis.get("modes").getInteger();
+    if (analysis.has("up_to")) form.highest = 2 * SimTK::Pi * analysis.get("up_to").getNumber();
+    return form;
+}
+
+}  // namespace
+
+void ModelRun::warnOfKinks(const std::string& analysis, const std::vector<std::string>& leftOut) {
+    if (!leftOut.empty())
+        warn(analysis, "is without " + joinNames(leftOut, ", ") +
+                           ": the size of something that is zero has no derivative; observe its "
+                           "components");
+}
+
 void ModelRun::runLinear(const ModelValue& analysis) {
     const std::string name = analysis.getName();
+    const ModalForm form = readModalForm(analysis);
     const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name),
                                       [this] { stopIfAsked(); });
     LinearSystem linear;
     try {
-        linear = linearizeModel(m_text, m_modelOptions, m_model, m_probes, about,
-                                analysis.get("inputs").getTexts(),
-                                getTextsIfGiven(analysis, "outputs"), [this] { stopIfAsked(); });
+        linear = linearizeModel(
+            m_text, m_modelOptions, m_model, m_probes, about, analysis.get("inputs").getTexts(),
+            getTextsIfGiven(analysis, "outputs"), form, [this] { stopIfAsked(); });
     } catch (const Cancelled&) {
         throw;
     } catch (const std::runtime_error& error) {
         if (isRigidTwin()) return leaveOut(name, error.what());
         throw std::runtime_error("analysis '" + name + "': " + error.what());
     }
+    warnOfKinks(name, linear.leftOut);
     Results::Analysis results = makeComplete(name, "linear");
     putPorts(linear.inputs, linear.outputs, results);
     results.matrices = {{"A", listRows(linear.A)},
@@ -415,6 +439,11 @@ void ModelRun::runLinear(const ModelValue& analysis) {
     const std::string path =
         std::filesystem::path(m_resultPath).replace_extension("." + name + ".mat").string();
     linear.writeMat(path);
+    if (linear.A.nrow() < linear.numStates)
+        m_remarks[name].push_back(std::to_string(linear.numStates) + " states before" +
+                                  (form.modes > 0 || form.highest > 0
+                                       ? "; modes that are left out answer as springs do"
+                                       : ""));
     m_remarks[name].push_back("for MATLAB, Octave and Python: " + path);
 }
 
@@ -507,8 +536,8 @@ void addDensities(const HarmonicResponse& response, const std::vector<Spectrum>&
 void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const std::vector<double> frequencies = listFrequencies(analysis);
-    const std::vector<std::string> inputs = getTextsIfGiven(analysis, "inputs"),
-                                   outputs = getTextsIfGiven(analysis, "outputs");
+    const std::vector<std::string> inputs = getTextsIfGiven(analysis, "inputs");
+    std::vector<std::string> outputs = getTextsIfGiven(analysis, "outputs");
     const std::optional<Unbalance> unbalance = readUnbalance(analysis);
     const bool isRandom = analysis.has("spectra");
     const EffectiveStress effectiveStress =
@@ -535,6 +564,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
                 analysis.get("speed").failUnknown("parameter", analysis.get("speed").getText(),
                                                   parameters.getKeys());
             model.emplace(makeAt(frequencies.front()));
+            if (!model->getLeftOut().empty()) outputs = model->getOutputNames();
             calcTransfers = [&](const std::vector<double>& wanted, const auto& tell) {
                 std::vector<SimTK::Matrix_<SimTK::Complex>> transfers;
                 for (const double frequency : wanted) {
@@ -554,6 +584,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         }
         response.inputs = model->getInputs();
         response.outputs = model->getOutputs();
+        warnOfKinks(name, model->getLeftOut());
         calcHarmonicResponse(
             calcTransfers, frequencies,
             !analysis.get("adaptive").getBool() ? Refinement::None

@@ -33,6 +33,9 @@ constexpr double DrivenSpeed = 1e-9;
 constexpr double SteadyResponse = 1e-3;
 /** Of what is observed along with it, the part of an input's speed that is round-off. **/
 constexpr double SmallRatePart = 1e-9;
+/** Of what an input changes of an output by itself, how much it may bend over a step; and what of
+its size is round-off. **/
+constexpr double SmoothInput = 0.5, SameObserved = 1e-12;
 /** What moves more slowly is at rest [m/s, rad/s]. **/
 constexpr double SlowestSpeed = 1e-9;
 /** Between neighbouring frequencies a response changes by less than this part of itself (where its
@@ -126,27 +129,54 @@ std::optional<Probe> findComponents(const std::shared_ptr<const Model>& model, c
 
 }  // namespace
 
+namespace {
+
+std::string describeKinks(const std::vector<std::string>& names) {
+    return "'" + joinNames(names, "', '") + (names.size() > 1 ? "' have" : "' has") +
+           " no derivative here, as the size of something that is zero has none: it grows "
+           "whichever "
+           "way that moves; observe components instead (component: x of a vector, what: xx of a "
+           "stress)";
+}
+
+}  // namespace
+
+OutputKinks::OutputKinks(std::vector<std::string> kinks, std::vector<std::string> others)
+    : std::runtime_error(describeKinks(kinks)), names(std::move(kinks)), rest(std::move(others)) {}
+
 LinearOutputPorts::LinearOutputPorts(std::shared_ptr<const Model> model, const Probes& probes,
                                      const std::vector<std::string>& names,
                                      EffectiveStress effectiveStress)
     : m_model(std::move(model)),
+      m_probes(probes),
       m_turns(std::make_unique<TurnCounter>(*m_model)),
       m_effectiveStress(effectiveStress) {
+    choose(names);
+}
+
+void LinearOutputPorts::choose(const std::vector<std::string>& names) {
+    m_choices.clear();
+    m_ports.clear();
+    m_names.clear();
+    m_stresses.clear();
+    const auto add = [&](const std::string& port, const Probe& probe, const std::string& name) {
+        m_ports.push_back({port, probe.unit});
+        m_names.push_back(name);
+    };
     std::vector<std::string> wanted = names;
-    if (wanted.empty()) wanted = getNames(probes.getProbes());
+    if (wanted.empty()) wanted = getNames(m_probes.getProbes());
     for (const std::string& name : wanted) {
         Choice choice;
         std::vector<std::string> known;
-        for (const Probe& probe : probes.getProbes()) {
+        for (const Probe& probe : m_probes.getProbes()) {
             known.push_back(probe.name);
-            if (name == probe.name && effectiveStress == EffectiveStress::ByComponents)
+            if (name == probe.name && m_effectiveStress == EffectiveStress::ByComponents)
                 if (const auto components = findComponents(m_model, probe)) {
                     m_stresses.emplace_back(name, int(m_ports.size()));
                     choice.probe = *components;
                     for (int k = 0; k < 6; ++k) {
                         choice.columns.push_back(k);
-                        m_ports.push_back(
-                            {name + '.' + components->columns[size_t(k)], components->unit});
+                        add(name + '.' + components->columns[size_t(k)], *components, name);
                     }
                     break;
                 }
@@ -157,11 +187,32 @@ LinearOutputPorts::LinearOutputPorts(std::shared_ptr<const Model> model, const P
                 if (name != probe.name && name != full) continue;
                 choice.probe = probe;
                 choice.columns.push_back(k);
-                m_ports.push_back({full, probe.unit});
+                add(full, probe, full);
             }
         }
         if (choice.columns.empty()) throw std::runtime_error(describeUnknown("probe", name, known));
         m_choices.push_back(std::move(choice));
+    }
+}
+
+LinearOutputs LinearOutputPorts::differentiate(const OperatingPoint& point,
+                                               const std::function<void()>& observer) const {
+    try {
+        return differentiateOutputs(
+            m_model->getSystem(), point,
+            [&](const State& state, const Vector& uDot, const Vector& multipliers) {
+                if (observer) observer();
+                return calc(state, uDot, multipliers);
+            });
+    } catch (const NoDerivative& error) {
+        std::vector<std::string> kinks, rest;
+        for (const int k : error.outputs) kinks.push_back(m_ports[size_t(k)].name);
+        for (size_t k = 0; k < m_ports.size(); ++k)
+            if (std::find(error.outputs.begin(), error.outputs.end(), int(k)) ==
+                    error.outputs.end() &&
+                (rest.empty() || rest.back() != m_names[k]))
+                rest.push_back(m_names[k]);
+        throw OutputKinks(kinks, rest);
     }
 }
 
@@ -278,7 +329,8 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
         const double step = isLinear ? std::max(1.0, size) : NumberStep * size;
         Vector residual(n, 0.0), positions(m, 0.0), velocities(m, 0.0), rates(numStates, 0.0),
             direct;
-        const auto addDifference = [&](double place, double weight) {
+        std::map<int, std::vector<double>> seen;  // at each place, what is observed
+        const auto addDifference = [&](int place, double weight) {
             if (observer) observer();
             const auto addWeighted = [&](const EquationErrors& errors,
                                          const std::vector<double>& now) {
@@ -289,6 +341,7 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
                 if (direct.size() == 0) direct.resize(int(now.size())), direct = 0;
                 for (int i = 0; i < direct.size(); ++i)
                     direct[i] += weight / step * (now[size_t(i)] - observedBefore[size_t(i)]);
+                seen[place] = now;
             };
             if (isInput) {
                 State state = point.state;
@@ -328,6 +381,18 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
             addDifference(-1, -8.0 / 12);
             addDifference(1, 8.0 / 12);
             addDifference(2, -1.0 / 12);
+        }
+        for (size_t i = 0; i < observedBefore.size(); ++i) {
+            const double after = seen[1][i] - observedBefore[i],
+                         behind = observedBefore[i] - seen[-1][i],
+                         change = std::max(std::abs(after), std::abs(behind));
+            if (std::abs(after - behind) <=
+                SmoothInput * change + SameObserved * std::abs(seen[1][i]))
+                continue;
+            if (isLinear && seen.count(2) == 0) addDifference(2, 0);
+            // A parabola goes on otherwise.
+            if (std::abs(seen[2][i] - observedBefore[i] - 2 * after) < SmoothInput * change)
+                throw OutputKinks({observed.getPorts()[i].name}, {});
         }
         const std::string name = "input '" + m_ports[size_t(k)].name + "' ";
         if (velocities.normInf() > DrivenSpeed)
@@ -393,14 +458,20 @@ struct ModelLinearization {
     std::vector<std::string> outputNames;
     const Model& model;
     std::function<void()> observer;
+    std::vector<std::string> leftOut = {};
 
-    LinearOutputs observe(const OperatingPoint& point) const {
-        return differentiateOutputs(
-            model.getSystem(), point,
-            [&](const State& state, const Vector& uDot, const Vector& multipliers) {
-                if (observer) observer();
-                return outputs.calc(state, uDot, multipliers);
-            });
+    /** If all outputs are wanted, leaves those out that have no derivative: it is to be called
+    before drive(). **/
+    LinearOutputs observe(const OperatingPoint& point) {
+        try {
+            return outputs.differentiate(point, observer);
+        } catch (const OutputKinks& kinks) {
+            if (!outputNames.empty() || kinks.rest.empty()) throw;
+            leftOut = kinks.names;
+            outputNames = kinks.rest;
+        }
+        outputs.choose(outputNames);
+        return outputs.differentiate(point, observer);
     }
     LinearInputs drive(const OperatingPoint& point) const {
         return inputs.differentiate(point, outputs, outputNames, observer);
@@ -417,9 +488,9 @@ struct ModelLinearization {
             throw std::runtime_error("this is not an equilibrium: " + imbalance +
                                      "; linearise about one (about: static)");
     }
-    StateSpace makeSpace(const Linearization& linear) const {
-        const LinearInputs driven = drive(linear);
+    StateSpace makeSpace(const Linearization& linear) {
         const LinearOutputs observed = observe(linear);
+        const LinearInputs driven = drive(linear);
         const StateSpace space = calcStateSpace(linear, driven, observed);
         if (space.A.nrow() == 0) throw std::runtime_error("nothing in the model is free to move");
         if (!linear.later) return space;
@@ -463,15 +534,16 @@ ModelLinearization beginLinearization(const ModelText& text, const ModelOptions&
 LinearSystem linearizeModel(const ModelText& text, const ModelOptions& options,
                             const std::shared_ptr<const Model>& model, const Probes& probes,
                             const State& about, const std::vector<std::string>& inputs,
-                            const std::vector<std::string>& outputs,
+                            const std::vector<std::string>& outputs, const ModalForm& form,
                             const std::function<void()>& observer) {
-    const ModelLinearization ports = beginLinearization(text, options, model, probes, inputs,
-                                                        outputs, EffectiveStress::AsItIs, observer);
+    ModelLinearization ports = beginLinearization(text, options, model, probes, inputs, outputs,
+                                                  EffectiveStress::AsItIs, observer);
+    const StateSpace space = ports.makeSpace(ports.linearize(about));
     LinearSystem result;
     result.inputs = ports.inputs.getPorts();
     result.outputs = ports.outputs.getPorts();
+    result.leftOut = ports.leftOut;
     result.time = about.getTime();
-    const StateSpace space = ports.makeSpace(ports.linearize(about));
     for (int i = 0; i < space.D1.nrow(); ++i)
         for (int k = 0; k < space.D1.ncol(); ++k) {
             const double rest =
@@ -484,10 +556,12 @@ LinearSystem linearizeModel(const ModelText& text, const ModelOptions& options,
                                      "', which matrices A, B, C, D cannot tell: observe positions, "
                                      "or drive by a force");
         }
-    result.A = space.A;
-    result.B = space.B;
-    result.C = space.C;
-    result.D = space.D;
+    const StateSpace own = calcModalForm(space, form);
+    result.A = own.A;
+    result.B = own.B;
+    result.C = own.C;
+    result.D = own.D;
+    result.numStates = space.A.nrow();
     return result;
 }
 
@@ -515,24 +589,26 @@ ModelResponse::ModelResponse(const ModelText& text, const ModelOptions& options,
         for (const int turn : {1, 2})
             paths.push_back("loads." + load + ".force." + PortAxes[(unbalance->axis + turn) % 3]);
     }
-    const ModelLinearization ports = beginLinearization(ownText, options, m_model, ownProbes, paths,
-                                                        outputs, effectiveStress, observer);
-    m_stresses = ports.outputs.getStresses();
+    ModelLinearization ports = beginLinearization(ownText, options, m_model, ownProbes, paths,
+                                                  outputs, effectiveStress, observer);
     m_inputs = ports.inputs.getPorts();
     if (unbalance) {
         m_inputs.resize(m_inputs.size() - 2);
         m_inputs.push_back({"unbalance", ""});
     }
-    m_outputs = ports.outputs.getPorts();
     if (state.getNZ() > 0 || state.getU().normInf() > SlowestSpeed) {
         m_space = ports.makeSpace(ports.linearize(state));
-        return;
+    } else {
+        state.updU() = 0;
+        m_blocks.emplace(m_model->getSystem(), state, observer);
+        ports.requireBalance(m_blocks->describeImbalance());
+        m_outputEffects = ports.observe(m_blocks->getPoint());
+        m_inputEffects = ports.drive(m_blocks->getPoint());
     }
-    state.updU() = 0;
-    m_blocks.emplace(m_model->getSystem(), state, observer);
-    ports.requireBalance(m_blocks->describeImbalance());
-    m_inputEffects = ports.drive(m_blocks->getPoint());
-    m_outputEffects = ports.observe(m_blocks->getPoint());
+    m_stresses = ports.outputs.getStresses();
+    m_outputs = ports.outputs.getPorts();
+    m_outputNames = ports.outputNames;
+    m_leftOut = ports.leftOut;
 }
 
 /** In place of the responses to the unbalance's two forces, that to their sum. **/

@@ -6,6 +6,7 @@ file. **/
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,14 @@ namespace model {
 value, but no response: its square is a quadratic form of the six components, which have. **/
 enum class EffectiveStress { AsItIs, ByComponents };
 
+/** Outputs that are the size of something that is zero, or otherwise have a kink where they are.
+ * **/
+struct OutputKinks : std::runtime_error {
+    OutputKinks(std::vector<std::string> kinks, std::vector<std::string> others);
+    std::vector<std::string> names;
+    std::vector<std::string> rest;  ///< the others
+};
+
 /** Columns of probes by name. **/
 class LinearOutputPorts {
 public:
@@ -30,6 +39,8 @@ public:
                       const std::vector<std::string>& names,
                       EffectiveStress effectiveStress = EffectiveStress::AsItIs);
 
+    /** Others, as by the constructor. **/
+    void choose(const std::vector<std::string>& names);
     const std::vector<LinearSystem::Port>& getPorts() const { return m_ports; }
     EffectiveStress getEffectiveStress() const { return m_effectiveStress; }
     /** Of stresses by components: name and first of six ports, xx, yy, zz, xy, yz, zx. **/
@@ -37,6 +48,9 @@ public:
     /** @param state  realized to Stage::Velocity, near the one before **/
     std::vector<double> calc(const SimTK::State& state, const SimTK::Vector& uDot,
                              const SimTK::Vector& multipliers) const;
+    /** See differentiateOutputs(). @throws OutputKinks. **/
+    LinearOutputs differentiate(const OperatingPoint& point,
+                                const std::function<void()>& observer) const;
 
 private:
     struct Choice {
@@ -44,9 +58,11 @@ private:
         std::vector<int> columns;
     };
     std::shared_ptr<const Model> m_model;
+    Probes m_probes;
     std::unique_ptr<TurnCounter> m_turns;
     std::vector<Choice> m_choices;
     std::vector<LinearSystem::Port> m_ports;
+    std::vector<std::string> m_names;  ///< by which each port is chosen
     EffectiveStress m_effectiveStress;
     std::vector<std::pair<std::string, int>> m_stresses;
 };
@@ -111,6 +127,10 @@ public:
     const std::vector<std::pair<std::string, int>>& getStresses() const { return m_stresses; }
     const std::vector<LinearSystem::Port>& getInputs() const { return m_inputs; }
     const std::vector<LinearSystem::Port>& getOutputs() const { return m_outputs; }
+    /** By which the same outputs are chosen again. **/
+    const std::vector<std::string>& getOutputNames() const { return m_outputNames; }
+    /** See LinearSystem. **/
+    const std::vector<std::string>& getLeftOut() const { return m_leftOut; }
     /** At frequencies [Hz]. @param observer  told how many are done **/
     std::vector<SimTK::Matrix_<SimTK::Complex>> calcTransfers(
         const std::vector<double>& frequencies,
@@ -128,6 +148,7 @@ private:
     SimTK::State m_state;
     std::optional<Unbalance> m_unbalance;
     std::vector<LinearSystem::Port> m_inputs, m_outputs;
+    std::vector<std::string> m_outputNames, m_leftOut;
     std::vector<std::pair<std::string, int>> m_stresses;
     LinearInputs m_inputEffects;
     LinearOutputs m_outputEffects;
@@ -161,12 +182,13 @@ double integrateSpectrum(const std::vector<double>& frequencies,
                          const std::vector<double>& densities);
 
 /** The whole model. @param about  assembled
+@param form  of its states
 @throws std::runtime_error if the State is no equilibrium and no steady motion, or what is observed
     follows the speed of an input, with the cure. **/
 LinearSystem linearizeModel(const ModelText& text, const ModelOptions& options,
                             const std::shared_ptr<const Model>& model, const Probes& probes,
                             const SimTK::State& about, const std::vector<std::string>& inputs,
-                            const std::vector<std::string>& outputs,
+                            const std::vector<std::string>& outputs, const ModalForm& form,
                             const std::function<void()>& observer);
 
 }  // namespace model

@@ -58,7 +58,8 @@ public:
     const ModelText& getText() const { return m_text; }
     const Model& getModel() const { return *m_model; }
     const Probes& getProbes() const { return m_probes; }
-    /** Whether perform() has opened its file, which then has what was done even if it has thrown. **/
+    /** Whether perform() has opened its file, which then has what was done even if it has thrown.
+     * **/
     bool hasResults() const { return m_hasResults; }
     /** Whether an analysis is among those that are to be done. **/
     bool isWanted(const std::string& analysis) const;
@@ -71,6 +72,7 @@ private:
     /** Says, and keeps with the analysis' results, what changes their meaning.
      * **/
     void warn(const std::string& analysis, const std::string& message);
+    void warnOfKinks(const std::string& analysis, const std::vector<std::string>& leftOut);
     /** Tells that an analysis of a rigid model has no meaning. **/
     void leaveOut(const std::string& analysis, const std::string& reason);
     bool isRigidTwin() const { return m_modelOptions.bodies == ModelOptions::Bodies::Rigid; }

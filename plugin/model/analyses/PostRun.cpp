@@ -235,17 +235,45 @@ private:
         }
         m_turns[analysis.name] = turns.save();
         for (Results::Series& series : result.probes) keepWhatIsKnown(analysis, series);
+        keepErrorBars(analysis, result);
         return result;
+    }
+
+    /** Those of probes that are as they were. **/
+    void keepErrorBars(const Results::Analysis& before, Results::Analysis& now) const {
+        std::vector<Results::Series> errors;
+        bool hasBars = false;
+        std::vector<std::string> without;
+        for (const Results::Series& series : now.probes) {
+            const std::string& name = series.column.name;
+            const auto* error = seekSeries(before, name + ErrorSuffix);
+            const auto* old = seekSeries(before, name);
+            if (error && isAsBefore(name) && error->column.columns == series.column.columns)
+                errors.push_back(*error);
+            else if (!old || !isAsBefore(name))
+                without.push_back(name);
+        }
+        for (const Results::Series& series : before.probes)
+            hasBars |= seekSeries(before, series.column.name + ErrorSuffix) != nullptr;
+        now.probes.insert(now.probes.end(), errors.begin(), errors.end());
+        if (hasBars && !without.empty())
+            m_options.listener.tellNote("analysis '" + now.name + "': " + joinNames(without) +
+                                        (without.size() > 1 ? " have" : " has") +
+                                        " no error bars: these take a run");
+    }
+    static const Results::Series* seekSeries(const Results::Analysis& analysis,
+                                             const std::string& name) {
+        const auto found =
+            std::find_if(analysis.probes.begin(), analysis.probes.end(),
+                         [&](const Results::Series& other) { return other.column.name == name; });
+        return found == analysis.probes.end() ? nullptr : &*found;
     }
 
     /** Takes the values of the run where it has them. **/
     void keepWhatIsKnown(const Results::Analysis& analysis, Results::Series& series) const {
         const std::string& name = series.column.name;
-        const auto old =
-            std::find_if(analysis.probes.begin(), analysis.probes.end(),
-                         [&](const Results::Series& other) { return other.column.name == name; });
-        const bool isKnown = old != analysis.probes.end() && isAsBefore(name) &&
-                             old->column.unit == series.column.unit &&
+        const auto* const old = seekSeries(analysis, name);
+        const bool isKnown = old && isAsBefore(name) && old->column.unit == series.column.unit &&
                              old->column.columns == series.column.columns;
         if (!isKnown) return;
         double largest = 0, difference = 0;
@@ -287,8 +315,8 @@ private:
         if (analysis.type == "transient")
             drawMotion(analysis, usual);
         else if (analysis.type == "static")
-            m_options.listener.tellNote(drawState(*m_model, m_states->unpackState(analysis, 0),
-                                                  analysis.name, usual));
+            m_options.listener.tellNote(
+                drawState(*m_model, m_states->unpackState(analysis, 0), analysis.name, usual));
         else if (analysis.type == "eigen")
             drawKeptModes(analysis, usual);
     }

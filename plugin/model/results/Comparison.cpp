@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <cstdio>
 
 #include "simflex/model/file/NearestName.h"
+#include "simflex/model/results/ModeShapes.h"
 #include "simflex/model/results/ProbeChoice.h"
 
 namespace simflex {
@@ -192,25 +192,13 @@ private:
     /** Notes which mode of `b` has the shape of each of `a`, by the modal assurance criterion. **/
     void pairModes(const Results::Analysis& a, const Results::Analysis& b) {
         if (a.type != "eigen" || a.outputs.empty() || a.outputs != b.outputs) return;
-        const auto getShape = [](const Results::Analysis& analysis, size_t mode, size_t output) {
-            return std::complex<double>(
-                analysis.matrices.at("shape_real").at(mode).at(output),
-                analysis.matrices.at("shape_imaginary").at(mode).at(output));
-        };
-        const size_t count = a.outputs.size();
-        for (size_t i = 0; i < a.frequency.at(0).size(); ++i) {
+        if (a.frequency.at(0).empty() || b.frequency.at(0).empty()) return;
+        const ModeShapes first = getModeShapes(a), second = getModeShapes(b);
+        for (size_t i = 0; i < first.shapes.size(); ++i) {
             double best = 0;
             size_t partner = 0;
-            for (size_t k = 0; k < b.frequency.at(0).size(); ++k) {
-                std::complex<double> product = 0;
-                double sizes[2] = {0, 0};
-                for (size_t o = 0; o < count; ++o) {
-                    product += std::conj(getShape(a, i, o)) * getShape(b, k, o);
-                    sizes[0] += std::norm(getShape(a, i, o));
-                    sizes[1] += std::norm(getShape(b, k, o));
-                }
-                const double own = sizes[0] * sizes[1];
-                const double assurance = own > 0 ? std::norm(product) / own : 0;
+            for (size_t k = 0; k < second.shapes.size(); ++k) {
+                const double assurance = calcModalAssurance(first.shapes[i], second.shapes[k]);
                 if (assurance > best) best = assurance, partner = k;
             }
             if (best == 0) continue;

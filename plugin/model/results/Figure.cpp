@@ -191,30 +191,85 @@ struct Layout {
 constexpr double LegendLine = 24, PanelGap = 30, BelowPanels = 64;
 constexpr double LeftOfPanels = 100;
 
-/** Data and colours. **/
-std::string makeMapScript(const FigureMap& map, const std::string& name, const std::string& text) {
-    constexpr double decades = 3;  // that are told apart
-    constexpr int stops = 16;
+constexpr double ToldApart = 3;  // decades of a map's logarithmic colours
+
+Range calcColorRange(const FigureMap& map) {
+    if (map.scale == FigureMap::Scale::Angles) return {-180, 180};
+    if (map.scale == FigureMap::Scale::Parts) return {0, 1};
     double largest = 0;
     for (const std::vector<double>& row : map.rows)
-        for (const double value : row) largest = std::max(largest, value);
+        for (const double value : row)
+            if (std::isfinite(value)) largest = std::max(largest, value);
     if (!(largest > 0)) largest = 1;
-    const double least = largest * std::pow(10, -decades);
+    return {largest * std::pow(10, -ToldApart), largest};
+}
+
+std::string makeMapData(const FigureMap& map, const std::string& name) {
+    const bool isLogarithmic = map.scale == FigureMap::Scale::Logarithmic;
+    const double least = calcColorRange(map).low;
     std::string script = "$" + name + " << END_OF_MAP\n";
     for (size_t i = 0; i < map.rows.size(); ++i) {
-        for (size_t k = 0; k < map.y.size(); ++k)
+        for (size_t k = 0; k < map.y.size(); ++k) {
+            const double value = map.rows[i][k];
             script += number(map.x[i]) + " " + number(map.y[k]) + " " +
-                      number(std::max(map.rows[i][k], least)) + "\n";
+                      (!std::isfinite(value) ? std::string("NaN")
+                       : isLogarithmic       ? number(std::max(value, least))
+                                             : number(value)) +
+                      "\n";
+        }
         script += "\n";
     }
-    script += "END_OF_MAP\nset palette defined (";
+    return script + "END_OF_MAP\n";
+}
+
+/** Of a part of a turn: all the way round each angle has a colour of its own. **/
+SimTK::Vec3 calcAngleColor(double part) {
+    static const SimTK::Vec3 colors[] = {
+        SimTK::Vec3(0.27, 0.00, 0.33), SimTK::Vec3(0.13, 0.57, 0.55), SimTK::Vec3(0.99, 0.91, 0.14),
+        SimTK::Vec3(0.84, 0.37, 0.00)};
+    const int quarter = std::min(3, int(4 * part));
+    const double rest = 4 * part - quarter;
+    return (1 - rest) * colors[quarter] + rest * colors[(quarter + 1) % 4];
+}
+
+std::string makeMapColors(const FigureMap& map, const std::string& text) {
+    constexpr int stops = 16;
+    const bool isAngle = map.scale == FigureMap::Scale::Angles;
+    std::string script = "set palette defined (";
     for (int k = 0; k <= stops; ++k) {
-        const SimTK::Vec3 color = calcColor(ColorMap::Viridis, double(k) / stops);
-        script += (k ? ", " : "") + number(double(k) / stops);
+        const double place = double(k) / stops;
+        const SimTK::Vec3 color =
+            isAngle ? calcAngleColor(place) : calcColor(ColorMap::Viridis, place);
+        script += (k ? ", " : "") + number(place);
         for (int i = 0; i < 3; ++i) script += " " + number(color[i]);
     }
-    return script + ")\nset logscale cb\nset cbrange [" + number(least) + ":" + number(largest) +
-           "]\nset format cb '%.0e'\nset cblabel " + quoteForGnuplot(map.label) + text;
+    const Range range = calcColorRange(map);
+    return script +
+           (map.scale == FigureMap::Scale::Logarithmic
+                ? ")\nset logscale cb\nset cbtics auto\nset format cb '%.0e'"
+                : ")\nunset logscale cb\nset format cb '%g'\nset cbtics " +
+                      std::string(isAngle ? "90" : "0.2")) +
+           "\nset cbrange [" + number(range.low) + ":" + number(range.high) + "]\nset cblabel " +
+           quoteForGnuplot(map.label) + text;
+}
+
+/** Ranges along x and y in which a unit is as long either way. **/
+std::string makeEqualRanges(const FigurePanel& panel, const Layout& layout) {
+    constexpr double margin = 1.1;
+    Range x, y;
+    for (const FigureCurve& curve : panel.curves) x.add(curve.x), y.add(curve.y);
+    if (x.isEmpty() || y.isEmpty()) return "set xrange [0:1]\nset yrange [0:1]\n";
+    const double width = layout.width - LeftOfPanels - layout.right, height = layout.panelHeight,
+                 size = std::max({x.getSpan() / width, y.getSpan() / height,
+                                  1e-9 * std::max(std::abs(x.low), std::abs(x.high)) / width,
+                                  std::numeric_limits<double>::min()}) *
+                        margin;
+    const auto make = [&](const char* axis, const Range& range, double pixels) {
+        const double middle = 0.5 * (range.low + range.high), half = 0.5 * size * pixels;
+        return std::string("set ") + axis + "range [" + number(middle - half) + ":" +
+               number(middle + half) + "]\n";
+    };
+    return make("x", x, width) + make("y", y, height);
 }
 
 /** One panel whose upper edge is `upper` below the picture's. **/
@@ -252,6 +307,12 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
                   : "unset logscale y\nset yrange " +
                         makeRange(y, panel.map.isEmpty() ? 0.05 : 0, panel.startsAtZero);
     script += "\n";
+    if (figure.hasEqualScales) script += makeEqualRanges(panel, layout);
+    if (!panel.map.isEmpty()) script += makeMapColors(panel.map, text);
+    if (panel.map.scale == FigureMap::Scale::Parts)  // whole fields
+        script += "set xrange [0.5:" + number(double(panel.map.x.size()) + 0.5) +
+                  "]\nset yrange [0.5:" + number(double(panel.map.y.size()) + 0.5) +
+                  "]\nset ytics 1\n";
     if (hasLegend(panel)) {
         script += "set key at screen " + layout.screenX(LeftOfPanels) + ", screen " +
                   layout.screenY(upper - 2) + " left bottom horizontal Left reverse maxcols " +
@@ -261,7 +322,11 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
     }
     script += "plot ";
     if (!panel.map.isEmpty())
-        script += "$map_" + std::to_string(p) + " using 1:2:3 with image notitle" +
+        script += "$map_" + std::to_string(p) +
+                  (panel.map.scale == FigureMap::Scale::Parts
+                       ? " using 1:2:($1-0.5):($1+0.5):($2-0.5):($2+0.5):3 with boxxyerror "
+                         "fillstyle solid linecolor palette notitle"
+                       : " using 1:2:3 with image notitle") +
                   (panel.curves.empty() ? "" : ", ");
     for (size_t c = 0; c < panel.curves.size(); ++c)
         script += (c ? ", " : "") +
@@ -294,7 +359,7 @@ std::string makeGnuplotScript(const std::string& kind, const Figure& figure) {
         const FigureMap& map = figure.panels[size_t(p)].map;
         if (map.isEmpty()) continue;
         x.add(map.x);
-        script += makeMapScript(map, "map_" + std::to_string(p), text);
+        script += makeMapData(map, "map_" + std::to_string(p));
         layout.right = RightOfMap;
     }
     script += "set border 3 linewidth 0.9 linecolor rgb '" + hex(theme.text) + "'\n";

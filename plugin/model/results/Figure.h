@@ -18,11 +18,14 @@ struct FigureCurve {
     bool isFaint = false;  ///< thin and grey: a line to compare with
 };
 
-/** Colours over two axes, on a logarithmic scale. **/
+/** Colours over two axes. **/
 struct FigureMap {
     std::vector<double> x, y;               ///< evenly spaced
-    std::vector<std::vector<double>> rows;  ///< of each x, at each y
+    std::vector<std::vector<double>> rows;  ///< of each x, at each y; NaN: nothing is drawn
     std::string label;                      ///< of the colours
+    /** Of the colours: logarithmic; angles in degrees from −180 to 180, both of one colour; or
+    parts from 0 to 1, over whole numbers. **/
+    enum class Scale { Logarithmic, Angles, Parts } scale = Scale::Logarithmic;
     bool isEmpty() const { return rows.empty(); }
 };
 
@@ -40,6 +43,7 @@ struct Figure {
     std::vector<FigurePanel> panels;  ///< one below the other, over the same x
     bool hasWholeNumbers = false;     ///< along x
     bool isLogarithmic = false;       ///< along x
+    bool hasEqualScales = false;      ///< of one panel: a unit is as long along x as along y
     int width = 0, height = 0;        ///< [pixels, 96 an inch]; 0: what suits
 };
 

@@ -7,14 +7,27 @@ namespace simflex {
 namespace model {
 namespace {
 
+/** Shapes as readModeShapes() reads them. **/
 std::string writeModes(const Results::Analysis& analysis) {
-    std::string text = "mode,frequency [Hz],damping ratio\n";
-    for (size_t k = 0; k < analysis.frequency.at(0).size(); ++k)
-        text += CsvLine()
-                    .add(std::to_string(k + 1))
-                    .add(analysis.frequency[0][k])
-                    .add(analysis.dampingRatio.at(0).at(k))
-                    .end();
+    const bool hasShapes = !analysis.outputs.empty();
+    bool isComplex = false;
+    if (hasShapes)
+        for (const auto& row : analysis.matrices.at("shape_imaginary"))
+            for (const double value : row) isComplex |= value != 0;
+    CsvLine titles;
+    titles.add("mode").add("frequency [Hz]").add("damping ratio").addAll(analysis.outputs);
+    if (isComplex)
+        for (const std::string& output : analysis.outputs) titles.add("imaginary " + output);
+    std::string text = titles.end();
+    for (size_t k = 0; k < analysis.frequency.at(0).size(); ++k) {
+        CsvLine line;
+        line.add(std::to_string(k + 1))
+            .add(analysis.frequency[0][k])
+            .add(analysis.dampingRatio.at(0).at(k));
+        if (hasShapes) line.addAll(analysis.matrices.at("shape_real").at(k));
+        if (isComplex) line.addAll(analysis.matrices.at("shape_imaginary").at(k));
+        text += line.end();
+    }
     return text;
 }
 

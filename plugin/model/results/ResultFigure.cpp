@@ -516,6 +516,158 @@ Figure makeBodeFigure(const std::vector<FigureSource>& sources, const FigureWish
     return figure;
 }
 
+/** Nyquist's diagram: where the complex response goes as frequency rises. **/
+Figure makeNyquistFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
+    constexpr double degree = 3.14159265358979323846 / 180;
+    Figure figure;
+    figure.hasEqualScales = true;
+    std::string unit;
+    double largest = 0;
+    FigurePanel panel;
+    for (size_t s = 0; s < sources.size(); ++s) {
+        const std::vector<double>& frequencies = sources[s].analysis->frequency.at(0);
+        const auto responses = chooseResponses(*sources[s].analysis, wishes.probes);
+        for (size_t r = 0; r < responses.size(); ++r) {
+            const ChosenResponse& response = responses[r];
+            if (findLargest(response.magnitude) == 0) continue;
+            if (!panel.curves.empty() && response.unit != unit)
+                throw std::runtime_error(
+                    "Nyquist's diagram has one scale: name outputs of one "
+                    "unit, not of '" +
+                    unit + "' and '" + response.unit + "'");
+            unit = response.unit;
+            FigureCurve curve;
+            double top = 0, topFrequency = 0;
+            for (size_t k = 0; k < frequencies.size(); ++k) {
+                if (frequencies[k] < wishes.from || frequencies[k] > wishes.to) continue;
+                curve.x.push_back(response.magnitude[k] * std::cos(response.phase[k] * degree));
+                curve.y.push_back(response.magnitude[k] * std::sin(response.phase[k] * degree));
+                if (response.magnitude[k] > top)
+                    top = response.magnitude[k], topFrequency = frequencies[k];
+            }
+            if (curve.x.empty()) continue;
+            largest = std::max(largest, top);
+            curve.name =
+                (sources.size() > 1 ? response.name + ", " + sources[s].label : response.name) +
+                ", largest at " + writeGeneral(topFrequency, 4) + " Hz";
+            curve.color = int(r);
+            curve.dash = int(s);
+            if (wishes.hasPoints) curve.marks = FigureCurve::Marks::Points;
+            panel.curves.push_back(curve);
+        }
+    }
+    if (panel.curves.empty())
+        throw std::runtime_error("all of these responses are zero, or have no frequency there");
+    if (panel.curves.size() > MostCurves)
+        throw std::runtime_error(std::to_string(panel.curves.size()) +
+                                 " responses are too many (at most " + std::to_string(MostCurves) +
+                                 "): name some of the outputs");
+    figure.xLabel = makeAxisLabel("real part", unit);
+    panel.label = makeAxisLabel("imaginary part", unit);
+    if (panel.curves.size() == 1) figure.xLabel += " of " + panel.curves[0].name;
+    figure.panels.push_back(std::move(panel));
+    return figure;
+}
+
+/** A response between its frequencies: magnitudes by straight lines in logarithms, phases along the
+shorter way; NaN outside. **/
+std::pair<double, double> interpolateResponse(const std::vector<double>& frequencies,
+                                              const ChosenResponse& response, double frequency) {
+    const auto upper = std::lower_bound(frequencies.begin(), frequencies.end(), frequency);
+    if (upper == frequencies.end() || (upper == frequencies.begin() && *upper > frequency))
+        return {NAN, NAN};
+    const size_t b = size_t(upper - frequencies.begin());
+    if (*upper == frequency) return {response.magnitude[b], response.phase[b]};
+    const size_t a = b - 1;
+    const double part = (frequency - frequencies[a]) / (frequencies[b] - frequencies[a]),
+                 low = response.magnitude[a], high = response.magnitude[b];
+    double turn = response.phase[b] - response.phase[a];
+    turn -= 360 * std::round(turn / 360);
+    double phase = response.phase[a] + part * turn;
+    phase -= 360 * std::round(phase / 360);
+    return {low > 0 && high > 0 ? low * std::pow(high / low, part) : low + part * (high - low),
+            phase};
+}
+
+/** Magnitude and phase of one response over frequency and a parameter. **/
+Figure makeMapFigure(std::vector<FigureSource> sources, const FigureWishes& wishes) {
+    constexpr double pi = 3.14159265358979323846;
+    constexpr size_t numFrequencies = 600, numValues = 400;
+    std::stable_sort(sources.begin(), sources.end(),
+                     [](const auto& a, const auto& b) { return a.value < b.value; });
+    std::vector<ChosenResponse> responses;
+    double from = INFINITY, to = 0;
+    for (size_t k = 0; k < sources.size(); ++k) {
+        if (k > 0 && sources[k].value == sources[k - 1].value)
+            throw std::runtime_error("several cases have " + wishes.mapOver + " = " +
+                                     writeGeneral(sources[k].value, 6) +
+                                     ": a map is over one parameter");
+        const auto all = chooseResponses(*sources[k].analysis, wishes.probes);
+        if (all.size() != 1)
+            throw std::runtime_error("a map shows one response, and there are " +
+                                     std::to_string(all.size()) + ": name one output" +
+                                     (sources[k].analysis->inputs.size() > 1
+                                          ? ", and have one input"
+                                          : ", such as '" + all.at(0).output + "'"));
+        responses.push_back(all[0]);
+        const auto& frequencies = sources[k].analysis->frequency.at(0);
+        from = std::min(from, frequencies.front());
+        to = std::max(to, frequencies.back());
+    }
+    if (sources.size() < 2)
+        throw std::runtime_error("a map wants two values of " + wishes.mapOver + " or more");
+    from = std::max(from, wishes.from);
+    to = std::min({to, wishes.to, wishes.highest > 0 ? wishes.highest : to});
+    if (!(to > from)) throw std::runtime_error("there is no frequency to draw");
+    Figure figure;
+    figure.xLabel = wishes.mapOver;
+    FigurePanel magnitude{"frequency [Hz]", {}}, phase{"frequency [Hz]", {}};
+    phase.map.scale = FigureMap::Scale::Angles;
+    magnitude.map.label = makeAxisLabel(responses[0].name, responses[0].unit);
+    phase.map.label = "phase of " + responses[0].name + " [deg]";
+    for (size_t i = 0; i < numFrequencies; ++i)
+        magnitude.map.y.push_back(from + (to - from) * double(i) / double(numFrequencies - 1));
+    phase.map.y = magnitude.map.y;
+    // Onto even places: each shows the nearest value, as between resonances nothing is known.
+    const double first = sources.front().value, last = sources.back().value;
+    std::vector<std::vector<double>> magnitudes, phases;
+    for (size_t k = 0; k < sources.size(); ++k) {
+        auto &own = magnitudes.emplace_back(), &ownPhase = phases.emplace_back();
+        for (const double frequency : magnitude.map.y) {
+            const auto at =
+                interpolateResponse(sources[k].analysis->frequency.at(0), responses[k], frequency);
+            own.push_back(at.first);
+            ownPhase.push_back(at.second);
+        }
+    }
+    for (size_t i = 0; i < numValues; ++i) {
+        const double value = first + (last - first) * double(i) / double(numValues - 1);
+        size_t nearest = 0;
+        for (size_t k = 1; k < sources.size(); ++k)
+            if (std::abs(sources[k].value - value) < std::abs(sources[nearest].value - value))
+                nearest = k;
+        magnitude.map.x.push_back(value);
+        magnitude.map.rows.push_back(magnitudes[nearest]);
+        phase.map.rows.push_back(phases[nearest]);
+    }
+    phase.map.x = magnitude.map.x;
+    for (const double order : wishes.orders) {
+        FigureCurve line;
+        line.name = writeGeneral(order, 6) + "×";
+        line.isFaint = true;
+        for (const double value : magnitude.map.x) {
+            const double hertz = order * std::abs(value) / (2 * pi);
+            if (hertz < from || hertz > to) continue;
+            line.x.push_back(value);
+            line.y.push_back(hertz);
+        }
+        magnitude.curves.push_back(line);
+    }
+    figure.panels.push_back(std::move(magnitude));
+    figure.panels.push_back(std::move(phase));
+    return figure;
+}
+
 }  // namespace
 
 Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
@@ -531,7 +683,13 @@ Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWi
     if (type == "linear")
         throw std::runtime_error("analysis '" + sources[0].analysis->name +
                                  "' is linear: matrices, which are no curves");
-    if (type == "frequency_response") return makeBodeFigure(sources, wishes);
+    if ((wishes.isNyquist || !wishes.mapOver.empty()) && type != "frequency_response")
+        throw std::runtime_error("analysis '" + sources[0].analysis->name + "' is " + type +
+                                 ": --nyquist and --map are of frequency_response");
+    if (type == "frequency_response")
+        return wishes.isNyquist          ? makeNyquistFigure(sources, wishes)
+               : !wishes.mapOver.empty() ? makeMapFigure(sources, wishes)
+                                         : makeBodeFigure(sources, wishes);
     if (type == "eigen") return makeEigenFigure(sources);
     if (type == "campbell") return makeCampbellFigure(sources, wishes);
     if (!wishes.speedProbe.empty() && wishes.orders.empty() &&

@@ -16,6 +16,7 @@ namespace model {
 struct FigureSource {
     std::string label;  ///< of the file, where there are several
     const Results::Analysis* analysis;
+    double value = 0;  ///< of the parameter, in a map
 };
 
 struct FigureWishes {
@@ -33,13 +34,17 @@ struct FigureWishes {
     double highest = 0;      ///< frequency that is shown [Hz]; 0: all
     int numPieces = 60;      ///< of a waterfall
     double revolutions = 8;  ///< of a piece in which orders are tracked
+    bool isNyquist = false;  ///< frequency_response: imaginary over real parts
+    /** frequency_response, of one response: magnitude and phase over frequency and this parameter,
+    of which each source has a value. **/
+    std::string mapOver;
     /** What the figure does not tell and ought to. **/
     mutable std::vector<std::string> warnings;
 };
 
-/** Probes over time (or over another probe), frequencies of eigenmodes, a Campbell diagram or a
-Bode diagram; of a transient analysis also spectra, a waterfall or orders of a speed: the analyses
-must be of one type. @throws std::runtime_error. **/
+/** Probes over time (or over another probe), frequencies of eigenmodes, a Campbell diagram, Bode's
+or Nyquist's diagram or a map of a response; of a transient analysis also spectra, a waterfall or
+orders of a speed: the analyses must be of one type. @throws std::runtime_error. **/
 Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes);
 
 }  // namespace model

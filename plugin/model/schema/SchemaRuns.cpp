@@ -132,6 +132,26 @@ SchemaForm analysis() {
                 .only({"linear", "frequency_response", "eigen"})
                 .orElseNote("all; for eigen none")
                 .such("[tip.x]"),
+            SchemaKey("form", {choice({"full", "modal", "minimal"})},
+                      "States: undamped modes, coupled by damping and gyroscopic moments (full); "
+                      "modes, each by itself, so that A is block-diagonal (modal); those of them "
+                      "that inputs reach and outputs see (minimal).")
+                .only({"linear"})
+                .orElse("full")
+                .such("modal"),
+            SchemaKey("modes", {integer(1, 100000)},
+                      "Number of modes that are kept, the slowest; the others answer as springs "
+                      "do, in D.")
+                .only({"linear"})
+                .with({"form"})
+                .orElseNote("all")
+                .such("12"),
+            SchemaKey("up_to", {positive()}, "Frequency up to which modes are kept.")
+                .in("Hz")
+                .only({"linear"})
+                .with({"form"})
+                .orElseNote("all")
+                .such("500"),
             SchemaKey("frequencies", numbersOrRange(),
                       "Frequencies at which inputs vary harmonically.")
                 .in("Hz")

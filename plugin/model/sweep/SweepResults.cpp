@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -20,6 +21,7 @@ struct Table {
     std::vector<std::vector<double>> values, numbers;  // of each key, each column
     std::vector<std::vector<std::string>> texts;       // of each key
     std::vector<int> status;
+    std::vector<std::string> folders;
 };
 
 Table readTable(const std::string& path) {
@@ -33,6 +35,9 @@ Table readTable(const std::string& path) {
     Table table;
     table.status = hdf5::readIndices(file, "status", {0});
     const hsize_t count = table.status.size();
+    table.folders = hdf5::readTexts(file, "folders");
+    if (table.folders.size() != count)
+        throw std::runtime_error("it has another number of folders than of cases");
     const auto values = hdf5::openGroup(file, "values"), texts = hdf5::openGroup(file, "texts");
     table.keys = hdf5::listLinks(values);
     for (const std::string& key : table.keys) {
@@ -99,6 +104,28 @@ bool isSweepTable(const std::string& path) {
     } catch (const std::runtime_error&) {
         return false;
     }
+}
+
+SweepCases listSweepCases(const std::string& path, const std::string& key) {
+    const Table table = openTable(path);
+    const size_t chosen = chooseKey(table, key, path);
+    SweepCases cases;
+    cases.key = table.keys[chosen];
+    std::set<std::string> others;
+    for (size_t k = 0; k < table.status.size(); ++k) {
+        const double value = table.values[chosen][k];
+        if (table.status[k] != 0 || std::isnan(value)) continue;
+        others.insert(makeLabel(table, chosen, k));
+        cases.values.push_back(value);
+        cases.paths.push_back(
+            (std::filesystem::path(path).parent_path() / table.folders[k] / "results.h5").string());
+    }
+    if (cases.paths.empty())
+        throw std::runtime_error("no case of the sweep '" + path + "' is complete");
+    if (others.size() > 1)
+        throw std::runtime_error("the sweep '" + path + "' varies more than '" + cases.key +
+                                 "': a map is over one parameter");
+    return cases;
 }
 
 SweepResults readSweepTable(const std::string& path, const std::string& key) {

@@ -25,5 +25,14 @@ bool isSweepTable(const std::string& path);
 @throws std::runtime_error. **/
 SweepResults readSweepTable(const std::string& path, const std::string& key);
 
+/** What each complete case has left, with its value of a key that is the only one to vary.
+@throws std::runtime_error. **/
+struct SweepCases {
+    std::string key;
+    std::vector<double> values;
+    std::vector<std::string> paths;  ///< results.h5
+};
+SweepCases listSweepCases(const std::string& path, const std::string& key);
+
 }  // namespace model
 }  // namespace simflex

@@ -117,6 +117,19 @@ void addCampbell(const Results::Analysis& analysis, std::vector<TableEntry>& ent
             {analysis.name, "critical speed " + std::to_string(k + 1), "rad/s", critical[k]});
 }
 
+/** Of each response its largest magnitude, and where; of random ones the effective values. **/
+void addResponses(const Results::Analysis& analysis, std::vector<TableEntry>& entries) {
+    for (const ChosenResponse& response : chooseResponses(analysis, {})) {
+        const auto largest = std::max_element(response.magnitude.begin(), response.magnitude.end());
+        const size_t at = size_t(largest - response.magnitude.begin());
+        entries.push_back({analysis.name, response.name + " peak", response.unit, *largest});
+        entries.push_back({analysis.name, response.name + " peak frequency", "Hz",
+                           analysis.frequency.at(0).at(at)});
+    }
+    for (const auto& [name, value] : analysis.statistics)
+        if (name.rfind("rms of ", 0) == 0) entries.push_back({analysis.name, name, "", value});
+}
+
 std::vector<TableEntry> collectEntries(const Results& results, std::vector<Wish>& wishes) {
     std::vector<TableEntry> entries;
     for (const auto& analysis : results.analyses) {
@@ -126,6 +139,7 @@ std::vector<TableEntry> collectEntries(const Results& results, std::vector<Wish>
                 entries.push_back({analysis.name, column.name, column.unit, column.values.at(0)});
         if (analysis.type == "eigen") addModes(analysis, 0, "", entries);
         if (analysis.type == "campbell") addCampbell(analysis, entries);
+        if (analysis.type == "frequency_response") addResponses(analysis, entries);
     }
     return entries;
 }

@@ -26,9 +26,10 @@ struct SweepTable {
 
 /** Statistics of the probes of all complete cases (mean and rms are over time), values of static
 analyses, frequencies and damping ratios of modes; of Campbell diagrams those at the first and the
-last speed, and each branch's critical speed. plan.of chooses: PROBE.maximum, .minimum, .mean,
-.rms, .final or .range, PROBE with or without its column and with `*`; default: maximum, minimum and
-final value of all. @throws std::runtime_error if one of plan.of fits nothing. **/
+last speed, and each branch's critical speed; of responses their peaks. plan.of chooses:
+PROBE.maximum, .minimum, .mean, .rms, .final or .range, PROBE with or without its column and with
+`*`; default: maximum, minimum and final value of all. @throws std::runtime_error if one of plan.of
+fits nothing. **/
 SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
                           const std::string& folder);
 

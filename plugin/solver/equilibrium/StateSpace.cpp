@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
@@ -31,6 +32,16 @@ constexpr double InertiaHold = 1e-3;
 
 /** What bends by less than this part of its change is straight. **/
 constexpr double SmallBend = 1e-9;
+/** A fourth difference that is more of the change is that of a kink, or of a bend as sharp as the
+step; the steps after which it is one. **/
+constexpr double SharpBend = 1e-3;
+constexpr double SmallerSteps[] = {1, 1e-2, 1e-4};
+/** Of the largest change of a value along any coordinate, the one that a kink has at least. **/
+constexpr double SeenKink = 1e-6;
+/** So many times the round-off must a kink be seen above. **/
+constexpr double ClearlySeen = 1e3;
+/** Of the largest multiplier. **/
+constexpr double MultiplierStep = 1e-3;
 
 MatrixXd toDense(const Matrix& from) {
     MatrixXd to(from.nrow(), from.ncol());
@@ -57,10 +68,19 @@ public:
         : m_function(std::move(function)),
           m_steps(std::move(steps)),
           m_middle(m_function(VectorXd::Zero(m_steps.size()))),
-          m_derivative(MatrixXd::Zero(Eigen::Index(m_middle.size()), m_steps.size())) {
+          m_derivative(MatrixXd::Zero(Eigen::Index(m_middle.size()), m_steps.size())),
+          m_largest(VectorXd::Zero(m_derivative.rows())) {
         search(0, m_steps.size());
     }
     const MatrixXd& get() const { return m_derivative; }
+    /** Numbers of the values that have no derivative. What changes a value a million times less
+    than other coordinates do is its noise. **/
+    std::set<int> getKinks() const {
+        std::set<int> kinks;
+        for (const auto& [value, change] : m_kinks)
+            if (change > SeenKink * m_largest[value]) kinks.insert(int(value));
+        return kinks;
+    }
 
 private:
     /** @returns whether it counts that coordinates from `first` on are displaced **/
@@ -89,41 +109,74 @@ private:
             if (m_steps[i] > 0) difference(i);
     }
     void difference(Eigen::Index first) {
-        VectorXd displacement = VectorXd::Zero(m_steps.size()), slope, largest;
-        slope = largest = VectorXd::Zero(m_derivative.rows());
+        std::vector<Eigen::Index> unknown;
+        for (Eigen::Index i = 0; i < m_derivative.rows(); ++i) unknown.push_back(i);
+        for (const double share : SmallerSteps)
+            if (!unknown.empty()) difference(first, share, unknown);
+        for (const Eigen::Index i : unknown) m_kinks.emplace_back(i, m_changes[i]);
+    }
+    /** @param unknown  values whose derivative is wanted; after it those that have a kink **/
+    void difference(Eigen::Index first, double share, std::vector<Eigen::Index>& unknown) {
+        VectorXd displacement = VectorXd::Zero(m_steps.size());
+        const double step = share * m_steps[first];
         const auto evaluate = [&](int place) {
-            displacement[first] = place * m_steps[first];
-            const Values moved = m_function(displacement);
-            for (Eigen::Index i = 0; i < slope.size(); ++i)
-                largest[i] = std::max(largest[i], std::abs(moved[size_t(i)]));
-            return moved;
+            displacement[first] = place * step;
+            return m_function(displacement);
         };
         // On one side: a sine about its zero has the same chords on both.
         const Values after = evaluate(1);
-        if (!isAnother(after)) return;
-        const Values farAfter = evaluate(2);
-        bool isStraight = true;
-        for (size_t i = 0; i < after.size(); ++i) {
-            slope[Eigen::Index(i)] = 0.5 * (farAfter[i] - m_middle[i]);
-            isStraight &= std::abs(farAfter[i] + m_middle[i] - 2 * after[i]) <=
-                          SameNumber * largest[Eigen::Index(i)] +
-                              SmallBend * std::abs(slope[Eigen::Index(i)]);
+        if (!isAnother(after)) {
+            if (share == 1) unknown.clear();
+            return;
         }
-        if (!isStraight) {
-            const Values before = evaluate(-1), farBefore = evaluate(-2);
-            for (size_t i = 0; i < after.size(); ++i)
-                slope[Eigen::Index(i)] =
-                    (8 * (after[i] - before[i]) - (farAfter[i] - farBefore[i])) / 12;
+        const Values farAfter = evaluate(2), before = evaluate(-1);
+        Values farBefore;
+        const auto isStraight = [&](Eigen::Index i) {
+            const size_t k = size_t(i);
+            const double allowed =
+                SameNumber * std::max(std::abs(after[k]), std::abs(farAfter[k])) +
+                SmallBend * 0.5 * std::abs(farAfter[k] - m_middle[k]);
+            return std::abs(farAfter[k] + m_middle[k] - 2 * after[k]) <= allowed &&
+                   std::abs(after[k] + before[k] - 2 * m_middle[k]) <= allowed;
+        };
+        if (!std::all_of(unknown.begin(), unknown.end(), isStraight)) farBefore = evaluate(-2);
+        if (share == 1) {
+            m_changes = VectorXd::Zero(m_derivative.rows());
+            for (Eigen::Index i = 0; i < m_changes.size(); ++i)
+                m_changes[i] = std::abs(after[size_t(i)] - m_middle[size_t(i)]);
+            m_largest = m_largest.cwiseMax(m_changes);
         }
-        for (Eigen::Index i = 0; i < slope.size(); ++i)
-            if (std::abs(slope[i]) > SameNumber * largest[i])
-                m_derivative(i, first) = slope[i] / m_steps[first];
+        std::vector<Eigen::Index> sharp;
+        for (const Eigen::Index i : unknown) {
+            const size_t k = size_t(i);
+            double slope = 0.5 * (farAfter[k] - m_middle[k]),
+                   largest = std::max(std::abs(after[k]), std::abs(farAfter[k]));
+            if (!farBefore.empty()) {
+                slope = (8 * (after[k] - before[k]) - (farAfter[k] - farBefore[k])) / 12;
+                largest = std::max({largest, std::abs(before[k]), std::abs(farBefore[k])});
+                double change = share * m_changes[i];  // as a kink would
+                for (const double value : {after[k], farAfter[k], before[k], farBefore[k]})
+                    change = std::max(change, std::abs(value - m_middle[k]));
+                const double fourth = farAfter[k] + farBefore[k] - 4 * (after[k] + before[k]) +
+                                      6 * m_middle[k],
+                             noise = 16 * SameNumber * largest;
+                if (!(std::abs(fourth) <= SharpBend * change + noise) ||
+                    (share < 1 && change < ClearlySeen * noise)) {
+                    sharp.push_back(i);
+                    continue;
+                }
+            }
+            if (std::abs(slope) > SameNumber * largest) m_derivative(i, first) = slope / step;
+        }
+        unknown = sharp;
     }
 
     Function m_function;
     VectorXd m_steps;
     Values m_middle;
     MatrixXd m_derivative;
+    VectorXd m_changes, m_largest;  ///< of values: along one coordinate, and along any
+    std::vector<std::pair<Eigen::Index, double>> m_kinks;
 };
 
 /** Undamped modes, of unit modal mass, and their ω². **/
@@ -207,6 +260,11 @@ MatrixXd calcDriven(const Linearization& linear, const MatrixXd& M, const Matrix
 
 }  // namespace
 
+NoDerivative::NoDerivative(std::vector<int> numbers)
+    : std::invalid_argument("output " + std::to_string(numbers.at(0) + 1) +
+                            " has no derivative at this State"),
+      outputs(std::move(numbers)) {}
+
 LinearOutputs differentiateOutputs(
     const MultibodySystem& system, const OperatingPoint& point,
     const std::function<std::vector<double>(const State& state, const Vector& uDot,
@@ -245,29 +303,30 @@ LinearOutputs differentiateOutputs(
         }
         return result;
     };
-    outputs.byQ =
-        put(SparseDifferences([&](const VectorXd& d) { return observeAt(d, none); }, steps).get());
-    outputs.byU =
-        put(SparseDifferences([&](const VectorXd& d) { return observeAt(none, d); }, rates).get());
-    outputs.byUDot =
-        put(SparseDifferences(
-                [&](const VectorXd& d) {
-                    const Vector change = equations.getBlocks().calcSimbodyUDot(q.data(), d.data());
-                    return observe(point.state, point.uDot + change, point.multipliers);
-                },
-                inertias)
-                .get());
+    std::set<int> kinks;
+    const auto calcSlopes = [&](const SparseDifferences::Function& function,
+                                const VectorXd& along) {
+        const SparseDifferences differences(function, along);
+        for (const int kink : differences.getKinks()) kinks.insert(kink);
+        return differences.get();
+    };
+    outputs.byQ = put(calcSlopes([&](const VectorXd& d) { return observeAt(d, none); }, steps));
+    outputs.byU = put(calcSlopes([&](const VectorXd& d) { return observeAt(none, d); }, rates));
+    outputs.byUDot = put(calcSlopes(
+        [&](const VectorXd& d) {
+            const Vector change = equations.getBlocks().calcSimbodyUDot(q.data(), d.data());
+            return observe(point.state, point.uDot + change, point.multipliers);
+        },
+        inertias));
     double largest = 0;
     for (int k = 0; k < int(m); ++k) largest = std::max(largest, std::abs(point.multipliers[k]));
-    outputs.byMultipliers = toSimbody(SparseDifferences(
-                                          [&](const VectorXd& d) {
-                                              Vector multipliers = point.multipliers;
-                                              for (int k = 0; k < int(m); ++k)
-                                                  multipliers[k] += d[k];
-                                              return observe(point.state, point.uDot, multipliers);
-                                          },
-                                          VectorXd::Constant(m, largest > 0 ? largest : 1))
-                                          .get());
+    outputs.byMultipliers = toSimbody(calcSlopes(
+        [&](const VectorXd& d) {
+            Vector multipliers = point.multipliers;
+            for (int k = 0; k < int(m); ++k) multipliers[k] += d[k];
+            return observe(point.state, point.uDot, multipliers);
+        },
+        VectorXd::Constant(m, largest > 0 ? MultiplierStep * largest : 1)));
     const std::vector<int> states = topology.listOwnStates();
     VectorXd stateSteps(Eigen::Index(states.size()));
     for (size_t i = 0; i < states.size(); ++i)
@@ -275,15 +334,15 @@ LinearOutputs differentiateOutputs(
             RelativeStep *
             std::max(topology.states[size_t(states[i] - topology.firstZ)].equation->getScale(),
                      std::abs(point.state.getZ()[states[i]]));
-    outputs.byStates = toSimbody(SparseDifferences(
-                                     [&](const VectorXd& d) {
-                                         moved.updZ() = point.state.getZ();
-                                         for (size_t i = 0; i < states.size(); ++i)
-                                             moved.updZ()[states[i]] += d[Eigen::Index(i)];
-                                         return observeAt(none, none);
-                                     },
-                                     stateSteps)
-                                     .get());
+    outputs.byStates = toSimbody(calcSlopes(
+        [&](const VectorXd& d) {
+            moved.updZ() = point.state.getZ();
+            for (size_t i = 0; i < states.size(); ++i)
+                moved.updZ()[states[i]] += d[Eigen::Index(i)];
+            return observeAt(none, none);
+        },
+        stateSteps));
+    if (!kinks.empty()) throw NoDerivative({kinks.begin(), kinks.end()});
     return outputs;
 }
 

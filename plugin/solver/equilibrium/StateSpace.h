@@ -19,6 +19,9 @@ where something observed follows it.
 
 Dense: O(n³) for n speeds. **/
 
+#include <stdexcept>
+#include <vector>
+
 #include "simflex/solver/Linearization.h"
 
 namespace simflex {
@@ -39,9 +42,17 @@ struct LinearOutputs {
     SimTK::Matrix byStates;          ///< o×s
 };
 
+/** What is observed has a kink at a State, as has the size of what is zero there: it grows
+whichever way the system moves. **/
+struct NoDerivative : std::invalid_argument {
+    explicit NoDerivative(std::vector<int> numbers);
+    std::vector<int> outputs;  ///< their numbers, ascending
+};
+
 /** Differences of whatever is observed, fourth-order. Coordinates that change nothing are found
 many at once, so that it takes some evaluations for each coordinate that counts.
-@param observe  o numbers; the State is realized to Stage::Velocity **/
+@param observe  o numbers; the State is realized to Stage::Velocity
+@throws NoDerivative. **/
 LinearOutputs differentiateOutputs(
     const SimTK::MultibodySystem& system, const OperatingPoint& point,
     const std::function<std::vector<double>(const SimTK::State& state, const SimTK::Vector& uDot,

@@ -111,6 +111,30 @@ TEST_F(ErrorBarTest, TheRunItselfIsNotChangedByItsBars) {
     EXPECT_EQ(find(read("swing"), "tip error").rows, find(run, "tip error").rows);
 }
 
+TEST_F(ErrorBarTest, PostProcessingKeepsThem) {
+    ASSERT_EQ(runModel("--error-bar"), 0) << err;
+    ASSERT_EQ(runProgram("SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'",
+                         "post model.results.h5 -o post.h5 --set "
+                         "'probes.new={velocity: bar.far, component: y}'"),
+              0)
+        << err;
+    EXPECT_THAT(out + err, HasSubstr("new has no error bars"));
+    const Results::Analysis run = read("swing"), post = read("swing", "post.h5");
+    for (const char* name : {"tip error", "stress error", "torque error"})
+        EXPECT_EQ(find(post, name).rows, find(run, name).rows);
+    for (const Results::Series& series : post.probes) EXPECT_NE(series.column.name, "new error");
+    EXPECT_EQ(find(read("rest", "post.h5"), "middle error").rows,
+              find(read("rest"), "middle error").rows);
+    // A probe that is another one now keeps none.
+    ASSERT_EQ(runProgram("SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'",
+                         "post model.results.h5 -q -o post.h5 --set "
+                         "'probes.tip={velocity: bar.far}'"),
+              0)
+        << err;
+    for (const Results::Series& series : read("swing", "post.h5").probes)
+        EXPECT_NE(series.column.name, "tip error");
+}
+
 TEST_F(ErrorBarTest, PartFilesMustHaveFurtherModes) {
     const std::string reduce = "reduce bar.inp -i near=LEFT -i far=RIGHT --quiet -o bar.h5 ",
                       given = reduce + "--modes 16 ";

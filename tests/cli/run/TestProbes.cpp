@@ -408,5 +408,64 @@ analyses: {run: {type: transient, duration: 0.5}}
     EXPECT_EQ(find(read("run"), "cart_coordinate").column.columns.size(), 3u);
 }
 
+// The size of what is zero has a kink there: no derivative, whichever way it is asked for.
+TEST_F(CantileverTest, TheSizeOfWhatIsZeroIsNoLinearOutput) {
+    const auto write = [&](const std::string& force, const std::string& outputs) {
+        writeModel(R"(simflex: 1
+parts:
+  bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 20, stress: all}
+bodies:
+  bar: {part: bar, damping: 0.02}
+joints:
+  wall: {type: weld, between: [ground, bar.root]}
+loads:
+  push: {on: bar.tip, force: [0, )" +
+                   force +
+                   R"(, 0]}
+probes:
+  mises: {stress: {body: bar, node: 247}}
+  xx: {stress: {body: bar, node: 247, what: xx}}
+  far: {displacement: {body: bar, node: 247}, relative_to: bar.root, component: norm}
+  up: {displacement: {body: bar, node: 247}, relative_to: bar.root, component: y}
+analyses:
+  rest: {type: static}
+  linear: {type: linear, about: rest, inputs: [loads.push.force.y])" +
+                   outputs + R"(}
+  shake: {type: frequency_response, about: rest, inputs: [loads.push.force.y], frequencies: [0.001], adaptive: false)" +
+                   outputs + R"(}
+  modes: {type: eigen, about: rest, outputs: [mises]}
+)");
+    };
+    write("0", ", outputs: [mises, xx]");
+    for (const char* analysis : {"linear", "shake", "modes"}) {
+        EXPECT_NE(runModel(std::string("--only ") + analysis + " -o " + analysis + ".h5"), 0);
+        EXPECT_THAT(err, HasSubstr("'mises' has no derivative here"));
+        EXPECT_THAT(err, HasSubstr("what: xx"));
+    }
+    write("0", "");
+    ASSERT_EQ(runModel("--only linear,shake"), 0) << err;
+    EXPECT_THAT(err, HasSubstr("is without mises, far"));
+    EXPECT_EQ(read("linear").outputs, (std::vector<std::string>{"xx", "up"}));
+    EXPECT_EQ(read("shake").outputs, (std::vector<std::string>{"xx", "up"}));
+    // Under load both have one, be it small: the slope of equilibria.
+    for (const double force : {100.0, 3.0}) {
+        const auto solve = [&](double f) {
+            write(std::to_string(f), "");
+            EXPECT_EQ(runModel("--only rest -o rest.h5"), 0) << err;
+            const Results::Analysis rest = read("rest", "rest.h5");
+            return std::pair(find(rest, "mises").rows[0][0], find(rest, "far").rows[0][0]);
+        };
+        const auto more = solve(1.01 * force), less = solve(0.99 * force);
+        write(std::to_string(force), "");
+        ASSERT_EQ(runModel("--only linear,shake"), 0) << err;
+        const auto magnitude = read("shake").matrices.at("magnitude")[0];
+        ASSERT_EQ(magnitude.size(), 4u);
+        const double stress = (more.first - less.first) / (0.02 * force),
+                     way = (more.second - less.second) / (0.02 * force);
+        EXPECT_NEAR(magnitude[0], stress, 1e-5 * stress) << force;
+        EXPECT_NEAR(magnitude[2], way, 1e-5 * way) << force;
+    }
+}
+
 }  // namespace
 }  // namespace simflex

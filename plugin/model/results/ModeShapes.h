@@ -1,0 +1,58 @@
+#pragma once
+/** @file
+Shapes of modes at points, of results and of tests, and how alike they are.
+
+    const ModeShapes model = readModeShapes("run.h5", "", {}),
+                     test = readModeShapes("test.unv", "", {{"12", "tip"}});
+    const ModalAssurance alike = calcModalAssurance(model, test);
+
+alike.values[i][k] = |aᵢᴴ bₖ|² / (aᵢᴴaᵢ bₖᴴbₖ), 1 for shapes that are the same but for their size
+and phase, 0 for those that have nothing in common (Allemang and Brown 1982). **/
+
+#include <complex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "simflex/model/Results.h"
+
+namespace simflex {
+namespace model {
+
+struct ModeShapes {
+    std::vector<std::string> outputs;                       ///< "tip.x"
+    std::vector<std::string> units;                         ///< of each; empty: not known
+    std::vector<double> frequency;                          ///< [Hz]
+    std::vector<std::vector<std::complex<double>>> shapes;  ///< of each mode, at each output
+    std::vector<std::string> notes;                         ///< what a reader ought to know
+};
+
+/** Of an analysis of type eigen with outputs. @throws std::runtime_error if it has none. **/
+ModeShapes getModeShapes(const Results::Analysis& analysis);
+
+/** From a result file (.h5), a table (.csv) or a universal file (any other name).
+
+A table has a line for each mode and the columns `frequency [Hz]`, one with the name of each output,
+and `imaginary NAME` of complex shapes, as `simflex run --csv` writes it. Of a universal file the
+datasets 55 (shapes at nodes) are read, or else 58 (frequency response functions of one reference):
+their values where Σ|H|² has a peak that stands out by 6 dB. Outputs are "12.x", "12.rx" of node 12.
+@param analysis  of a result file; empty: its first of type eigen that has shapes
+@param points  names of nodes: {"12", "tip"} makes "12.x" "tip.x"
+@throws std::runtime_error naming file and line. **/
+ModeShapes readModeShapes(const std::string& path, const std::string& analysis,
+                          const std::vector<std::pair<std::string, std::string>>& points);
+
+/** 0 if one of them is zero. **/
+double calcModalAssurance(const std::vector<std::complex<double>>& a,
+                          const std::vector<std::complex<double>>& b);
+
+struct ModalAssurance {
+    std::vector<std::string> outputs;         ///< that both have
+    std::vector<std::vector<double>> values;  ///< modes of the first × modes of the second
+    std::vector<std::string> notes;           ///< as of ModeShapes
+};
+/** At the outputs that both have. @throws std::runtime_error if these are less than two. **/
+ModalAssurance calcModalAssurance(const ModeShapes& a, const ModeShapes& b);
+
+}  // namespace model
+}  // namespace simflex
