@@ -89,7 +89,8 @@ double Blocks::calcDisplacement(const double* delta, int* worst,
 }
 
 void Blocks::addInPower(const double* q, const double* u, double& power) const {
-    std::vector<double> powers(all.size());
+    std::vector<double>& powers = *m_sizes;
+    powers.resize(all.size());
     parallelFor(int(all.size()), numThreads, [&](int b) {
         Block& block = *all[size_t(b)];
         powers[size_t(b)] = block.calcDampingPower(u + block.firstU) +

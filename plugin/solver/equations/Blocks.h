@@ -68,7 +68,8 @@ struct Blocks {
     /** The largest of what size(b) gives for each block, NaN if one is; `worst` receives it. **/
     template <class Size>
     double findLargest(const Size& size, int* worst) const {
-        std::vector<double> sizes(all.size());
+        std::vector<double>& sizes = *m_sizes;
+        sizes.resize(all.size());
         parallelFor(int(all.size()), numThreads, [&](int b) { sizes[size_t(b)] = size(b); });
         double largest = 0;
         for (int b = 0; b < int(all.size()); ++b) {
@@ -89,6 +90,10 @@ struct Blocks {
     void getFromState(const SimTK::State& state, double* q, double* u) const;
     void putIntoState(double time, const double* q, const double* u, SimTK::State& state) const;
     SimTK::Vector calcSimbodyUDot(const double* q, const double* uDot) const;
+
+private:
+    /** By block: a workspace, so that a step allocates nothing. **/
+    std::unique_ptr<std::vector<double>> m_sizes = std::make_unique<std::vector<double>>();
 };
 
 }  // namespace simflex
