@@ -11,6 +11,7 @@
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/BlockEliminationSolver.h"
+#include "simflex/solver/elimination/FrontSolver.h"
 #include "simflex/solver/elimination/FrontTree.h"
 #include "simflex/solver/elimination/NewtonCombination.h"
 #include "simflex/solver/equations/Evaluation.h"
@@ -84,6 +85,49 @@ TEST(BlockElimination, GivesTheSameBitsWithAnyNumberOfThreads) {
             const VectorXd many = solveByElimination(system, threads);
             for (int i = 0; i < one.size(); ++i) ASSERT_EQ(one[i], many[i]);
         }
+    }
+}
+
+/** A strip of overlapping cliques. **/
+template <class Scalar>
+void expectColumnsSolvedTogetherAsOneByOne(bool isSymmetric) {
+    constexpr int Cliques = 200, Size = 6, Columns = 11;
+    CliquePattern pattern;
+    pattern.numUnknowns = 3 * Cliques + 3;
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> between(-1, 1);
+    std::vector<MatrixOf<Scalar>> values;
+    std::vector<const Scalar*> pointers;
+    for (int c = 0; c < Cliques; ++c) {
+        pattern.cliques.emplace_back();
+        for (int i = 0; i < Size; ++i) pattern.cliques.back().push_back(3 * c + i);
+        MatrixOf<Scalar> own =
+            MatrixOf<Scalar>::NullaryExpr(Size, Size, [&] { return Scalar(between(random)); });
+        if (isSymmetric) own = (own + own.transpose()).eval();
+        own.diagonal().array() += Scalar(8);
+        values.push_back(own);
+    }
+    for (const MatrixOf<Scalar>& own : values) pointers.push_back(own.data());
+    const MatrixOf<Scalar> B = MatrixOf<Scalar>::NullaryExpr(
+        pattern.numUnknowns, Columns, [&] { return Scalar(between(random)); });
+    FrontSolver<Scalar> solver(pattern);
+    solver.setSymmetric(isSymmetric);
+    solver.factor(pointers, 1);
+    MatrixOf<Scalar> single = B, together = B;
+    for (int k = 0; k < Columns; ++k) solver.solve(single.col(k).data(), 1);
+    solver.solve(together.data(), Columns, 1);
+    EXPECT_LT((together - single).cwiseAbs().maxCoeff(), 1e-14);
+    for (const int threads : {2, 4}) {
+        MatrixOf<Scalar> again = B;
+        solver.solve(again.data(), Columns, threads);
+        EXPECT_TRUE(again == together) << threads;
+    }
+}
+
+TEST(FrontSolver, SolvesForManyColumnsAsForEachWithTheSameBitsForAnyNumberOfThreads) {
+    for (const bool isSymmetric : {true, false}) {
+        expectColumnsSolvedTogetherAsOneByOne<double>(isSymmetric);
+        expectColumnsSolvedTogetherAsOneByOne<Complex>(isSymmetric);
     }
 }
 

@@ -339,6 +339,87 @@ void FrontSolver<Scalar>::solve(Scalar* x, int threads) {
     for (size_t i = 0; i < m_x.size(); ++i) x[m_unknownAt[i]] = m_x[i];
 }
 
+template <class Scalar>
+void FrontSolver<Scalar>::forwardWide(int f) {
+    const FrontTree::Front& front = m_tree.fronts()[size_t(f)];
+    const int rows = front.numRows(), k = front.numPivots;
+    const Scalar* F = matrixOf(f);
+    Wide* v = m_wideVectors.data() + m_vectorOffsets[size_t(f)];
+    Wide* whole = m_wideX.data() + front.firstPivot;
+    std::fill(v + k, v + rows, Wide());
+    for (int c : front.children) {
+        const FrontTree::Front& child = m_tree.fronts()[size_t(c)];
+        const Wide* from = m_wideVectors.data() + m_vectorOffsets[size_t(c)] + child.numPivots;
+        for (size_t i = 0; i < child.parentRows.size(); ++i) {
+            const int at = child.parentRows[i];
+            (at < k ? whole[at] : v[at]).values += from[i].values;
+        }
+    }
+    const int* order = m_pivotOrder.data() + front.firstPivot;
+    for (int p = 0; p < k; ++p) v[p] = whole[order[p]];
+    for (int p = 0; p < k; ++p) {
+        const Scalar* column = F + size_t(p) * size_t(rows);
+        const ChunkOf<Scalar> own = v[p].values;
+        for (int i = p + 1; i < rows; ++i) v[i].values -= own * column[i];
+    }
+}
+
+template <class Scalar>
+void FrontSolver<Scalar>::backwardWide(int f) {
+    const FrontTree::Front& front = m_tree.fronts()[size_t(f)];
+    const int rows = front.numRows(), k = front.numPivots;
+    const Scalar* F = matrixOf(f);
+    Wide *v = m_wideVectors.data() + m_vectorOffsets[size_t(f)], *x = m_wideX.data();
+    for (size_t i = 0; i < front.border.size(); ++i) v[size_t(k) + i] = x[front.border[i]];
+    const Scalar* inverse = m_inversePivots.data() + front.firstPivot;
+    for (int p = k - 1; p >= 0; --p) {
+        ChunkOf<Scalar> sum{};
+        if (m_isSymmetric) {
+            const Scalar* column = F + size_t(p) * size_t(rows);
+            for (int i = p + 1; i < rows; ++i) sum += v[i].values * column[i];
+            v[p].values = v[p].values * inverse[p] - sum;
+        } else {
+            for (int j = p + 1; j < rows; ++j) sum += v[j].values * F[p + size_t(j) * size_t(rows)];
+            v[p].values = (v[p].values - sum) * inverse[p];
+        }
+    }
+    const int* order = m_pivotOrder.data() + front.firstPivot;
+    for (int p = 0; p < k; ++p) x[front.firstPivot + order[p]] = v[p];
+}
+
+template <class Scalar>
+void FrontSolver<Scalar>::solve(Scalar* x, int count, int threads) {
+    const size_t n = m_x.size();
+    if (count == 1 || !m_redundant.empty()) {
+        for (int k = 0; k < count; ++k) solve(x + size_t(k) * n, threads);
+        return;
+    }
+    m_wideX.resize(n);
+    m_wideVectors.resize(m_vectors.size());
+    for (int first = 0; first < count; first += ChunkSize) {
+        const int width = std::min(count - first, ChunkSize);
+        Scalar* columns = x + size_t(first) * n;
+        parallelRanges(int(n), threads, [&](int begin, int end) {
+            Scalar row[ChunkSize] = {};
+            for (int i = begin; i < end; ++i) {
+                const Scalar* from = columns + m_unknownAt[size_t(i)];
+                for (int k = 0; k < width; ++k) row[k] = from[size_t(k) * n];
+                m_wideX[size_t(i)].values = loadChunk(row, ChunkSize);
+            }
+        });
+        visitUpwards(threads, [&](int f) { forwardWide(f); });
+        visitDownwards(threads, [&](int f) { backwardWide(f); });
+        parallelRanges(int(n), threads, [&](int begin, int end) {
+            Scalar row[ChunkSize];
+            for (int i = begin; i < end; ++i) {
+                storeChunk(m_wideX[size_t(i)].values, row, ChunkSize);
+                Scalar* to = columns + m_unknownAt[size_t(i)];
+                for (int k = 0; k < width; ++k) to[size_t(k) * n] = row[k];
+            }
+        });
+    }
+}
+
 template <>
 int FrontSolver<double>::countNegativePivots() const {
     return int(std::count_if(m_inversePivots.begin(), m_inversePivots.end(),

@@ -12,13 +12,15 @@ of least norm.
     FrontSolver<double> solver(pattern);
     solver.setSymmetric(true);
     solver.factor(values, threads);    // values[c]: k×k column-major, k = size of clique c
-    solver.solve(x, threads);          // in place **/
+    solver.solve(x, threads);          // in place
+    solver.solve(X, 20, threads);      // twenty columns, eight side by side **/
 
 #include <Eigen/Dense>
 #include <Eigen/SparseCholesky>
 #include <vector>
 
 #include "simflex/solver/elimination/FrontTree.h"
+#include "simflex/solver/elimination/ScalarChunk.h"
 
 namespace simflex {
 
@@ -37,6 +39,8 @@ public:
 
     /** Replaces the right-hand side by the solution. **/
     void solve(Scalar* x, int threads);
+    /** The same for `count` right-hand sides, one after another. **/
+    void solve(Scalar* x, int count, int threads);
 
     /** Of LDLᵀ of a real matrix: as many as it has negative eigenvalues (Sylvester). **/
     int countNegativePivots() const;
@@ -56,6 +60,11 @@ private:
             entries;  ///< consecutive positions; those of the columns, which are real
     };
 
+    /** A row of eight right-hand sides. **/
+    struct Wide {
+        ChunkOf<Scalar> values{};
+    };
+
     Scalar* matrixOf(int front) { return m_storage.data() + m_offsets[size_t(front)]; }
     Scalar* vectorOf(int front) { return m_vectors.data() + m_vectorOffsets[size_t(front)]; }
     double* originalOf(int front) { return m_originals.data() + m_vectorOffsets[size_t(front)]; }
@@ -67,6 +76,8 @@ private:
     void updateTrailing(int f, int from, int to);
     void forwardFront(int f);
     void backwardFront(int f, Scalar* x);
+    void forwardWide(int f);
+    void backwardWide(int f);
     void findNullVectors();
     void projectOffNullSpace(Scalar* x) const;
     template <class Visit>
@@ -85,7 +96,8 @@ private:
     std::vector<Scalar> m_inversePivots;
     std::vector<char> m_isRedundant;  ///< by elimination place after pivoting
     std::vector<Scalar> m_x;
-    std::vector<int> m_unknownAt;  ///< by elimination place
+    std::vector<Wide> m_wideX, m_wideVectors;  ///< as m_x and m_vectors, if there ever are several
+    std::vector<int> m_unknownAt;              ///< by elimination place
 
     std::vector<int> m_redundant;
     std::vector<NullVector> m_nullVectors;

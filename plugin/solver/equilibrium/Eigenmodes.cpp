@@ -8,6 +8,7 @@
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/base/ParallelFor.h"
 #include "simflex/body/Assembly.h"
 #include "simflex/solver/StateSpace.h"
 #include "simflex/solver/equations/FlexibleBlock.h"
@@ -37,6 +38,8 @@ constexpr double SlowestMotion = 1e-5;
 constexpr double NearestZero = 1e-6, NearZero = 1e-4;
 /** Of the stiffest motion's frequency: the root of round-off in λ². **/
 constexpr double LeastFrequency = 1e-7;
+/** Where a few modes are not found among all of them: so many speeds, and as many for each. **/
+constexpr int LeastSpeeds = 300, LeastSpeedsOfMode = 6;
 /** What resists a motion that may be free. **/
 constexpr double SoftDirection = 1e-6;
 
@@ -376,7 +379,6 @@ namespace {
 /** Of ω²: what is as good as free, and the least shift that stands out from round-off. **/
 constexpr double ZeroOfSoftest = 1e-12, LeastModeShift = 1e-9;
 constexpr int MostRigidMotions = 6;
-constexpr int LeastSpeeds = 300, LeastSpeedsOfMode = 6;
 constexpr int KrylovBlock = 4, DampedBlock = 16, NumDecades = 12, MostKrylovRounds = 12,
               MostDampedRounds = 12;
 /** Of displacements, in the norm of K + σM. **/
@@ -393,6 +395,34 @@ void refuseImbalance(const std::string& imbalance) {
             "there are no natural modes about this State, which is no "
             "equilibrium: " +
             imbalance + "; find a static equilibrium first");
+}
+
+/** Rows of tall matrices that are multiplied at a time. **/
+constexpr Eigen::Index TallPiece = 4096;
+
+/** AᵀB of tall matrices, in pieces that are summed in order. **/
+MatrixXd multiplyTall(const Eigen::Ref<const MatrixXd>& A, const Eigen::Ref<const MatrixXd>& B,
+                      int threads) {
+    const int count = int((A.rows() + TallPiece - 1) / TallPiece);
+    std::vector<MatrixXd> parts(static_cast<size_t>(count));
+    parallelFor(count, threads, [&](int k) {
+        const Eigen::Index first = k * TallPiece, rows = std::min(TallPiece, A.rows() - first);
+        parts[size_t(k)].noalias() =
+            A.middleRows(first, rows).transpose() * B.middleRows(first, rows);
+    });
+    MatrixXd product = MatrixXd::Zero(A.cols(), B.cols());
+    for (const MatrixXd& part : parts) product += part;
+    return product;
+}
+
+/** X −= A·parts. **/
+void subtractPart(const Eigen::Ref<const MatrixXd>& A, const MatrixXd& parts, MatrixXd& X,
+                  int threads) {
+    const int count = int((A.rows() + TallPiece - 1) / TallPiece);
+    parallelFor(count, threads, [&](int k) {
+        const Eigen::Index first = k * TallPiece, rows = std::min(TallPiece, A.rows() - first);
+        X.middleRows(first, rows).noalias() -= A.middleRows(first, rows) * parts;
+    });
 }
 
 /** The undamped modes of slowest |ω² + σ|, σ small, and what damping makes of them. **/
@@ -413,10 +443,22 @@ private:
     /** Eigenvalues ω² below this one. **/
     int count(double omegaSquared);
     /** (K + σM)⁻¹ f along the joints. **/
-    VectorXd solve(VectorXd f) {
-        VectorXd g = VectorXd::Zero(m_mass->numMultipliers);
-        m_elimination->solve(f, g);
-        return f;
+    MatrixXd solve(MatrixXd F) {
+        m_elimination->solveEach(F);
+        return F;
+    }
+    /** Of each column. **/
+    MatrixXd multiplyM(const MatrixXd& X) const {
+        MatrixXd product(X.rows(), X.cols());
+        parallelFor(int(X.cols()), m_threads,
+                    [&](int j) { product.col(j) = m_mass->multiply(X.col(j)); });
+        return product;
+    }
+    MatrixXd multiply(const BlockMatrix<double>& A, const MatrixXd& X) const {
+        MatrixXd product(X.rows(), X.cols());
+        parallelFor(int(X.cols()), m_threads,
+                    [&](int j) { product.col(j) = A.multiply(X.col(j)); });
+        return product;
     }
     /** Adds what is new in X, orthonormal in M. **/
     void extend(MatrixXd X);
@@ -424,12 +466,16 @@ private:
     auto KV() const { return m_stiff.leftCols(m_count); }
     /** Ritz pairs in the space. **/
     void project();
-    /** Of a residual, relative to the mode. **/
-    double calcError(const VectorXd& x, const VectorXd& Kx, const VectorXd& correction) const {
-        const auto norm = [&](const VectorXd& y, const VectorXd& Ky) {
-            return std::sqrt(std::abs(y.dot(Ky)) + m_shift * y.dot(m_mass->multiply(y)));
-        };
-        return norm(correction, m_K->multiply(correction)) / norm(x, Kx);
+    /** Of each column, in which modes and their corrections are measured. **/
+    VectorXd calcNorms(const MatrixXd& X, const MatrixXd& KX, const MatrixXd& MX) const {
+        VectorXd norms(X.cols());
+        for (Eigen::Index j = 0; j < X.cols(); ++j)
+            norms[j] = std::sqrt(std::abs(X.col(j).dot(KX.col(j))) +
+                                 m_shift * std::abs(X.col(j).dot(MX.col(j))));
+        return norms;
+    }
+    VectorXd calcNorms(const MatrixXd& X) const {
+        return calcNorms(X, multiply(*m_K, X), multiplyM(X));
     }
     /** Roots of round-off: of what is free there are two. **/
     bool isAboutZero(Complex lambda) const { return std::norm(lambda) <= 1e-2 * m_shift; }
@@ -451,6 +497,7 @@ private:
     std::optional<BlockMatrix<double>> m_K, m_D;
     std::optional<TangentElimination<double>> m_elimination;
     bool m_isSymmetric = true;
+    int m_threads = 1;
     double m_softest = 0, m_stiffest = 0, m_shift = 0;  ///< ω²
     VectorXd m_s;
     Vector m_metres;            ///< of Simbody's speeds
@@ -506,6 +553,7 @@ std::string SlowModes::describeImbalance() {
 void SlowModes::linearize() {
     const Topology& topology = m_equations.getTopology();
     m_equations.updBlocks().chooseNumThreads(omp_get_max_threads());
+    m_threads = m_equations.getBlocks().numThreads;
     const auto evaluate = [&](const std::vector<double>& q, VectorXd& r) {
         if (m_observer) m_observer();
         m_equations.realize(m_point.t, q.data(), m_point.u.data());
@@ -558,7 +606,7 @@ void SlowModes::linearize() {
         if (!topology.isPrescribed[size_t(i)])
             m_s[i] = 1 / std::sqrt(std::abs(stiffness[i]) + m_softest * inertia[i]);
     m_elimination.emplace(m_graph, *m_mass);
-    m_elimination->setNumThreads(m_equations.getBlocks().numThreads);
+    m_elimination->setNumThreads(m_threads);
 }
 
 void SlowModes::factor(double shift) {
@@ -576,12 +624,8 @@ int SlowModes::count(double omegaSquared) {
 void SlowModes::extend(MatrixXd X) {
     constexpr double Dependent = 1e-6;
     const Eigen::Index n = m_s.size();
-    MatrixXd MX(n, X.cols());
-    const auto clear = [&] {
-        for (Eigen::Index j = 0; j < X.cols(); ++j) MX.col(j) = m_mass->multiply(X.col(j));
-        const MatrixXd parts = V().transpose() * MX;
-        X.noalias() -= V() * parts;
-    };
+    MatrixXd MX = multiplyM(X);
+    const auto clear = [&] { subtractPart(V(), multiplyTall(V(), MX, m_threads), X, m_threads); };
     // Among themselves: what is left of a column; those that are kept come first.
     Eigen::Index kept = 0;
     const auto orthogonalize = [&](Eigen::Index j) {
@@ -592,22 +636,18 @@ void SlowModes::extend(MatrixXd X) {
         return std::sqrt(X.col(kept).dot(MX.col(kept)));
     };
     VectorXd before(X.cols());
-    for (Eigen::Index j = 0; j < X.cols(); ++j)
-        before[j] = std::sqrt(X.col(j).dot(m_mass->multiply(X.col(j))));
+    for (Eigen::Index j = 0; j < X.cols(); ++j) before[j] = std::sqrt(X.col(j).dot(MX.col(j)));
     clear();
     for (Eigen::Index j = 0; j < X.cols(); ++j) {
         const double size = orthogonalize(j);
         if (!(size > Dependent * before[j])) continue;
         X.col(kept) /= size;
-        // What the rows' compliance leaves open, and is no longer small, would cost no energy.
-        VectorXd more = VectorXd::Zero(n), gap = -m_mass->multiplyG(X.col(kept));
-        m_elimination->solve(more, gap);
-        X.col(kept) += more;
-        MX.col(kept) = m_mass->multiply(X.col(kept));
-        ++kept;
+        MX.col(kept++) /= size;
     }
     X.conservativeResize(Eigen::NoChange, kept);
-    MX.conservativeResize(Eigen::NoChange, kept);
+    // What the rows' compliance leaves open, and is no longer small, would cost no energy.
+    m_elimination->close(X);
+    MX = multiplyM(X);
     clear();
     const Eigen::Index all = kept, first = m_count;
     kept = 0;
@@ -620,16 +660,15 @@ void SlowModes::extend(MatrixXd X) {
         const double rest = orthogonalize(j);
         if (!(rest > 0.5)) continue;
         X.col(kept) /= rest;
-        MX.col(kept) /= rest;
-        m_space.col(first + kept) = X.col(kept);
-        m_stiff.col(first + kept) = m_K->multiply(X.col(kept));
-        ++kept;
+        MX.col(kept++) /= rest;
     }
+    m_space.middleCols(first, kept) = X.leftCols(kept);
+    m_stiff.middleCols(first, kept) = multiply(*m_K, X.leftCols(kept));
     m_count += kept;
 }
 
 void SlowModes::project() {
-    const MatrixXd K = V().transpose() * KV();
+    const MatrixXd K = multiplyTall(V(), KV(), m_threads);
     const SymmetricEigen eigen = calcSymmetricEigen(0.5 * (K + K.transpose()));
     m_values = eigen.values;
     m_vectors = eigen.vectors;
@@ -660,8 +699,7 @@ void SlowModes::findUndamped(int wanted) {
     for (int round = 0; round < MostKrylovRounds; ++round) {
         while (m_count < target) {
             if (m_observer) m_observer();
-            for (Eigen::Index j = 0; j < X.cols(); ++j)
-                X.col(j) = solve(m_mass->multiply(X.col(j)));
+            X = solve(multiplyM(X));
             const Eigen::Index before = m_count;
             extend(X);
             X = m_space.middleCols(before, m_count - before);
@@ -674,12 +712,10 @@ void SlowModes::findUndamped(int wanted) {
         for (Eigen::Index end = found; end > 0 && X.cols() > 0 && error <= ModeAccuracy;) {
             const Eigen::Index first = std::max<Eigen::Index>(0, end - KrylovBlock);
             const MatrixXd own = m_vectors.middleCols(first, end - first), x = V() * own,
-                           Kx = KV() * own;
-            for (Eigen::Index k = 0; k < x.cols(); ++k)
-                error = std::max(
-                    error,
-                    calcError(x.col(k), Kx.col(k),
-                              solve(Kx.col(k) - m_values[first + k] * m_mass->multiply(x.col(k)))));
+                           Kx = KV() * own, Mx = multiplyM(x);
+            const auto values = m_values.segment(first, end - first);
+            const VectorXd corrections = calcNorms(solve(Kx - Mx * values.asDiagonal()));
+            error = std::max(error, corrections.cwiseQuotient(calcNorms(x, Kx, Mx)).maxCoeff());
             end = first;
         }
         if (error <= ModeAccuracy) {
@@ -717,8 +753,8 @@ void SlowModes::findDamped(int wanted, std::vector<PencilMode>& modes, MatrixXd&
     for (int round = 0; round < MostDampedRounds; ++round) {
         const Eigen::Index p = m_count, known = DV.cols();
         DV.conservativeResize(m_s.size(), p);
-        for (Eigen::Index j = known; j < p; ++j) DV.col(j) = m_D->multiply(m_space.col(j));
-        const MatrixXd K = V().transpose() * KV(), D = V().transpose() * DV;
+        DV.rightCols(p - known) = multiply(*m_D, m_space.middleCols(known, p - known));
+        const MatrixXd K = multiplyTall(V(), KV(), m_threads), D = multiplyTall(V(), DV, m_threads);
         // (λ − s)⁻¹: the slowest are the largest.
         ReducedPencil pencil;
         pencil.rate = rate;
@@ -769,29 +805,33 @@ void SlowModes::findDamped(int wanted, std::vector<PencilMode>& modes, MatrixXd&
             const size_t count = std::min(size_t(DampedBlock), rates.size() - first);
             const MatrixXd y = Y.middleCols(2 * Eigen::Index(first), 2 * Eigen::Index(count)),
                            x = m_space.leftCols(p) * y, Dx = DV * y, Kx = m_stiff.leftCols(p) * y;
-            for (size_t k = 0; k < count; ++k) {
-                const Eigen::Index re = 2 * Eigen::Index(k), im = re + 1;
-                const Complex l = rates[first + k], ll = l * l;
-                const VectorXd Mx[2] = {m_mass->multiply(x.col(re)), m_mass->multiply(x.col(im))};
-                const VectorXd r[2] = {
-                    ll.real() * Mx[0] - ll.imag() * Mx[1] + l.real() * Dx.col(re) -
-                        l.imag() * Dx.col(im) + Kx.col(re),
-                    ll.real() * Mx[1] + ll.imag() * Mx[0] + l.real() * Dx.col(im) +
-                        l.imag() * Dx.col(re) + Kx.col(im)};
+            const MatrixXd Mx = multiplyM(x);
+            MatrixXd rest(x.rows(), x.cols());
+            for (Eigen::Index re = 0; re < x.cols(); re += 2) {
+                const Complex l = rates[first + size_t(re / 2)], ll = l * l;
+                const Eigen::Index im = re + 1;
+                rest.col(re) = ll.real() * Mx.col(re) - ll.imag() * Mx.col(im) +
+                               l.real() * Dx.col(re) - l.imag() * Dx.col(im) + Kx.col(re);
+                rest.col(im) = ll.real() * Mx.col(im) + ll.imag() * Mx.col(re) +
+                               l.real() * Dx.col(im) + l.imag() * Dx.col(re) + Kx.col(im);
+            }
+            const VectorXd sizes = calcNorms(x, Kx, Mx);
+            rest = solve(std::move(rest));
+            const VectorXd corrections = calcNorms(rest);
+            for (Eigen::Index re = 0; re < x.cols(); re += 2) {
+                const double size = std::max(sizes[re], sizes[re + 1]);
                 double largest = 0;
-                const Eigen::Index larger = x.col(re).norm() > x.col(im).norm() ? re : im;
-                for (const VectorXd& rest : r) {
-                    const VectorXd correction = solve(rest);
-                    const double error = calcError(x.col(larger), Kx.col(larger), correction);
+                for (const Eigen::Index part : {re, re + 1}) {
+                    const double error = corrections[part] / size;
                     largest = std::max(largest, error);
                     if (!(error > DampedAccuracy)) continue;
-                    lacking.col(numLacking++) = correction;
+                    lacking.col(numLacking++) = rest.col(part);
                     if (numLacking < lacking.cols()) continue;
                     extend(lacking);
                     numLacking = 0;
                 }
                 worst = std::max(worst, largest);
-                if (largest <= DampedAccuracy) good.push_back(l);
+                if (largest <= DampedAccuracy) good.push_back(rates[first + size_t(re / 2)]);
             }
         }
         if (worst <= DampedAccuracy) break;

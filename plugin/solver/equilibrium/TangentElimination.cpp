@@ -205,38 +205,47 @@ void TangentElimination<Scalar>::factor(const BlockMatrix<Scalar>& A, const Vect
 }
 
 template <class Scalar>
-void TangentElimination<Scalar>::solveScaled(Vector& y) {
+void TangentElimination<Scalar>::solveScaled(Scalar* columns, int count) {
     if (m_numSpeeds == 0) return;
     const Eigen::Index numKept = m_firstKept.back();
-    Vector kept(numKept + m_mass.numMultipliers);
-    kept.tail(m_mass.numMultipliers) = y.tail(m_mass.numMultipliers);
+    Eigen::Map<Matrix> Y(columns, m_numSpeeds + m_mass.numMultipliers, count);
+    Matrix kept(numKept + m_mass.numMultipliers, count);
+    kept.bottomRows(m_mass.numMultipliers) = Y.bottomRows(m_mass.numMultipliers);
     const int numBlocks = int(m_kept.size());
     parallelFor(numBlocks, m_numThreads, [&](int i) {
         const size_t b = size_t(i);
         const Condensed& condensed = m_condensed[b];
         const Eigen::Index numModes = condensed.U.rows(), rest = m_graph.sizes[b] - numModes,
                            first = m_graph.firstU[b];
-        kept.segment(m_firstKept[b], rest) = y.segment(first, rest);
+        kept.middleRows(m_firstKept[b], rest) = Y.middleRows(first, rest);
         if (numModes == 0) return;
-        kept.segment(m_firstKept[b] + rest, condensed.U.cols()).noalias() =
+        kept.middleRows(m_firstKept[b] + rest, condensed.U.cols()).noalias() =
             condensed.weights *
-            (condensed.inverseU.transpose() * y.segment(first + rest, numModes));
+            (condensed.inverseU.transpose() * Y.middleRows(first + rest, numModes));
     });
-    m_fronts->solve(kept.data(), m_numThreads);
-    y.tail(m_mass.numMultipliers) = kept.tail(m_mass.numMultipliers);
+    m_fronts->solve(kept.data(), count, m_numThreads);
+    Y.bottomRows(m_mass.numMultipliers) = kept.bottomRows(m_mass.numMultipliers);
     parallelFor(numBlocks, m_numThreads, [&](int i) {
         const size_t b = size_t(i);
         const Condensed& condensed = m_condensed[b];
         const Eigen::Index numModes = condensed.U.rows(), rest = m_graph.sizes[b] - numModes,
                            first = m_graph.firstU[b];
-        y.segment(first, rest) = kept.segment(m_firstKept[b], rest);
+        Y.middleRows(first, rest) = kept.middleRows(m_firstKept[b], rest);
         if (numModes == 0) return;
-        auto xi = y.segment(first + rest, numModes);
-        const Vector more = kept.segment(m_firstKept[b] + rest, condensed.U.cols()) -
+        auto xi = Y.middleRows(first + rest, numModes);
+        const Matrix more = kept.middleRows(m_firstKept[b] + rest, condensed.U.cols()) -
                             condensed.inverseU.transpose() * xi;
-        xi = condensed.inverse.cwiseProduct(xi);
+        xi.array().colwise() *= condensed.inverse.array();
         xi.noalias() += condensed.inverseU * (condensed.weights * more);
     });
+}
+
+template <class Scalar>
+void TangentElimination<Scalar>::solveEach(Matrix& F) {
+    Matrix Y = Matrix::Zero(F.rows() + m_mass.numMultipliers, F.cols());
+    Y.topRows(F.rows()) = m_scale.asDiagonal() * F;
+    solveScaled(Y.data(), int(Y.cols()));
+    F.noalias() = m_scale.asDiagonal() * Y.topRows(F.rows());
 }
 
 template <class Scalar>
@@ -246,6 +255,16 @@ void TangentElimination<Scalar>::solve(Vector& f, Vector& g) {
     solveScaled(x);
     f = m_scale.cwiseProduct(x.head(f.size()));
     g = m_rowScale.cwiseProduct(x.tail(g.size()));
+}
+
+template <>
+void TangentElimination<double>::close(MatrixXd& X) {
+    MatrixXd Y = MatrixXd::Zero(X.rows() + m_mass.numMultipliers, X.cols());
+    parallelFor(int(X.cols()), m_numThreads, [&](int j) {
+        Y.col(j).tail(m_mass.numMultipliers) = -m_rowScale.cwiseProduct(m_mass.multiplyG(X.col(j)));
+    });
+    solveScaled(Y.data(), int(Y.cols()));
+    X.noalias() += m_scale.asDiagonal() * Y.topRows(X.rows());
 }
 
 template <>

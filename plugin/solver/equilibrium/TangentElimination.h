@@ -31,6 +31,7 @@ template <class Scalar>
 class TangentElimination {
 public:
     using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+    using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
     /** @param mass  its G; both must stay where they are, and its rows what they are; other values
     count from the next factor() on. **/
@@ -43,9 +44,13 @@ public:
     void factor(const BlockMatrix<Scalar>& A, const Eigen::VectorXd& scale, Symmetry symmetry);
 
     /** In place: unknowns for right-hand sides, speeds first, both scaled. **/
-    void solveScaled(Vector& y);
+    void solveScaled(Vector& y) { solveScaled(y.data(), 1); }
     /** In place. **/
     void solve(Vector& f, Vector& g);
+    /** In place, for forces along the joints alone: x of each column. **/
+    void solveEach(Matrix& F);
+    /** Takes from each column of X what of it opens the joints. @pre real **/
+    void close(Matrix& X);
     /** Of the rows of G: λ = scale·(unknowns of order 1). **/
     const Eigen::VectorXd& getRowScale() const { return m_rowScale; }
 
@@ -54,7 +59,7 @@ public:
     int countNegative() const;
 
 private:
-    using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+    void solveScaled(Scalar* columns, int count);
     /** Rows of G that act on the same blocks, in one of these. **/
     struct Side {
         int block;
@@ -88,6 +93,8 @@ private:
 
 template <>
 int TangentElimination<double>::countNegative() const;
+template <>
+void TangentElimination<double>::close(Eigen::MatrixXd& X);
 
 /** x with A x = b by GMRES, in as many steps as it takes to leave 1e-11 of b, at most.
 @param precondition  x ≈ A⁻¹b **/
