@@ -74,7 +74,7 @@ void drawMatrix(const std::string& path, const ModalAssurance& alike,
     figure.xLabel = "mode of " + labels[0];
     figure.hasWholeNumbers = true;
     FigurePanel panel{"mode of " + labels[1], {}};
-    panel.map.scale = FigureMap::Scale::Parts;
+    panel.map.scale = FigureMap::Scale::Fractions;
     panel.map.label = "modal assurance";
     panel.map.rows = alike.values;
     for (size_t i = 0; i < alike.values.size(); ++i) panel.map.x.push_back(double(i + 1));

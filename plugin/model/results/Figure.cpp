@@ -195,7 +195,7 @@ constexpr double ToldApart = 3;  // decades of a map's logarithmic colours
 
 Range calcColorRange(const FigureMap& map) {
     if (map.scale == FigureMap::Scale::Angles) return {-180, 180};
-    if (map.scale == FigureMap::Scale::Parts) return {0, 1};
+    if (map.scale == FigureMap::Scale::Fractions) return {0, 1};
     double largest = 0;
     for (const std::vector<double>& row : map.rows)
         for (const double value : row)
@@ -309,7 +309,7 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
     script += "\n";
     if (figure.hasEqualScales) script += makeEqualRanges(panel, layout);
     if (!panel.map.isEmpty()) script += makeMapColors(panel.map, text);
-    if (panel.map.scale == FigureMap::Scale::Parts)  // whole fields
+    if (panel.map.scale == FigureMap::Scale::Fractions)  // whole fields
         script += "set xrange [0.5:" + number(double(panel.map.x.size()) + 0.5) +
                   "]\nset yrange [0.5:" + number(double(panel.map.y.size()) + 0.5) +
                   "]\nset ytics 1\n";
@@ -323,7 +323,7 @@ std::string makePanelScript(const Figure& figure, int p, const Layout& layout, d
     script += "plot ";
     if (!panel.map.isEmpty())
         script += "$map_" + std::to_string(p) +
-                  (panel.map.scale == FigureMap::Scale::Parts
+                  (panel.map.scale == FigureMap::Scale::Fractions
                        ? " using 1:2:($1-0.5):($1+0.5):($2-0.5):($2+0.5):3 with boxxyerror "
                          "fillstyle solid linecolor palette notitle"
                        : " using 1:2:3 with image notitle") +

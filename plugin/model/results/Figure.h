@@ -24,8 +24,8 @@ struct FigureMap {
     std::vector<std::vector<double>> rows;  ///< of each x, at each y; NaN: nothing is drawn
     std::string label;                      ///< of the colours
     /** Of the colours: logarithmic; angles in degrees from −180 to 180, both of one colour; or
-    parts from 0 to 1, over whole numbers. **/
-    enum class Scale { Logarithmic, Angles, Parts } scale = Scale::Logarithmic;
+    fractions of 1, over whole numbers. **/
+    enum class Scale { Logarithmic, Angles, Fractions } scale = Scale::Logarithmic;
     bool isEmpty() const { return rows.empty(); }
 };
 
