@@ -516,28 +516,30 @@ void RigidTree::displaceQ(const EvaluationContext& context, const double* delta,
         normalizeQ(q);
         return;
     }
-    for (const RigidBody& body : m_bodies) {
-        double* coordinates = q + body.q0;
-        const double* own = delta + body.u0;
-        double change[LargestNumQ];
-        multiplyByN(body, coordinates, own, change);
-        if (hasQuaternion(body)) {
-            const int nu = numTurningU(body);
-            Map<Vector4d> quaternion(coordinates);
-            quaternion =
-                displaceQuaternion(quaternion, Vector3d(own[0], own[1], nu > 2 ? own[2] : 0),
-                                   body.turning == Turning::LineQuaternion);
-        }
-        for (int k = hasQuaternion(body) ? 4 : 0; k < body.nq; ++k) coordinates[k] += change[k];
+    for (const RigidBody& body : m_bodies) displaceQ(body, delta + body.u0, q + body.q0);
+}
+
+void RigidTree::displaceQ(const RigidBody& body, const double* delta, double* q) const {
+    double change[LargestNumQ];
+    multiplyByN(body, q, delta, change);
+    if (hasQuaternion(body)) {
+        const int nu = numTurningU(body);
+        Map<Vector4d> quaternion(q);
+        quaternion =
+            displaceQuaternion(quaternion, Vector3d(delta[0], delta[1], nu > 2 ? delta[2] : 0),
+                               body.turning == Turning::LineQuaternion);
     }
+    for (int k = hasQuaternion(body) ? 4 : 0; k < body.nq; ++k) q[k] += change[k];
 }
 
 void RigidTree::moveQ(const EvaluationContext& context, const double* delta, double* q) const {
     if (m_hasUnknownTurning) return displaceQ(context, delta, q);
-    std::vector<double> more(size_t(numQ), 0);
     for (const RigidBody& body : m_bodies) {
-        if (hasQuaternion(body) || numTurningQ(body) != 3) continue;
-        // q += N(half-way) δ, found by iteration; what displaceQ() adds is a part of it.
+        if (hasQuaternion(body) || numTurningQ(body) != 3) {
+            displaceQ(body, delta + body.u0, q + body.q0);
+            continue;
+        }
+        // q += N(half-way) δ, found by iteration.
         constexpr int MaxPasses = 50;
         constexpr double Smallest = 1e-15;
         double* angles = q + body.q0;
@@ -554,14 +556,9 @@ void RigidTree::moveQ(const EvaluationContext& context, const double* delta, dou
             }
             if (moved <= Smallest) break;
         }
-        double added[LargestNumQ];
-        multiplyByN(body, start, delta + body.u0, added);
-        for (int k = 0; k < 3; ++k) more[size_t(body.q0 + k)] = change[k] - added[k];
+        displaceQ(body, delta + body.u0, angles);
+        for (int k = 0; k < 3; ++k) angles[k] = start[k] + change[k];
     }
-    displaceQ(context, delta, q);
-    for (const RigidBody& body : m_bodies)
-        if (!hasQuaternion(body) && numTurningQ(body) == 3)
-            for (int k = 0; k < 3; ++k) q[body.q0 + k] += more[size_t(body.q0 + k)];
 }
 
 void RigidTree::weighQ(const double* q, const double* uWeights, const double* deltaQ,

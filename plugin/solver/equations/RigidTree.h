@@ -185,6 +185,8 @@ private:
     void addInTransposed(int body, const SimTK::SpatialVec& F_G, double* r) const;
     /** The same for forces at all bodies' origins, m_forces; uses them up. **/
     void addInForces(double* r);
+    /** displaceQ() of one body's own coordinates, whose N(q) is known here. **/
+    void displaceQ(const RigidBody& body, const double* delta, double* q) const;
 
     /** "speed 2 of 6 of mobilized body 3". **/
     std::string describe(const char* what, int index, int RigidBody::*first,
