@@ -497,14 +497,7 @@ class Session:
         frequency 0. All of them, or rigid-body modes and the `count` slowest of the others, which
         is quick for many bodies."""
 
-    def linearize(
-        self,
-        inputs: List[str],
-        outputs: List[str] = [],
-        form: str = 'full',
-        modes: int = 0,
-        up_to: float = 0.0,
-    ) -> Any:
+    def linearize(self, inputs: List[str], outputs: List[str] = [], form: str = 'full', modes: int = 0, up_to: float = 0.0) -> Any:
         """About this State, an equilibrium or a steady motion: ẋ = A x + B p, y = C x + D p.
         Inputs are numbers of the model ('loads.push.force.x'), outputs probes ('tip.y'; none:
         all). The form is full, modal (A block-diagonal) or minimal (what inputs reach and
