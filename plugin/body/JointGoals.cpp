@@ -53,12 +53,13 @@ public:
                 scale(mobod, Infinity);
         }
         for (Mode& mode : m_modes) mode.start = m_state.getQ()[mode.q];
-        startTurns();
+        m_countsTurns = findTurnCounts();
+        followTurns();
         for (size_t i = 0; i < goals.size(); ++i) {
             m_reached.push_back(calcCoordinate(i));
             const Real way = goals[i].value - m_reached[i];
-            const bool isShorter = getKind(i).isPeriodic() &&
-                                   (angleWay == AngleWay::Shorter || m_turnCounts.empty());
+            const bool isShorter =
+                getKind(i).isPeriodic() && (angleWay == AngleWay::Shorter || !m_countsTurns);
             m_wanted.push_back(isShorter ? m_reached[i] + std::remainder(way, 2 * Pi)
                                          : goals[i].value);
         }
@@ -152,16 +153,16 @@ private:
         return way;
     }
 
-    /** What counts turns knows the one it is on. **/
-    void startTurns() {
-        const FlexibleBodySubsystem::Guts& guts = m_bodies.getGuts();
-        for (int i = 0; i < int(guts.states().size()); ++i)
-            if (guts.state(i).followsMotion() && !guts.state(i).isHeld())
-                m_turnCounts.push_back(i);
-        followTurns();
+    /** Whether a state follows the turns that the State cannot tell. **/
+    bool findTurnCounts() const {
+        const auto& states = m_bodies.getGuts().states();
+        return std::any_of(states.begin(), states.end(), [](const auto& state) {
+            return state->followsMotion() && !state->isHeld();
+        });
     }
+    /** What counts turns knows the one it is on. **/
     void followTurns() {
-        if (!m_turnCounts.empty()) m_bodies.getGuts().startStates(m_state);
+        if (m_countsTurns) m_bodies.getGuts().startStates(m_state);
         for (size_t i = 0; i < m_reached.size(); ++i) {
             const Real now = calcCoordinate(i);
             m_reached[i] = getKind(i).isPeriodic()
@@ -269,7 +270,7 @@ private:
     Vector m_weights;
     std::vector<Mode> m_modes;
     std::vector<Real> m_reached, m_wanted;  ///< coordinates of the goals, with their turns
-    std::vector<int> m_turnCounts;          ///< states that follow turns
+    bool m_countsTurns = false;
 };
 
 /** @param lead  tells whether it could **/
