@@ -32,6 +32,12 @@ SymmetricEigen calcSymmetricEigen(const MatrixXd& A, const MatrixXd& B) {
     return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
 }
 
+GeneralEigen calcGeneralEigen(const MatrixXd& A) {
+    const Eigen::EigenSolver<MatrixXd> solver(A);
+    if (solver.info() != Eigen::Success) return {};
+    return {solver.eigenvalues(), solver.eigenvectors(), true};
+}
+
 bool isPositiveDefinite(const MatrixXd& A) {
     return Eigen::LLT<MatrixXd>(A).info() == Eigen::Success;
 }
@@ -52,6 +58,12 @@ ColumnSpace calcColumnSpace(const MatrixXd& A, double threshold) {
     space.complement = decomposition.householderQ() * last;
     space.pseudoInverse = decomposition.pseudoInverse();
     return space;
+}
+
+ThinQr calcThinQr(const MatrixXd& A) {
+    const Eigen::HouseholderQR<MatrixXd> QR(A);
+    return {QR.householderQ() * MatrixXd::Identity(A.rows(), A.cols()),
+            QR.matrixQR().topRows(A.cols()).triangularView<Eigen::Upper>()};
 }
 
 struct LeastSquares::Factors {
@@ -90,6 +102,18 @@ VectorXd SquareSystem::solve(const VectorXd& b) const {
 
 MatrixXd SquareSystem::solveEach(const MatrixXd& B) const {
     return m_factors->LU.solve(B);
+}
+
+Eigen::MatrixXcd solveEach(const Eigen::MatrixXcd& A, const Eigen::MatrixXcd& B) {
+    return A.partialPivLu().solve(B);
+}
+
+MatrixXd calcInverse(const MatrixXd& A) {
+    return A.inverse();
+}
+
+Eigen::MatrixXcd calcInverse(const Eigen::MatrixXcd& A) {
+    return A.inverse();
 }
 
 VectorXd solveSymmetric(const MatrixXd& A, const VectorXd& b) {

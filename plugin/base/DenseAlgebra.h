@@ -22,6 +22,15 @@ SymmetricEigen calcSymmetricEigen(const Eigen::MatrixXd& A);
 /** A v = λ B v with vᵀBv = 1; B is positive definite. **/
 SymmetricEigen calcSymmetricEigen(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
+/** Eigenvalues of any real matrix, in no order, and vectors of length 1. **/
+struct GeneralEigen {
+    Eigen::VectorXcd values;
+    Eigen::MatrixXcd vectors;
+    bool hasConverged = false;
+};
+
+GeneralEigen calcGeneralEigen(const Eigen::MatrixXd& A);
+
 bool isPositiveDefinite(const Eigen::MatrixXd& A);  ///< symmetric: only its lower triangle is read
 
 /** Of LDLᵀ with pivoting; that of a matrix it does not suit is −∞. **/
@@ -37,6 +46,13 @@ struct ColumnSpace {
 /** @param threshold  relative to the largest pivot, below which a column depends on the others;
 Eigen's own, round-off, where it is negative. **/
 ColumnSpace calcColumnSpace(const Eigen::MatrixXd& A, double threshold = -1);
+
+/** A = Q R of a matrix with no more columns than rows: Qᵀ Q = 1, R upper triangular. **/
+struct ThinQr {
+    Eigen::MatrixXd Q, R;
+};
+
+ThinQr calcThinQr(const Eigen::MatrixXd& A);
 
 /** The shortest x of least ‖A x − b‖. **/
 class LeastSquares {
@@ -69,6 +85,12 @@ private:
     struct Factors;
     std::unique_ptr<Factors> m_factors;
 };
+
+/** A x = b by LU with partial pivoting, for each column of B. **/
+Eigen::MatrixXcd solveEach(const Eigen::MatrixXcd& A, const Eigen::MatrixXcd& B);
+
+Eigen::MatrixXd calcInverse(const Eigen::MatrixXd& A);
+Eigen::MatrixXcd calcInverse(const Eigen::MatrixXcd& A);
 
 /** A x = b by LDLᵀ with pivoting; only the lower triangle of A is read. **/
 Eigen::VectorXd solveSymmetric(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);

@@ -47,8 +47,7 @@ std::uint64_t calcKey(const SymmetricMatrix& A) {
 MatrixXd orthonormalize(MatrixXd X) {
     const Eigen::VectorXd norms = X.colwise().norm();
     for (Index k = 0; k < X.cols(); ++k) X.col(k) /= norms[k];
-    const Eigen::HouseholderQR<MatrixXd> qr(X);
-    return qr.householderQ() * MatrixXd::Identity(X.rows(), X.cols());
+    return calcThinQr(X).Q;
 }
 
 /** Rows and columns of A whose place in the list is not negative, ascending. **/
@@ -353,7 +352,8 @@ void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& opt
                                                       free[size_t(singular.row)]))
                                   : std::string()) +
                "; look for pieces that hang on a single node or edge, for elements without "
-               "stiffness, and for few elements of reduced integration (C3D20R, S8R)");
+               "stiffness, and for few elements of reduced integration (C3D20R, S8R)" +
+               describeSlenderness(rigid));
     }
 }
 

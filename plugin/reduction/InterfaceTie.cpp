@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "RigidMotion.h"
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/fe/NodeSelection.h"
 
 namespace simflex {
@@ -131,10 +132,8 @@ Eigen::MatrixXd InterfaceTies::calcMean(const Mesh& mesh, const Tie& tie) const 
     Eigen::Matrix<double, 6, 1> scale = Eigen::Matrix<double, 6, 1>::Ones();
     scale.tail<3>().setConstant(1 / radius);
     const Eigen::MatrixXd scaled = R * scale.asDiagonal();
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(scaled);
-    const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(3 * count, 6);
-    const Eigen::MatrixXd D =
-        qr.matrixQR().topRows<6>().triangularView<Eigen::Upper>().solve(Q.transpose());
+    const ThinQr qr = calcThinQr(scaled);
+    const Eigen::MatrixXd D = qr.R.triangularView<Eigen::Upper>().solve(qr.Q.transpose());
     return scale.asDiagonal() * D;
 }
 

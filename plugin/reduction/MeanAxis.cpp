@@ -59,11 +59,13 @@ Modes solvePencil(const std::string& part, const Eigen::MatrixXd& K, const Eigen
             sigma * pencil.values.cwiseQuotient(shares)};
 }
 
-[[noreturn]] void refuseHinges(const std::string& part, Eigen::Index count) {
+[[noreturn]] void refuseFree(const std::string& part, const RigidMotion& rigid,
+                             Eigen::Index count) {
     throw std::invalid_argument(
         "part '" + part + "': the stiffness matrix has " + std::to_string(6 + count) +
         " rigid modes; it must have 6. Pieces of the part move against each other without "
-        "stiffness: look for hinges, where elements share only a node or an edge.");
+        "stiffness: look for hinges, where elements share only a node or an edge" +
+        describeSlenderness(rigid));
 }
 
 /** Shapes that together nothing resists, in units in which each has the same energy. **/
@@ -117,11 +119,11 @@ MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& produ
     const auto calcK = [&] { return symmetricGram(Phi, products.K.multiply(Phi)); };
     const auto calcM = [&] { return symmetricGram(Phi, products.m.multiplyPerAxis(Phi)); };
     const Eigen::MatrixXd K = calcK();
-    if (const Eigen::Index count = countDependent(K)) refuseHinges(part, count);
+    if (const Eigen::Index count = countDependent(K)) refuseFree(part, rigid, count);
     const Modes first = solvePencil(part, K, calcM());
     Phi = (Phi * first.vectors).eval();
     if (const Eigen::Index count = countFree(products, rigid, Phi, first.omegaSquared))
-        refuseHinges(part, count);
+        refuseFree(part, rigid, count);
     boundary = (boundary * first.vectors).eval();
     const Modes second = solvePencil(part, calcK(), calcM());
     MeanAxisModes modes;

@@ -1,6 +1,21 @@
 #include "RigidMotion.h"
 
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+#include "simflex/base/DenseAlgebra.h"
+
 namespace simflex {
+
+namespace {
+
+/** Length over thickness: of parts that may be too thin for the digits of K, of those that are. **/
+constexpr double Slender = 500;
+constexpr int TooSlender = 2000;
+
+}  // namespace
 
 Eigen::MatrixXd symmetricGram(const Shapes& X, const Shapes& Y) {
     const Eigen::MatrixXd gram = X.transpose() * Y;
@@ -41,6 +56,21 @@ Eigen::MatrixXd removeRigidMotion(const RigidMotion& rigid, const FeProducts& pr
         taken += part;
     }
     return taken;
+}
+
+std::string describeSlenderness(const RigidMotion& rigid) {
+    const Eigen::Vector3d inertias = calcSymmetricEigen(rigid.inertia).values,
+                          spreads =  // ∑m of squares along each axis
+                          Eigen::Vector3d::Constant(inertias.sum() / 2) - inertias;
+    const double slenderness = std::sqrt(spreads.maxCoeff() / std::max(spreads.minCoeff(), 0.0));
+    if (!(slenderness > Slender)) return {};
+    std::ostringstream text;
+    text << ". It is " << std::fixed << std::setprecision(0) << slenderness
+         << " times as long as it is thick: from about " << TooSlender
+         << " on, round-off in the matrix outweighs what resists its bending, and the finite "
+            "element program's own frequencies are off. Are its units right? Otherwise make it of "
+            "shorter pieces, a part each, and weld these";
+    return text.str();
 }
 
 }  // namespace simflex

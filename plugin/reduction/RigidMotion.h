@@ -3,6 +3,7 @@
 The rigid motions of a part about its centre of mass. Internal to reduction. **/
 
 #include <Eigen/Dense>
+#include <string>
 
 #include "SymmetricProduct.h"
 
@@ -20,6 +21,10 @@ struct RigidMotion {
 };
 
 RigidMotion calcRigidMotions(const FeModel& model, const FeProducts& products);
+
+/** Why a thin part's own bending may look as if nothing resisted it: words to end a message with.
+Nothing for other parts. **/
+std::string describeSlenderness(const RigidMotion& rigid);
 
 /** X ← X − R (RᵀMR)⁻¹ RᵀM X, twice, for round-off. @returns the coefficients taken out, 6×k. **/
 Eigen::MatrixXd removeRigidMotion(const RigidMotion& rigid, const FeProducts& products, Shapes& X);

@@ -694,12 +694,16 @@ BlockMass::BlockMass(Evaluation& equations)
     : numMultipliers(equations.getTopology().numMultipliers) {
     NewtonSystem system = equations.getTopology().makeNewtonSystem();
     equations.formMassSystem(system);
-    for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
+    const size_t count = system.blocks.size();
+    firstU.resize(count);
+    M.resize(count);
+    rows.resize(count);
+    Gt.resize(count);
+    parallelFor(int(count), equations.getBlocks().numThreads, [&](int b) {
         const NewtonSystem::Block& block = system.blocks[size_t(b)];
         const int n = block.size;
-        firstU.push_back(equations.getBlock(b).firstU);
-        M.emplace_back();
-        BodyMass& own = M.back();
+        firstU[size_t(b)] = equations.getBlock(b).firstU;
+        BodyMass& own = M[size_t(b)];
         if (block.form == NewtonSystem::Block::Form::Arrow) {
             const NewtonSystem::Part& part = system.parts[size_t(block.part)];
             own.head = Eigen::Map<const MatrixXd>(block.head.data(), 6, 6);
@@ -711,17 +715,18 @@ BlockMass::BlockMass(Evaluation& equations)
         MatrixXd all(n, block.numColumns());
         system.expandGt(block, all.data());
         // A row may have several columns; those beyond constraints' stand for force elements.
-        rows.push_back(block.rows);
-        std::vector<int>& list = rows.back();
+        std::vector<int>& list = rows[size_t(b)];
+        list = block.rows;
         std::sort(list.begin(), list.end());
         list.erase(std::unique(list.begin(), list.end()), list.end());
         while (!list.empty() && list.back() >= numMultipliers) list.pop_back();
-        Gt.push_back(MatrixXd::Zero(n, Eigen::Index(list.size())));
+        MatrixXd& ofRows = Gt[size_t(b)];
+        ofRows = MatrixXd::Zero(n, Eigen::Index(list.size()));
         for (int column = 0; column < block.numColumns(); ++column) {
             const auto at = std::lower_bound(list.begin(), list.end(), block.rows[size_t(column)]);
-            if (at != list.end()) Gt.back().col(at - list.begin()) += all.col(column);
+            if (at != list.end()) ofRows.col(at - list.begin()) += all.col(column);
         }
-    }
+    });
 }
 
 void BodyMass::addProduct(const Eigen::Ref<const VectorXd>& x, Eigen::Ref<VectorXd> y) const {

@@ -276,25 +276,27 @@ InvertedPencil invertFirstOrder(const ReducedPencil& pencil) {
     return {SquareSystem(rates - inertia).solveEach(inertia), 0};
 }
 
+[[noreturn]] void refuseQr(Eigen::Index count) {
+    throw std::runtime_error("calcEigenmodes(): the QR iteration for " + std::to_string(count) +
+                             " eigenvalues does not converge");
+}
+
 void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
     const Eigen::Index n = pencil.M.rows();
     if (n == 0) return;
     const InvertedPencil inverted =
         pencil.numStates > 0 ? invertFirstOrder(pencil) : invertSecondOrder(pencil);
     const Eigen::Index count = inverted.matrix.rows();
-    const Eigen::EigenSolver<MatrixXd> solver(inverted.matrix);
-    if (solver.info() != Eigen::Success)
-        throw std::runtime_error("calcEigenmodes(): the QR iteration for " + std::to_string(count) +
-                                 " eigenvalues does not converge");
+    const GeneralEigen eigen = calcGeneralEigen(inverted.matrix);
+    if (!eigen.hasConverged) refuseQr(count);
 
     const std::vector<VectorXcd> free = findFreeMotions(pencil);
     for (const VectorXcd& y : free) pairs.push_back({0, y});
     std::vector<PencilMode> others;
     for (Eigen::Index k = 0; k < count; ++k) {
-        const Complex mu = solver.eigenvalues()[k];
+        const Complex mu = eigen.values[k];
         if (std::abs(mu) < 1e-14) continue;  // no mass, no motion
-        others.push_back(
-            {1.0 + 1.0 / mu, solver.eigenvectors().col(k).segment(inverted.shapeRow, n)});
+        others.push_back({1.0 + 1.0 / mu, eigen.vectors.col(k).segment(inverted.shapeRow, n)});
     }
     std::stable_sort(others.begin(), others.end(), [](const PencilMode& a, const PencilMode& b) {
         return std::abs(a.nu) < std::abs(b.nu);
@@ -762,15 +764,15 @@ void SlowModes::findDamped(int wanted, std::vector<PencilMode>& modes, MatrixXd&
         pencil.D = rate * D;
         pencil.K = K;
         const InvertedPencil inverted = invertSecondOrder(pencil);
-        const Eigen::EigenSolver<MatrixXd> solver(inverted.matrix);
+        const GeneralEigen eigen = calcGeneralEigen(inverted.matrix);
+        if (!eigen.hasConverged) refuseQr(2 * p);
         modes.clear();
         for (Eigen::Index k = 0; k < 2 * p; ++k) {
-            const Complex mu = solver.eigenvalues()[k];
+            const Complex mu = eigen.values[k];
             if (std::abs(mu) < 1e-14) continue;
             const Complex nu = 1.0 + 1.0 / mu;
             if (nu.imag() < 0) continue;
-            modes.push_back(
-                {rate * nu, solver.eigenvectors().col(k).segment(inverted.shapeRow, p)});
+            modes.push_back({rate * nu, eigen.vectors.col(k).segment(inverted.shapeRow, p)});
         }
         std::stable_sort(modes.begin(), modes.end(), [](const PencilMode& a, const PencilMode& b) {
             return std::abs(a.nu) < std::abs(b.nu);

@@ -438,8 +438,7 @@ Matrix_<Complex> StateSpace::calcTransfer(Complex s) const {
     Eigen::MatrixXcd y = (toDense(D).cast<Complex>() + s * toDense(D1).cast<Complex>() +
                           s * s * toDense(D2).cast<Complex>());
     if (size > 0) {
-        const Eigen::PartialPivLU<Eigen::MatrixXcd> factors(x);
-        const Eigen::MatrixXcd response = factors.solve(b);
+        const Eigen::MatrixXcd response = solveEach(x, b);
         if (!response.allFinite())
             throw std::invalid_argument("calcTransfer(): it has a pole there");
         y += toDense(C).cast<Complex>() * response;

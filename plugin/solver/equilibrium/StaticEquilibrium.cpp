@@ -160,6 +160,7 @@ private:
         VectorXd r, g;
         StateTangent states;
         VectorXd turning;  ///< of turning bodies: what forces make of a radian, at most
+        bool isFinite = false;
     };
     /** A motion y, scaled, that little resists: yᵀKy = κ·softest·yᵀMy. **/
     struct SoftMotion {
@@ -335,15 +336,15 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
         m_elimination.emplace(m_graph, *m_mass);
         m_elimination->setNumThreads(m_equations.getBlocks().numThreads);
     }
-    BlockMatrix<double> K(m_graph);
     StateTangent states;
-    {
+    const auto differentiate = [&] {
         const LoadTerms::Tangent ofLaws(m_equations.updLoads());
         states = calcStateTangent(m_equations, m_scales, m_point);
-        K = calcStiffness(
+        return calcStiffness(
             m_equations, m_scales, m_graph, *m_mass, m_point,
             [&](const std::vector<double>& q, VectorXd& moved) { evaluate(q, moved); });
-    }
+    };
+    BlockMatrix<double> K = differentiate();
     // What was differenced has left the speeds elsewhere.
     if (!m_motion.isAtRest()) evaluate(m_point.q, r);
     const VectorXd withoutLoads =
@@ -351,6 +352,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     Tangent tangent{{}, std::move(K), *m_mass, 0, std::move(r), VectorXd(m), std::move(states), {}};
     m_equations.calcPositionErrors(tangent.g.data());
     const VectorXd stiffness = tangent.K.getDiagonal(), inertia = tangent.mass.getDiagonal();
+    tangent.isFinite = tangent.r.allFinite() && tangent.g.allFinite() && stiffness.allFinite();
     // Rigid coordinates, which little may hold, are measured by what the softest mode resists.
     double& softest = tangent.softest;
     for (int b = 0; b < m_equations.getTopology().numFlexible; ++b) {
@@ -673,7 +675,7 @@ bool StaticEquilibrium::Search::creep() {
             Tangent tangent = calcTangent();
             ++numIterations;
             ++iteration;
-            if (!tangent.r.allFinite() || !tangent.g.allFinite()) break;
+            if (!tangent.isFinite) break;
             tangent.r += sigma * tangent.softest * tangent.mass.multiply(gone);
             sigma = factorPositive(tangent, sigma, Brake::Inertia);
             VectorXd delta, deltaLambda, dz;
@@ -727,8 +729,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
                 m_error = std::abs(tangent.g[k]);
                 m_worstRow = int(k);
             }
-        if (!tangent.r.allFinite() || !tangent.g.allFinite() ||
-            !tangent.K.getDiagonal().allFinite()) {
+        if (!tangent.isFinite) {
             m_reason = "forces or positions are not finite numbers";
             return false;
         }
@@ -814,7 +815,7 @@ void StaticEquilibrium::Search::fail(double fraction) {
     std::ostringstream text;
     text << "no static equilibrium: ";
     const Tangent tangent = calcTangent();
-    if (tangent.K.getDiagonal().allFinite() && tangent.r.allFinite()) {
+    if (tangent.isFinite) {
         const int count = countSoftMotions(tangent);
         factor(tangent, LeastShift);
         for (const SoftMotion& motion : findSoftMotions(tangent, count)) {

@@ -105,14 +105,14 @@ void TangentElimination<Scalar>::condense(const BlockMatrix<Scalar>& A, size_t b
     if (condensed.shapes.rows() != n || condensed.shapes.cols() != count ||
         condensed.shapes != shapes) {
         condensed.shapes = std::move(shapes);
-        const Eigen::HouseholderQR<MatrixXd> qr(condensed.shapes);
-        condensed.U = qr.householderQ() * MatrixXd::Identity(n, count);
-        condensed.R = qr.matrixQR().topRows(count).template triangularView<Eigen::Upper>();
+        ThinQr qr = calcThinQr(condensed.shapes);
+        condensed.U = std::move(qr.Q);
+        condensed.R = std::move(qr.R);
     }
     condensed.inverse = (ofModes.cwiseAbs2().cwiseProduct(modes.diagonal)).cwiseInverse();
     condensed.inverseU = condensed.inverse.asDiagonal() * condensed.U;
     const Matrix compliance = condensed.U.transpose() * condensed.inverseU;
-    condensed.weights = compliance.inverse();
+    condensed.weights = calcInverse(compliance);
     condensed.numNegative = countNegativeParts(condensed.inverse, compliance);
 }
 
@@ -180,12 +180,12 @@ void TangentElimination<Scalar>::factor(const BlockMatrix<Scalar>& A, const Vect
         values.bottomLeftCorner(m, n) = above;
     };
     parallelFor(int(m_pairs.size()), m_numThreads, formPair);
-    size_t clique = m_pairs.size();
-    for (const Side& side : m_sides) {
+    const auto formSide = [&](int index) {
+        const Side& side = m_sides[size_t(index)];
         const size_t b = size_t(side.block);
         const Eigen::Index n = m_kept[b], count = Eigen::Index(side.columns.size()),
                            numModes = m_condensed[b].U.rows(), rest = m_graph.sizes[b] - numModes;
-        Matrix& values = m_values[clique++];
+        Matrix& values = m_values[m_pairs.size() + size_t(index)];
         values.setZero(n + count, n + count);
         for (Eigen::Index k = 0; k < count; ++k) {
             const int column = side.columns[size_t(k)];
@@ -197,7 +197,8 @@ void TangentElimination<Scalar>::factor(const BlockMatrix<Scalar>& A, const Vect
             values.col(n + k).head(n) = own.template cast<Scalar>();
         }
         values.bottomLeftCorner(count, n) = values.topRightCorner(n, count).transpose();
-    }
+    };
+    parallelFor(int(m_sides.size()), m_numThreads, formSide);
     std::vector<const Scalar*> pointers;
     for (const Matrix& values : m_values) pointers.push_back(values.data());
     m_fronts->setSymmetric(symmetry == Symmetry::Symmetric);
