@@ -85,8 +85,15 @@ void drawMatrix(const std::string& path, const ModalAssurance& alike,
 
 void runMac(const MacArguments& arguments) {
     const auto points = parsePoints(arguments.points);
-    const ModeShapes a = readModeShapes(arguments.first, arguments.analysis, points),
-                     b = readModeShapes(arguments.second, arguments.analysis, points);
+    ModeShapes first = readModeShapes(arguments.first, arguments.analysis),
+               second = readModeShapes(arguments.second, arguments.analysis);
+    for (const auto& [node, name] : points) {
+        const bool isInFirst = first.nameNode(node, name), isInSecond = second.nameNode(node, name);
+        if (!isInFirst && !isInSecond)
+            throw std::runtime_error("--point " + node + "=" + name +
+                                     ": neither file has shapes at a node '" + node + "'");
+    }
+    const ModeShapes &a = first, &b = second;
     const ModalAssurance alike = calcModalAssurance(a, b);
     const std::vector<std::string> labels = makeFileLabels({arguments.first, arguments.second});
     printPartners(a, b, alike, labels[1]);

@@ -186,8 +186,7 @@ ModeShapes getModeShapes(const Results::Analysis& analysis) {
     return modes;
 }
 
-ModeShapes readModeShapes(const std::string& path, const std::string& analysis,
-                          const std::vector<std::pair<std::string, std::string>>& points) {
+ModeShapes readModeShapes(const std::string& path, const std::string& analysis) {
     const std::string extension = std::filesystem::path(path).extension().string();
     ModeShapes modes;
     if (extension == ".h5" || extension == ".hdf5") {
@@ -212,10 +211,21 @@ ModeShapes readModeShapes(const std::string& path, const std::string& analysis,
         }
     }
     if (modes.frequency.empty()) throw std::runtime_error(path + ": it has no modes");
-    for (const auto& [node, name] : points)
-        for (std::string& output : modes.outputs)
-            if (output.rfind(node + '.', 0) == 0) output = name + output.substr(node.size());
     return modes;
+}
+
+bool ModeShapes::nameNode(const std::string& node, const std::string& name) {
+    bool isAny = false;
+    for (std::string& output : outputs) {
+        if (output.rfind(node + '.', 0) != 0) continue;
+        const std::string renamed = name + output.substr(node.size());
+        if (std::find(outputs.begin(), outputs.end(), renamed) != outputs.end())
+            throw std::runtime_error("'" + node + "' is to be '" + name + "', and there is a '" +
+                                     renamed + "' already");
+        output = renamed;
+        isAny = true;
+    }
+    return isAny;
 }
 
 double calcModalAssurance(const std::vector<std::complex<double>>& a,

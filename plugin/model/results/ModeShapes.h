@@ -2,8 +2,9 @@
 /** @file
 Shapes of modes at points, of results and of tests, and how alike they are.
 
-    const ModeShapes model = readModeShapes("run.h5", "", {}),
-                     test = readModeShapes("test.unv", "", {{"12", "tip"}});
+    const ModeShapes model = readModeShapes("run.h5");
+    ModeShapes test = readModeShapes("test.unv");
+    test.nameNode("12", "tip");
     const ModalAssurance alike = calcModalAssurance(model, test);
 
 alike.values[i][k] = |aᵢᴴ bₖ|² / (aᵢᴴaᵢ bₖᴴbₖ), 1 for shapes that are the same but for their size
@@ -25,6 +26,10 @@ struct ModeShapes {
     std::vector<double> frequency;                          ///< [Hz]
     std::vector<std::vector<std::complex<double>>> shapes;  ///< of each mode, at each output
     std::vector<std::string> notes;                         ///< what a reader ought to know
+
+    /** "12.x" becomes "tip.x". @returns whether there is such a node
+    @throws std::runtime_error if there is an output of that name already **/
+    bool nameNode(const std::string& node, const std::string& name);
 };
 
 /** Of an analysis of type eigen with outputs. @throws std::runtime_error if it has none. **/
@@ -37,10 +42,8 @@ and `imaginary NAME` of complex shapes, as `simflex run --csv` writes it. Of a u
 datasets 55 (shapes at nodes) are read, or else 58 (frequency response functions of one reference):
 their values where Σ|H|² has a peak that stands out by 6 dB. Outputs are "12.x", "12.rx" of node 12.
 @param analysis  of a result file; empty: its first of type eigen that has shapes
-@param points  names of nodes: {"12", "tip"} makes "12.x" "tip.x"
 @throws std::runtime_error naming file and line. **/
-ModeShapes readModeShapes(const std::string& path, const std::string& analysis,
-                          const std::vector<std::pair<std::string, std::string>>& points);
+ModeShapes readModeShapes(const std::string& path, const std::string& analysis = "");
 
 /** 0 if one of them is zero. **/
 double calcModalAssurance(const std::vector<std::complex<double>>& a,

@@ -6,6 +6,7 @@
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/equilibrium/SimbodyMatrix.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
 #include "simflex/solver/equilibrium/SteadyMotion.h"
 #include "simflex/solver/integration/ImplicitStep.h"
@@ -18,13 +19,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-
-Matrix toMatrix(const MatrixXd& from) {
-    Matrix to(int(from.rows()), int(from.cols()));
-    for (int j = 0; j < to.ncol(); ++j)
-        for (int i = 0; i < to.nrow(); ++i) to(i, j) = from(i, j);
-    return to;
-}
 
 /** A motion that turns by less than this in a radian of the slowest mode is as good as at rest. **/
 constexpr double SmallTurn = 5e-3;
@@ -174,18 +168,18 @@ void putMatrices(const Instant& instant, const MatrixXd& T, Linearization& resul
             matrix->col(i).setZero();
         }
     }
-    result.M = toMatrix(T * instant.M * T.transpose());
-    result.D = toMatrix(D);
-    result.K = toMatrix(K);
-    result.G = toMatrix(instant.G * T.transpose());
-    result.B = toMatrix(B);
-    result.C = toMatrix(C);
-    result.E = toMatrix(E);
-    result.F = toMatrix(instant.states.F);
+    result.M = toSimbody(T * instant.M * T.transpose());
+    result.D = toSimbody(D);
+    result.K = toSimbody(K);
+    result.G = toSimbody(instant.G * T.transpose());
+    result.B = toSimbody(B);
+    result.C = toSimbody(C);
+    result.E = toSimbody(E);
+    result.F = toSimbody(instant.states.F);
     if (instant.motion.isAtRest()) return;
-    result.speedsByQ = toMatrix(T * instant.speedsByQ * T.transpose());
-    result.accelerationsByQ = toMatrix(T * instant.accelerationsByQ * T.transpose());
-    result.accelerationsByU = toMatrix(T * instant.accelerationsByU * T.transpose());
+    result.speedsByQ = toSimbody(T * instant.speedsByQ * T.transpose());
+    result.accelerationsByQ = toSimbody(T * instant.accelerationsByQ * T.transpose());
+    result.accelerationsByU = toSimbody(T * instant.accelerationsByU * T.transpose());
 }
 
 /** Small displacements of the motion, as the motion carries them to where it is later. **/
@@ -389,7 +383,7 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     equations.realize(after.t, after.q.data(), after.u.data());
     const MatrixXd inGround =
         calcSimbodyNumbering(equations, after.q.data()) * carried * T.transpose();
-    result.carried = toMatrix(inGround);
+    result.carried = toSimbody(inGround);
     result.isSeenTurning = turnsMotions(result, inGround, now.G * T.transpose());
     result.later = result.state;
     equations.getBlocks().putIntoState(after.t, after.q.data(), after.u.data(), *result.later);

@@ -8,6 +8,7 @@
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/solver/equilibrium/SimbodyMatrix.h"
 
 namespace simflex {
 
@@ -27,20 +28,6 @@ constexpr double SamePole = 1e-6;
 constexpr double ReachedPart = 1e-8;
 /** Of a pole: what grows by more is unstable. **/
 constexpr double SlowGrowth = 1e-7;
-
-MatrixXd readDense(const Matrix& from) {
-    MatrixXd to(from.nrow(), from.ncol());
-    for (int j = 0; j < from.ncol(); ++j)
-        for (int i = 0; i < from.nrow(); ++i) to(i, j) = from(i, j);
-    return to;
-}
-
-Matrix writeDense(const MatrixXd& from) {
-    Matrix to(int(from.rows()), int(from.cols()));
-    for (int j = 0; j < to.ncol(); ++j)
-        for (int i = 0; i < to.nrow(); ++i) to(i, j) = from(i, j);
-    return to;
-}
 
 /** Scales, powers of two, by which rows and columns of S⁻¹A S have like sums. **/
 VectorXd balanceMatrix(MatrixXd& A) {
@@ -336,11 +323,10 @@ StateSpace calcModalForm(const StateSpace& space, const ModalForm& form) {
     if (form.kind == ModalForm::Kind::Full || space.A.nrow() == 0) return space;
     const StandardArithmetic standard;
     std::vector<ModeBlock> kept;
-    MatrixXd D = readDense(space.D);
+    MatrixXd D = toDense(space.D);
     int count = 0;
-    for (ModeBlock& mode :
-         divideIntoModes(readDense(space.A), readDense(space.B), readDense(space.C),
-                         form.kind == ModalForm::Kind::Minimal)) {
+    for (ModeBlock& mode : divideIntoModes(toDense(space.A), toDense(space.B), toDense(space.C),
+                                           form.kind == ModalForm::Kind::Minimal)) {
         const double size = std::abs(mode.pole);
         const int number =
             mode.pole.imag() > 0 || size == 0 ? int(mode.A.rows() + 1) / 2 : int(mode.A.rows());
@@ -367,10 +353,10 @@ StateSpace calcModalForm(const StateSpace& space, const ModalForm& form) {
         place += own;
     }
     StateSpace result = space;
-    result.A = writeDense(A);
-    result.B = writeDense(B);
-    result.C = writeDense(C);
-    result.D = writeDense(D);
+    result.A = toSimbody(A);
+    result.B = toSimbody(B);
+    result.C = toSimbody(C);
+    result.D = toSimbody(D);
     return result;
 }
 

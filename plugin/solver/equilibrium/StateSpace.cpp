@@ -8,6 +8,7 @@
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/equilibrium/SimbodyMatrix.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
 
 namespace simflex {
@@ -42,20 +43,6 @@ constexpr double SeenKink = 1e-6;
 constexpr double ClearlySeen = 1e3;
 /** Of the largest multiplier. **/
 constexpr double MultiplierStep = 1e-3;
-
-MatrixXd toDense(const Matrix& from) {
-    MatrixXd to(from.nrow(), from.ncol());
-    for (int j = 0; j < from.ncol(); ++j)
-        for (int i = 0; i < from.nrow(); ++i) to(i, j) = from(i, j);
-    return to;
-}
-
-Matrix toSimbody(const MatrixXd& from) {
-    Matrix to(int(from.rows()), int(from.cols()));
-    for (int j = 0; j < to.ncol(); ++j)
-        for (int i = 0; i < to.nrow(); ++i) to(i, j) = from(i, j);
-    return to;
-}
 
 /** Differences of a function along coordinates, some of which change nothing. **/
 class SparseDifferences {

@@ -62,7 +62,7 @@ protected:
     void refuse(const std::string& text, const std::string& why) {
         const std::string path = write("bad.unv", text);
         try {
-            readModeShapes(path, "", {});
+            readModeShapes(path);
             ADD_FAILURE() << "no exception: " << why;
         } catch (const std::runtime_error& error) {
             EXPECT_THAT(error.what(), HasSubstr(why));
@@ -71,7 +71,10 @@ protected:
 };
 
 TEST_F(ModeShapesTest, UniversalFilesHaveShapesAtNodes) {
-    const ModeShapes modes = readModeShapes(write("test.unv", kShapes), "", {{"12", "tip"}});
+    ModeShapes modes = readModeShapes(write("test.unv", kShapes));
+    EXPECT_TRUE(modes.nameNode("12", "tip"));
+    EXPECT_FALSE(modes.nameNode("12", "tip"));
+    EXPECT_THROW(modes.nameNode("4", "tip"), std::runtime_error);  // two nodes at one place
     EXPECT_THAT(modes.outputs, ElementsAre("tip.x", "tip.y", "tip.z", "4.x", "4.y", "4.z"));
     EXPECT_EQ(modes.frequency[0], 12.5);
     EXPECT_NEAR(modes.frequency[1], std::hypot(3, 40) / (2 * SimTK::Pi), 1e-12);
@@ -89,7 +92,7 @@ TEST_F(ModeShapesTest, AssuranceIsTheCosineSquared) {
     EXPECT_NEAR(calcModalAssurance(a, b), 1, 1e-15);  // b = i a
     EXPECT_NEAR(calcModalAssurance(a, c), 17.0 / 98, 1e-15);
     EXPECT_EQ(calcModalAssurance(a, {0, 0, 0}), 0);
-    const ModeShapes test = readModeShapes(write("test.unv", kShapes), "", {});
+    const ModeShapes test = readModeShapes(write("test.unv", kShapes));
     const auto alike = calcModalAssurance(test, test);
     EXPECT_NEAR(alike.values[0][0], 1, 1e-15);
     // aᴴb = −1(1 + 2i) − ½(−i) − ¼·3 + 2·0 + 1·(−2), of aᴴa = 6.3125 and bᴴb = 21
@@ -129,7 +132,7 @@ TEST_F(ModeShapesTest, ResponsesAreReadWhereTheyPeak) {
         }
         text += "    -1\n";
     }
-    const ModeShapes modes = readModeShapes(write("frf.uff", text), "", {});
+    const ModeShapes modes = readModeShapes(write("frf.uff", text));
     EXPECT_THAT(modes.outputs, ElementsAre("1.z", "2.z"));
     ASSERT_EQ(modes.frequency.size(), 2u);
     EXPECT_NEAR(modes.frequency[0], 60 / (2 * SimTK::Pi), 0.02);
