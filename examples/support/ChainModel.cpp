@@ -59,6 +59,8 @@ void ChainModel::addJoints(const ReducedBody& part) {
         const std::string name = "joint " + std::to_string(k + 1);
         if (m_options.joints == ChainOptions::Joints::Pin)
             joints.push_back(Joint::Pin(flexible, before, fork, name));
+        else if (m_options.joints == ChainOptions::Joints::Weld)
+            joints.push_back(Joint::Weld(flexible, before, fork, name));
         else
             joints.push_back(Joint::Ball(flexible, before, fork, name));
     }

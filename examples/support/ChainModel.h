@@ -19,7 +19,7 @@ namespace simflex::examples {
 struct ChainOptions {
     /** What holds the links together. `FrameBall` is Simbody's own Constraint::Ball between the
     links' body frames, blind to their deformation: for comparisons, not for BdfIntegrator. **/
-    enum class Joints { Ball, Pin, FrameBall };
+    enum class Joints { Ball, Pin, Weld, FrameBall };
 
     int numLinks = 40;
     Joints joints = Joints::Ball;

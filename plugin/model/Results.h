@@ -11,10 +11,11 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
                    of the run), complete (1 once the analysis has reached its end)
         time              n    [s]; transient
         probes/PROBE      n×k  attributes unit, columns (comma-separated; empty for k = 1), index;
-                               static: n = 1; "PROBE error" of runs with error bars
-        states/q, u, udot n×…  Simbody's numbering; left out where states are not kept; one row of
-                               static, and of eigen, which has no udot and multipliers
-        states/z               values of states of controllers, filters and inputs
+                               static: n = 1, with path its points, of which the last is the
+                               result; "PROBE error" of runs with error bars
+        states/q, u, udot n×…  Simbody's numbering; left out where states are not kept; as many
+                               rows as probes of static, one of eigen, which has no udot and
+multipliers states/z               values of states of controllers, filters and inputs
         states/holding         what events lock and release: FlexibleBodySubsystem::getHolding()
         states/multipliers     of constraints and friction, 0 where one is released
         states/moment     n×2  work of loads and dampers since the start [J], the State's own time
@@ -23,6 +24,8 @@ What a run leaves: one HDF5 file, which h5py and MATLAB read.
                                output_seconds: what each took by the clock
         warnings               texts, as above: of this analysis
         speeds            n    campbell
+        path              n×3  static with path: the loads' factor, independent motions in which it
+                               falls away, and 1 at a limit point, 2 at a bifurcation
         inputs, outputs        names of numbers of the model and columns of probes; linear and
                                frequency_response
         input_units, output_units
@@ -99,6 +102,8 @@ struct Results {
         };
         std::vector<Event> events;  ///< transient: what has happened, in its order
         std::vector<std::string> warnings;
+
+        bool hasPath() const { return matrices.count("path") > 0; }  ///< of equilibria
 
         /** @throws std::out_of_range naming those there are. **/
         const Series& findProbe(const std::string& probe) const;

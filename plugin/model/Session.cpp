@@ -326,7 +326,11 @@ Session::Equilibrium Session::settle(const std::function<bool()>& goesOn) {
     State state = equilibrium.getState();
     state.updU() = 0;
     setState(state);
-    Equilibrium found{equilibrium.getNumIterations(), {}, {}, equilibrium.isByDampedMotion()};
+    Equilibrium found{equilibrium.getNumIterations(),
+                      {},
+                      {},
+                      equilibrium.isByDampedMotion(),
+                      equilibrium.describeBranch()};
     for (const std::string& motion : equilibrium.getFreeMotions())
         found.freeMotions.push_back(motion);
     for (const std::string& motion : equilibrium.getUnstableMotions())

@@ -103,6 +103,7 @@ public:
         std::vector<std::string> freeMotions;      ///< that nothing holds, in words
         std::vector<std::string> unstableMotions;  ///< in which it falls away, in words
         bool isByDampedMotion = false;             ///< see StaticEquilibrium
+        std::string branch;                        ///< what there is to warn of, see the same
     };
     /** Goes to the static equilibrium near by, at rest; the time stays.
     @param goesOn  asked every now and then

@@ -169,7 +169,8 @@ void addResults(py::module_& module) {
                     all[py::str(name)] = toMatrix(rows);
                 return all;
             },
-            "A, B, C, D of linear, shapes of eigen.")
+            "A, B, C, D of linear, shapes of eigen; path of static: the loads' factor, unstable\n"
+            "motions, 1 at a limit point and 2 at a bifurcation.")
         .def_property_readonly("response", &calcResponse,
                                "Of frequency_response: complex, frequencies×outputs×inputs.")
         .def_property_readonly(

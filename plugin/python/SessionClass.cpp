@@ -199,6 +199,7 @@ py::object settle(OwnSession& own) {
     result["free_motions"] = found.freeMotions;
     result["unstable_motions"] = found.unstableMotions;
     result["by_damped_motion"] = found.isByDampedMotion;
+    result["branch"] = found.branch;
     return makeNamespace(result);
 }
 
@@ -510,7 +511,9 @@ void addSession(py::module_& module) {
         .def("settle", &settle,
              "Goes to the nearest static equilibrium; returns iterations, and in words\n"
              "free_motions, which nothing holds, and unstable_motions, in which it falls away;\n"
-             "by_damped_motion is true if Newton's iteration did not find it.")
+             "by_damped_motion is true if Newton's iteration did not find it; branch warns if it "
+             "had\n"
+             "left for joints assembled in another way.")
         .def("get", &get, py::arg("path"), "A number, or an array.")
         .def("set", &set, py::arg("path"), py::arg("value"),
              "A number, or a sequence of as many as get() gives. The motion begins anew from "

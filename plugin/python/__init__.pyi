@@ -105,7 +105,8 @@ class Analysis:
 
     @property
     def matrices(self) -> Dict[str, Any]:
-        """A, B, C, D of linear, shapes of eigen."""
+        """A, B, C, D of linear, shapes of eigen; path of static: the loads' factor, unstable
+        motions, 1 at a limit point and 2 at a bifurcation."""
 
     @property
     def response(self) -> NDArray[numpy.complex128]:
@@ -449,7 +450,8 @@ class Session:
     def settle(self) -> Any:
         """Goes to the nearest static equilibrium; returns iterations, and in words
         free_motions, which nothing holds, and unstable_motions, in which it falls away;
-        by_damped_motion is true if Newton's iteration did not find it."""
+        by_damped_motion is true if Newton's iteration did not find it; branch warns if it had
+        left for joints assembled in another way."""
 
     def get(self, path: str) -> Any:
         """A number, or an array."""

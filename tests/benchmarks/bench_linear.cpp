@@ -1,9 +1,11 @@
 // Equilibria and linear analyses of chains of flexible links, 54 modes each, by number of links:
-// one on pins that lies level comes to hang; its 50 slowest modes there, damped; the frequency
-// response of the last link's end to a force on it; in brackets seconds of processor time. The last
-// line is a JSON object: seconds of the equilibrium of up to 1000 links (goal: 2) and its
-// iterations, seconds of the modes; seconds that 10 000 links and 100 frequencies take on all
-// processors, linearised and differentiated and all, and processor time.
+// one on pins that lies level comes to hang; its 50 slowest modes there, damped; one that is welded
+// together bends under a weight at its end until that has gone down by half its length; the
+// frequency response of the last link's end to a force on it; in brackets seconds of processor
+// time. The last line is a JSON object: seconds of the equilibrium of up to 1000 links (goal: 2)
+// and its iterations, seconds of the modes; iterations and seconds of 32 welded links (goals: 30
+// and 0.1); seconds that 10 000 links and 100 frequencies take on all processors, linearised and
+// differentiated and all, and processor time.
 //
 //   bench_linear [LARGEST NUMBER OF LINKS]     default 10000
 
@@ -14,6 +16,7 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "simflex/forces/AttachmentForce.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/FrequencyResponse.h"
@@ -108,6 +111,36 @@ StaticsCost measureStatics(const std::shared_ptr<const ReducedBody>& part, int n
     return cost;
 }
 
+/** @param load  PL²/EI of a force on the last link's end across the chain **/
+StaticsCost measureWelded(const std::shared_ptr<const ReducedBody>& part, int numLinks,
+                          double load) {
+    examples::ChainOptions options;
+    options.numLinks = numLinks;
+    options.joints = examples::ChainOptions::Joints::Weld;
+    options.gravity = 0;
+    double stiffness = 1e-3, down = 0;  // of the first pass, which measures it: a small force
+    StaticsCost cost;
+    for (int pass = 0; pass < 2; ++pass) {
+        examples::ChainModel model(options, part);
+        const double force = pass == 0 ? stiffness : load / 3 * model.getLength() * stiffness;
+        AttachmentForce(model.flexible, model.links.back().interface("eye"),
+                        SimTK::SpatialVec(SimTK::Vec3(0), SimTK::Vec3(0, -force, 0)));
+        const State level = model.makeInitialState();
+        StaticEquilibrium equilibrium(model.system);
+        const Seconds start = now();
+        equilibrium.solve(level);
+        cost.statics = now() - start;
+        cost.iterations = equilibrium.getNumIterations();
+        cost.links = numLinks;
+        down = -model.calcTip(equilibrium.getState())[1];
+        stiffness = force / down;
+        down /= model.getLength();
+    }
+    std::printf("%8d %10d %9.3f (%7.3f) %14.4g\n", numLinks, cost.iterations, cost.statics.wall,
+                cost.statics.processor, down);
+    return cost;
+}
+
 int run(int largest) {
     const auto part = std::make_shared<const ReducedBody>(
         readReducedBody(std::string(SIMFLEX_PARTS) + "/link.h5"));
@@ -116,6 +149,12 @@ int run(int largest) {
                 "stretched by", "50 modes s", "the last Hz");
     for (const int numLinks : {10, 100, 1000})
         if (numLinks <= largest) statics = measureStatics(part, numLinks);
+    std::printf("\n%8s %10s %19s %14s\n", "welded", "iterations", "statics s", "down, of length");
+    StaticsCost welded;
+    for (const int numLinks : {8, 16, 32, 64}) {
+        const StaticsCost own = measureWelded(part, numLinks, 2);
+        if (numLinks == 32) welded = own;
+    }
     std::printf("\n%8s %8s %19s %19s %19s %19s\n", "links", "speeds", "linearise s", "output s",
                 "100 frequencies s", "all s");
     Seconds seconds{0, 0};
@@ -123,10 +162,12 @@ int run(int largest) {
         if (numLinks <= largest) seconds = measureResponse(part, numLinks);
     std::printf(
         "\n{\"statics_%d_links_seconds\": %.3f, \"statics_%d_links_iterations\": %d, "
+        "\"statics_iterations_%d\": %d, \"statics_%d_welded_seconds\": %.3f, "
         "\"eigen_%d_links_seconds\": %.3f, \"frf_%d_links_100_seconds\": %.2f, "
         "\"processor_seconds\": %.2f}\n",
-        statics.links, statics.statics.wall, statics.links, statics.iterations, statics.links,
-        statics.modes.wall, largest, seconds.wall, seconds.processor);
+        statics.links, statics.statics.wall, statics.links, statics.iterations, welded.links,
+        welded.iterations, welded.links, welded.statics.wall, statics.links, statics.modes.wall,
+        largest, seconds.wall, seconds.processor);
     return 0;
 }
 

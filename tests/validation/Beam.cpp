@@ -9,7 +9,7 @@ namespace simflex::test {
 std::shared_ptr<const ReducedBody> makeBeam(const BeamOptions& options) {
     simflex::testing::Brick brick;
     brick.size = {options.length, options.height, options.width};
-    brick.elements = {options.numElements, 1, 1};
+    brick.elements = {options.numElements, options.numAcross, options.numAcross};
     brick.type = "C3D20";
     brick.E = options.E;
     brick.nu = 0;

@@ -13,6 +13,7 @@ struct BeamOptions {
     double length = 1, height = 0.01, width = 0.01;  ///< along x, y, z [m]
     double E = 70e9, density = 2700;
     int numElements = 20;  ///< along the beam, 20-node bricks
+    int numAcross = 1;     ///< of them over height and width
     int numModes = 30;     ///< Craig–Bampton, 12 of its ends "root" and "tip" among them
 };
 

@@ -37,7 +37,8 @@ void runPost(PostArguments& arguments) {
             std::printf("%s: %zu rows, %zu probes\n", name.c_str(), analysis.time.size(),
                         analysis.probes.size());
         else if (analysis.type == "static")
-            std::printf("%s: %zu probes at rest\n", name.c_str(), analysis.probes.size());
+            std::printf("%s: %zu probes at rest%s\n", name.c_str(), analysis.probes.size(),
+                        analysis.hasPath() ? ", along a path" : "");
         else
             std::printf("%s: as it was\n", name.c_str());
     }

@@ -78,13 +78,43 @@ void printEvents(const Results::Analysis& analysis) {
                     analysis.events.size() - MostEvents);
 }
 
+/** Points of a path where something happens: its ends, limit points, bifurcations. **/
+void printPath(const Results::Analysis& analysis) {
+    constexpr size_t MostColumns = 5;
+    const std::vector<std::vector<double>>& path = analysis.matrices.at("path");
+    std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
+    if (columns.size() > MostColumns) columns.resize(MostColumns);
+    std::vector<std::string> titles{"loads [%]", "point", "stable"};
+    for (const ChosenColumn& column : columns) titles.push_back(makeLabel(column));
+    TextTable table(titles);
+    for (size_t k = 0; k < path.size(); ++k) {
+        const int kind = int(path[k].at(2));
+        const bool isEnd = k == 0 || k + 1 == path.size();
+        if (!isEnd && kind == 0) continue;
+        std::vector<std::string> cells{formatNumber(100 * path[k][0]),
+                                       kind == 1   ? "limit point"
+                                       : kind == 2 ? "bifurcation"
+                                       : k == 0    ? "first"
+                                                   : "last",
+                                       kind != 0         ? "-"
+                                       : path[k][1] == 0 ? "yes"
+                                                         : "no"};
+        for (const ChosenColumn& column : columns)
+            cells.push_back(formatNumber(column.values.at(k)));
+        table.add(cells);
+    }
+    std::printf("  path of %zu equilibria\n", path.size());
+    print(table);
+}
+
 void printStatic(const Results::Analysis& analysis) {
     std::printf("%s: static equilibrium, %.0f iterations\n", analysis.name.c_str(),
                 getStatistic(analysis, "iterations"));
     TextTable table({"probe", "value"});
     for (const ChosenColumn& column : chooseColumns(analysis, {}))
-        table.add({makeLabel(column), formatNumber(column.values.at(0))});
+        table.add({makeLabel(column), formatNumber(column.values.back())});
     print(table);
+    if (analysis.hasPath()) printPath(analysis);
 }
 
 constexpr double Aperiodic = 1 - 1e-9;  // damping ratio of what does not oscillate

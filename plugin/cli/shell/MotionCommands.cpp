@@ -112,6 +112,7 @@ void findStatic(Shell& shell, const Words&) {
     const Session::Equilibrium found = session.settle([] { return !wasInterrupted(); });
     std::printf("at rest after %d iterations\n", found.numIterations);
     for (const std::string& motion : found.freeMotions) std::printf("%s\n", motion.c_str());
+    if (!found.branch.empty()) std::printf("warning: %s\n", found.branch.c_str());
     if (found.isByDampedMotion)
         std::printf(
             "Newton's iteration did not converge: a strongly damped motion came to rest "

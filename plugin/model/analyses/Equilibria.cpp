@@ -17,6 +17,7 @@ The analyses without time: static, eigen, campbell, linear, frequency_response. 
 #include "simflex/model/analyses/StateRows.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/Pictures.h"
+#include "simflex/model/probes/TurnCounter.h"
 #include "simflex/solver/CampbellDiagram.h"
 #include "simflex/solver/StaticEquilibrium.h"
 
@@ -183,26 +184,36 @@ bool ModelRun::drawsEquilibrium(const ModelValue& analysis) const {
 void ModelRun::runStatic(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const Equilibrium& equilibrium = obtainEquilibrium(analysis);
-    const Vector atRest;
-    const Moment moment{equilibrium.state, atRest, equilibrium.multipliers, 0};
-    const std::vector<double> values = m_probes.calc(moment);
-    MotionWarnings(*m_model, m_probes, [&](const std::string& message) {
-        warn(name, message);
-    }).checkFinite(equilibrium.state.getTime(), values);
     Results::Analysis results = makeComplete(name, "static");
-    auto at = values.begin();
-    for (const ResultColumn& column : makeColumns()) {
-        const auto end = at + std::ptrdiff_t(column.columns.size());
-        results.probes.push_back({column, {{at, end}}});
-        at = end;
-    }
-    if (keepsStates()) {
-        const Vector resting(equilibrium.state.getNU(), 0.0);
-        StateRows(*m_model).keepMoment({equilibrium.state, resting, equilibrium.multipliers, 0},
-                                       results);
+    for (const ResultColumn& column : makeColumns()) results.probes.push_back({column, {}});
+    const StateRows states(*m_model);
+    TurnCounter turns(*m_model);
+    MotionWarnings warnings(*m_model, m_probes,
+                            [&](const std::string& message) { warn(name, message); });
+    const auto keep = [&](const State& state, const Vector& multipliers,
+                          const TurnCounter* counted) {
+        const Vector atRest;
+        const std::vector<double> values = m_probes.calc({state, atRest, multipliers, 0, counted});
+        warnings.checkFinite(state.getTime(), values);
+        auto at = values.begin();
+        for (Results::Series& series : results.probes) {
+            const auto end = at + std::ptrdiff_t(series.column.columns.size());
+            series.rows.emplace_back(at, end);
+            at = end;
+        }
+        const Vector resting(state.getNU(), 0.0);
+        if (keepsStates()) states.keepMoment({state, resting, multipliers, 0}, results);
+    };
+    if (equilibrium.path.empty()) keep(equilibrium.state, equilibrium.multipliers, nullptr);
+    for (const StaticEquilibrium::PathPoint& point : equilibrium.path) {
+        turns.update(point.state);
+        keep(point.state, point.multipliers, &turns);
+        results.matrices["path"].push_back(
+            {point.fraction, double(point.numUnstable), double(point.kind)});
     }
     results.statistics["iterations"] = equilibrium.numIterations;
     m_writer->add(results);
+    describePath(name, equilibrium.path);
     if (drawsEquilibrium(analysis))
         m_remarks[name].push_back(drawState(*m_model, equilibrium.state, name, getUsualFolder()));
     const std::string rubbing = nameRubbingJoints(*m_model);
@@ -216,10 +227,33 @@ void ModelRun::runStatic(const ModelValue& analysis) {
         m_remarks[name].push_back(
             "Newton's iteration does not converge from where it begins: this is where a strongly "
             "damped motion comes to rest");
+    if (!equilibrium.branch.empty()) warn(name, equilibrium.branch);
     for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
         m_remarks[name].push_back(motion +
                                   (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
                                   ": nothing holds it");
+}
+
+void ModelRun::describePath(const std::string& name,
+                            const std::vector<StaticEquilibrium::PathPoint>& path) {
+    if (path.empty()) return;
+    using Kind = StaticEquilibrium::PathPoint::Kind;
+    const auto percent = [](double fraction) { return writeGeneral(100 * fraction, 6) + " %"; };
+    std::vector<std::string>& remarks = m_remarks[name];
+    for (const StaticEquilibrium::PathPoint& point : path) {
+        if (point.kind == Kind::Limit)
+            remarks.push_back("limit point: the path turns at " + percent(point.fraction) +
+                              " of the loads");
+        if (point.kind == Kind::Bifurcation)
+            remarks.push_back("bifurcation: another path crosses at " + percent(point.fraction) +
+                              " of the loads, and stability changes; only this one is followed");
+    }
+    const double last = path.back().fraction;
+    if (last != 1)
+        warn(name, "the path ends after " + std::to_string(path.size()) + " points, at " +
+                       percent(last) +
+                       " of the loads: this is where its results are; path.points " +
+                       "says how many there may be");
 }
 
 void ModelRun::runEigen(const ModelValue& analysis) {

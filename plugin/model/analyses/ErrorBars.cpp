@@ -38,11 +38,14 @@ std::vector<std::vector<double>> calcErrors(const Results::Analysis& analysis,
         if (column.analysis == analysis.name && column.probe == probe.name)
             columns.push_back(&column);
     if (columns.size() != probe.columns.size()) return {};
-    const size_t numRows = analysis.type == "static" ? 1 : analysis.time.size();
+    const bool isStatic = analysis.type == "static";
+    const size_t numRows = isStatic && !analysis.hasPath() ? 1
+                           : isStatic                      ? analysis.matrices.at("path").size()
+                                                           : analysis.time.size();
     std::vector<std::vector<double>> rows(numRows, std::vector<double>(columns.size(), NAN));
     for (size_t c = 0; c < columns.size(); ++c) {
         const ColumnDifference& column = *columns[c];
-        size_t row = 0;
+        size_t row = isStatic ? numRows - 1 : 0;
         for (size_t k = 0; k < column.first.size(); ++k) {
             // Rows that the finer run does not have stay without a number.
             while (!column.x.empty() && row < numRows && analysis.time[row] < column.x[k]) ++row;

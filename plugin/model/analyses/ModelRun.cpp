@@ -114,10 +114,14 @@ void ModelRun::leaveOut(const std::string& analysis, const std::string& reason) 
                                 "' is left out of the rigid model: " + reason);
 }
 
-void ModelRun::checkLinearRange(const std::string& analysis, const State& state) {
-    LinearRangeReporter(m_model->getFlexibleBodies(), 1, [&](const std::string& message) {
-        warn(analysis, message);
-    }).handleEvent(state);
+void ModelRun::checkLinearRange(const std::string& analysis, const std::vector<State>& states) {
+    const LinearRangeReporter reporter(
+        m_model->getFlexibleBodies(), 1,
+        [&](const std::string& message) { warn(analysis, message); });
+    for (const State& state : states) {
+        m_model->getSystem().realize(state, SimTK::Stage::Velocity);
+        reporter.handleEvent(state);
+    }
 }
 
 bool ModelRun::canBend() const {
@@ -358,20 +362,38 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
     if (found != m_equilibria.end()) return found->second;
     StaticEquilibrium solver(m_model->getSystem());
     solver.setObserver([this] { stopIfAsked(); });
+    std::vector<StaticEquilibrium::PathPoint> path;
     try {
         const State from = findNamedState(analysis.get("from"), analysis.getName());
-        doWithLaws(*m_model, [&] { solver.solve(from); });
+        doWithLaws(*m_model, [&] {
+            if (!analysis.has("path")) return solver.solve(from);
+            const ModelValue wanted = analysis.get("path");
+            if (!m_model->getLawLoads().empty())
+                wanted.fail("load '" + m_model->getLawLoads().begin()->first +
+                            "' depends on the motion: it acts in full from the beginning and does "
+                            "not grow with the others, so that no path of equilibria is followed");
+            StaticEquilibrium::PathSettings settings;
+            if (wanted.get("step").isGiven()) settings.step = wanted.get("step").getNumber();
+            if (wanted.get("points").isGiven())
+                settings.mostPoints = wanted.get("points").getInteger();
+            path = solver.followPath(from, settings);
+        });
     } catch (const Cancelled&) {
         throw;
-    } catch (const std::runtime_error& error) {
+    } catch (const std::exception& error) {
         throw std::runtime_error("analysis '" + analysis.getName() + "': " + error.what());
     }
     Equilibrium& equilibrium = m_equilibria[analysis.getName()];
-    equilibrium = {solver.getState(),       solver.getMultipliers(),     solver.getNumIterations(),
-                   solver.getFreeMotions(), solver.getUnstableMotions(), solver.isByDampedMotion()};
+    equilibrium = {solver.getState(),           solver.getMultipliers(),
+                   solver.getNumIterations(),   solver.getFreeMotions(),
+                   solver.getUnstableMotions(), solver.isByDampedMotion(),
+                   solver.describeBranch(),     std::move(path)};
     // A copy of a State is not realized.
     m_model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
-    checkLinearRange(analysis.getName(), equilibrium.state);
+    std::vector<State> states{equilibrium.state};
+    for (const StaticEquilibrium::PathPoint& point : equilibrium.path)
+        states.push_back(point.state);
+    checkLinearRange(analysis.getName(), states);
     return equilibrium;
 }
 

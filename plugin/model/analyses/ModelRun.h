@@ -16,6 +16,7 @@ All analyses of a model, one after the other, into one result file.
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/probes/Probe.h"
 #include "simflex/model/results/ResultWriter.h"
+#include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {
 namespace model {
@@ -77,7 +78,7 @@ private:
     void leaveOut(const std::string& analysis, const std::string& reason);
     bool isRigidTwin() const { return m_modelOptions.bodies == ModelOptions::Bodies::Rigid; }
     /** Warns of flexible bodies that are bent beyond what modes describe. **/
-    void checkLinearRange(const std::string& analysis, const SimTK::State& state);
+    void checkLinearRange(const std::string& analysis, const std::vector<SimTK::State>& states);
 
     /** An equilibrium that later analyses may begin at. **/
     struct Equilibrium {
@@ -86,6 +87,8 @@ private:
         int numIterations = 0;
         std::vector<std::string> freeMotions, unstableMotions;
         bool isByDampedMotion = false;
+        std::string branch;
+        std::vector<StaticEquilibrium::PathPoint> path;
     };
 
     /** Tells where the work is. @throws Cancelled if it is to stop; between analyses and where they
@@ -105,6 +108,8 @@ private:
 
     const SimTK::State& getStart();
     const Equilibrium& obtainEquilibrium(const ModelValue& analysis);
+    void describePath(const std::string& name,
+                      const std::vector<StaticEquilibrium::PathPoint>& path);
     /** Last State of a transient analysis. **/
     SimTK::State findEnd(const std::string& name) const;
     /** The State that a key such as `from` names: start (or placed), static, or an analysis above

@@ -200,7 +200,8 @@ private:
     }
 
     static std::size_t countRows(const Results::Analysis& analysis) {
-        return analysis.type == "static" ? 1 : analysis.time.size();
+        return analysis.type == "static" ? std::max<std::size_t>(1, analysis.q.size())
+                                         : analysis.time.size();
     }
 
     Results::Analysis recalculate(const Results::Analysis& analysis) {
@@ -316,7 +317,8 @@ private:
             drawMotion(analysis, usual);
         else if (analysis.type == "static")
             m_options.listener.tellNote(
-                drawState(*m_model, m_states->unpackState(analysis, 0), analysis.name, usual));
+                drawState(*m_model, m_states->unpackState(analysis, countRows(analysis) - 1),
+                          analysis.name, usual));
         else if (analysis.type == "eigen")
             drawKeptModes(analysis, usual);
     }

@@ -162,7 +162,7 @@ void StateRows::keepMoment(const Moment& moment, Results::Analysis& analysis) co
     auto at = row.begin();
     for (const ResultState& kept : ResultStates) {
         const auto end = at + std::ptrdiff_t(m_columns.at(kept.name).size());
-        analysis.*kept.rows = {{at, end}};
+        (analysis.*kept.rows).emplace_back(at, end);
         at = end;
     }
     analysis.stateColumns = m_columns;

@@ -41,8 +41,8 @@ public:
     /** In the order of ResultStates, one behind the other. **/
     std::vector<double> pack(const Moment& moment) const;
 
-    /** The only row of an analysis without time: of a State alone, or with what forces follow
-    from. **/
+    /** A row of an analysis without time: of a State alone, the only one, or with what forces
+    follow from, one more. **/
     void keepState(const SimTK::State& state, Results::Analysis& analysis) const;
     void keepMoment(const Moment& moment, Results::Analysis& analysis) const;
 

@@ -119,8 +119,9 @@ private:
             difference.unit = column.unit;
             difference.probe = column.probe;
             if (a.type == "static") {
-                difference.first = column.values;
-                difference.second = other->values;
+                // Points of paths lie elsewhere.
+                difference.first = {column.values.back()};
+                difference.second = {other->values.back()};
             } else {
                 difference.x = time;
                 for (const double t : time) {

@@ -89,12 +89,17 @@ std::string writeProbes(const Results::Analysis& analysis) {
     const bool isTransient = analysis.type == "transient";
     CsvLine titles;
     if (isTransient) titles.add("time [s]");
+    if (analysis.hasPath()) titles.add("load factor").add("unstable motions").add("kind");
     for (const ChosenColumn& column : chooseColumns(analysis, {}))
         titles.add(makeAxisLabel(column.name, column.unit));
     std::string text = titles.end();
-    for (size_t k = 0; k < (isTransient ? analysis.time.size() : 1); ++k) {
+    const size_t numRows = isTransient          ? analysis.time.size()
+                           : analysis.hasPath() ? analysis.matrices.at("path").size()
+                                                : 1;
+    for (size_t k = 0; k < numRows; ++k) {
         CsvLine line;
         if (isTransient) line.add(analysis.time[k]);
+        if (analysis.hasPath()) line.addAll(analysis.matrices.at("path")[k]);
         for (const Results::Series& series : analysis.probes) line.addAll(series.rows.at(k));
         text += line.end();
     }

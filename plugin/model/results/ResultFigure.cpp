@@ -670,6 +670,34 @@ Figure makeMapFigure(std::vector<FigureSource> sources, const FigureWishes& wish
 
 }  // namespace
 
+namespace {
+
+/** Equilibria along a path, over the loads' factor: a probe beside the others, which may be drawn
+over another one of them. **/
+Figure makePathFigure(const std::vector<FigureSource>& sources, FigureWishes wishes) {
+    std::vector<Results::Analysis> paths;
+    for (const FigureSource& source : sources) {
+        if (!source.analysis->hasPath())
+            throw std::runtime_error("analysis '" + source.analysis->name +
+                                     "' is static: one number for each probe, which is no curve; "
+                                     "with `path` it is one");
+        paths.push_back(*source.analysis);
+        Results::Analysis& path = paths.back();
+        Results::Series factor{{"load factor", "", {""}}, {}};
+        for (const auto& row : path.matrices.at("path")) {
+            factor.rows.push_back({row[0]});
+            path.time.push_back(0);  // all of one time
+        }
+        path.probes.push_back(factor);
+    }
+    std::vector<FigureSource> changed = sources;
+    for (size_t k = 0; k < sources.size(); ++k) changed[k].analysis = &paths[k];
+    if (wishes.xProbe.empty()) wishes.xProbe = "load factor";
+    return makeTransientFigure(changed, wishes);
+}
+
+}  // namespace
+
 Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
     const std::string& type = sources.at(0).analysis->type;
     for (const FigureSource& source : sources)
@@ -677,9 +705,6 @@ Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWi
             throw std::runtime_error("analysis '" + source.analysis->name + "' of " + source.label +
                                      " is " + source.analysis->type + ", the first is " + type +
                                      ": they cannot share a figure; choose by --analysis");
-    if (type == "static")
-        throw std::runtime_error("analysis '" + sources[0].analysis->name +
-                                 "' is static: one number for each probe, which is no curve");
     if (type == "linear")
         throw std::runtime_error("analysis '" + sources[0].analysis->name +
                                  "' is linear: matrices, which are no curves");
@@ -690,6 +715,7 @@ Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWi
         return wishes.isNyquist          ? makeNyquistFigure(sources, wishes)
                : !wishes.mapOver.empty() ? makeMapFigure(sources, wishes)
                                          : makeBodeFigure(sources, wishes);
+    if (type == "static") return makePathFigure(sources, wishes);
     if (type == "eigen") return makeEigenFigure(sources);
     if (type == "campbell") return makeCampbellFigure(sources, wishes);
     if (!wishes.speedProbe.empty() && wishes.orders.empty() &&

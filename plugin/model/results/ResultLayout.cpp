@@ -201,6 +201,7 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
         } else {
             for (const auto& series : contents.probes)
                 writeMatrix(probes, series.column.name, series.rows);
+            for (const auto& [name, rows] : contents.matrices) writeMatrix(group, name, rows);
         }
         int place = 0;
         for (const auto& series : contents.probes) {
@@ -364,6 +365,7 @@ Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStat
     analysis.name = name;
     analysis.type = hdf5::readText(group, "type");
     analysis.isComplete = hdf5::readInteger(group, "complete") != 0;
+    hsize_t numRows = 1;
     if (analysis.type == "transient") {
         analysis.time = hdf5::readNumbers(group, "time", {0});
         for (size_t k = 0; k < analysis.time.size(); ++k)
@@ -372,7 +374,13 @@ Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStat
                 throw std::runtime_error("'time' decreases at row " + std::to_string(k));
         readProbes(group, analysis.time.size(), analysis);
     } else if (analysis.type == "static") {
-        readProbes(group, 1, analysis);
+        if (hdf5::hasLink(group, "path")) {
+            const size_t size = hdf5::readNumbers(group, "path", {0, 3}).size();
+            if (size == 0) throw std::runtime_error("its path has no points");
+            numRows = size / 3;
+            analysis.matrices["path"] = readMatrix(group, "path", numRows, 3);
+        }
+        readProbes(group, numRows, analysis);
     } else if (analysis.type == "eigen") {
         analysis.frequency = {hdf5::readNumbers(group, "frequency", {0})};
         analysis.dampingRatio = {
@@ -394,7 +402,7 @@ Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStat
                                  "frequency_response");
     }
     if (states == ReadStates::Yes)
-        readStates(group, analysis.type == "transient" ? analysis.time.size() : 1, analysis);
+        readStates(group, analysis.type == "transient" ? analysis.time.size() : numRows, analysis);
     if (hdf5::hasLink(group, "statistics"))
         analysis.statistics = readStatistics(hdf5::openGroup(group, "statistics"));
     if (hdf5::hasLink(group, "events")) {

@@ -114,6 +114,27 @@ SchemaForm analysis() {
                 .only({"transient", "static"})
                 .orElse("start")
                 .such("rest"),
+            SchemaKey(
+                "path",
+                {map(
+                    "a path",
+                    {
+                        SchemaKey("step", {positive()},
+                                  "Longest step between two points: how far a body turns or bends, "
+                                  "of its size.")
+                            .orElse("0.1")
+                            .such("0.05"),
+                        SchemaKey("points", {integer(2, 100000)},
+                                  "Most points; the last one is the result.")
+                            .orElse("1000")
+                            .such("200"),
+                    })},
+                "Follows the equilibria while gravity and all loads grow together from zero, "
+                "through limit points, where they have to shrink, as of an arch that snaps through "
+                "(arc length): probes of every point, factor of the loads and stability. "
+                "Connectors and motions act in full throughout.")
+                .only({"static"})
+                .such("{step: 0.1}"),
             SchemaKey("about", {choice({"placed", "static"}), name("an analysis")},
                       "State about which the model is linearised: placed, "
                       "static (equilibrium), or the end of an earlier analysis.")

@@ -136,7 +136,7 @@ std::vector<TableEntry> collectEntries(const Results& results, std::vector<Wish>
         if (analysis.type == "transient") addStatistics(analysis, wishes, entries);
         if (analysis.type == "static")
             for (const ChosenColumn& column : chooseColumns(analysis, {}))
-                entries.push_back({analysis.name, column.name, column.unit, column.values.at(0)});
+                entries.push_back({analysis.name, column.name, column.unit, column.values.back()});
         if (analysis.type == "eigen") addModes(analysis, 0, "", entries);
         if (analysis.type == "campbell") addCampbell(analysis, entries);
         if (analysis.type == "frequency_response") addResponses(analysis, entries);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <numeric>
 #include <optional>
 #include <sstream>
 
@@ -27,6 +29,10 @@ namespace {
 
 constexpr double StepLimit = 0.3;  // of a body's size
 constexpr double Nearby = 1e-3;    // the same
+/** Where loops may be assembled otherwise: steps so short, of a body's size, that the way is the
+system's own, for how many speeds and how far it is followed. **/
+constexpr double LongestCreep = 0.1;
+constexpr int MostSpeedsFollowed = 1000, MostFollowingSteps = 300;
 constexpr int NearbyIterations = 8;
 constexpr double ZeroStiffness = 1e-12;  ///< of the softest mode's
 /** Of a force's parts: what the residual along a free motion may be by round-off. **/
@@ -53,6 +59,15 @@ constexpr int MostLineTrials = 10;
 /** Of a strongly damped motion: the first and the last σ, iterations of a step and steps; how far a
 step goes, of a body's size, and how sharp it is. **/
 constexpr double FirstDamping = 1, LastDamping = 1e-8, LargestDamping = 1e12;
+/** Of a path: iterations to a point, how much longer its way may be than foreseen, the shortest
+step of the one asked for; and how sharply, and in how many trials, a place between two points is
+found.
+**/
+constexpr int MostPathIterations = 8, MostPathTrials = 40, MostPointsToLimit = 200;
+constexpr double MostPathCurve = 1.5, LeastPathStep = 1e-6, PathSharpness = 1e-6;
+/** By how much the loads may grow otherwise than the slopes at both ends of a step foretell, of
+what the steeper one alone does; and how flat it may be, of the steepest so far, to count so. **/
+constexpr double LargestSurprise = 0.05, FlatPath = 0.05;
 constexpr int MostCreepIterations = 12, MostCreepSteps = 1000;
 constexpr double CreepAccuracy = 1e-6;
 
@@ -113,8 +128,8 @@ Vector calcMultipliers(Evaluation& equations, const VectorXd& r) {
 /** Newton's iteration of one system. **/
 class StaticEquilibrium::Search {
 public:
-    Search(const StaticEquilibrium& settings, Evaluation& equations, const SolutionPoint& start,
-           SteadyMotion motion)
+    Search(const StaticEquilibrium& settings, Evaluation& equations, const State& assembled,
+           const SolutionPoint& start, SteadyMotion motion)
         : m_settings(settings),
           m_equations(equations),
           m_scales(equations.getBlocks()),
@@ -122,6 +137,7 @@ public:
           m_graph(equations,
                   motion.isAtRest() ? BlockGraph::Links::OfJoints : BlockGraph::Links::Everywhere),
           m_isHeld(equations.getTopology().isPrescribed),
+          m_hasOwnStates(!equations.getTopology().listOwnStates().empty()),
           m_point(start),
           m_motion(std::move(motion)),
           m_mostIterations(settings.m_maximumIterations) {
@@ -132,8 +148,12 @@ public:
         for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
             const MobilizedBody& mobod = matter.getMobilizedBody(i);
             int q0, nq, u0;
-            if (equations.getBlocks().findRigidSlots(topology, i, q0, nq, u0) &&
-                MobilizedBody::Free::isInstanceOf(mobod) &&
+            if (!equations.getBlocks().findRigidSlots(topology, i, q0, nq, u0)) continue;
+            for (int k = 0; k < mobod.getNumU(assembled); ++k) {
+                const Real radians = mobod.getHCol(assembled, MobilizerUIndex(k))[0].norm();
+                if (radians > 0) m_turns.emplace_back(u0 + k, radians);
+            }
+            if (MobilizedBody::Free::isInstanceOf(mobod) &&
                 mobod.getParentMobilizedBody().getMobilizedBodyIndex() == GroundIndex)
                 m_places.push_back(u0 + 3);
         }
@@ -144,11 +164,18 @@ public:
     /** @returns whether it is where it began, all but **/
     bool runNearby();
 
+    /** As StaticEquilibrium::followPath(); visits points in their order. **/
+    using Kind = PathPoint::Kind;
+    enum class Next { GoOn, Stop };
+    using Visit = std::function<Next(double fraction, int numUnstable, Kind kind)>;
+    void follow(const PathSettings& settings, const Visit& visit);
+
     const SolutionPoint& getPoint() const { return m_point; }
     /** Of the equilibrium. **/
     void describeMotions(std::vector<std::string>& free, std::vector<std::string>& unstable);
     int numIterations = 0, numLoadSteps = 0;
     bool isByDampedMotion = false;
+    Branch branch = Branch::Own;
 
 private:
     /** What a correction is made of. Unknowns are x/s of all speeds, s = 0 of held ones. **/
@@ -168,14 +195,56 @@ private:
         VectorXd y;
     };
 
+    /** Along a path: it turns or bends a body by its size, at most. **/
+    struct Direction {
+        VectorXd delta, lambda;
+        double fraction = 0;
+        int numUnstable = 0;
+    };
+    /** Of the path at an equilibrium, where the one before leads; the first one adds loads. **/
+    Direction calcDirection(const Direction& before);
+    /** To the equilibrium about that far along. @returns false if it is not found **/
+    bool goAlong(const SolutionPoint& from, double fraction, const Direction& direction,
+                 double length);
+    /** A place from `start` to `end` along a direction where a number is zero that is another one's
+    sign at its ends; the point is there then. **/
+    std::optional<double> seekAlong(const SolutionPoint& from, double fraction,
+                                    const Direction& direction, double end, double atStart,
+                                    double atEnd, const std::function<double()>& calc,
+                                    double start = 0);
+    void setFraction(double fraction) {
+        m_fraction = fraction;
+        m_equations.updSimbody().setLoadFraction(fraction);
+    }
+    /** What a unit of the loads makes of r. **/
+    VectorXd calcLoadSlope();
+    /** With what is factored: K x + Gᵀλ = f, G x = g. **/
+    void solveFor(const Tangent& tangent, const VectorXd& f, const VectorXd& g, VectorXd& x,
+                  VectorXd& lambda);
+    /** Fraction of the loads at the path's first limit point; NaN: none is found. **/
+    double findLimit(const SolutionPoint& start);
+    /** Of displacements, in sizes of bodies. **/
+    double multiplySizes(const VectorXd& a, const VectorXd& b) const;
+    /** By how much of its size a body turns or bends, at most. **/
+    double calcTurning(VectorXd delta) const;
+
+    /** Goes on as the system would, if loops of joints may have been assembled otherwise on the
+     * way.
+     * **/
+    void stayOnBranch(const SolutionPoint& start);
+    bool hasLoops() const;
+    /** How far bodies are from there, in their sizes. **/
+    double calcDistance(const std::vector<double>& from) const;
+
     bool converge(double fraction);
     /** The part of a correction at which forces along it have nearly gone. **/
     double searchLine(const Tangent& tangent, const VectorXd& delta, const VectorXd& deltaLambda);
     void move(const VectorXd& delta, const VectorXd& deltaLambda);
     /** Lets the system go down as a motion in a viscous medium, without inertia: implicit steps of
     σM δ + r = 0, G δ + g = 0, ever longer ones. Forces and joints are met to CreepAccuracy at every
-    step, so that it stays on the way down where Newton's steps leap. **/
-    bool creep();
+    step, so that it stays on the way down where Newton's steps leap.
+    @param longest  step, of a body's size by which it turns or bends **/
+    bool creep(double longest = Infinity, int mostSteps = MostCreepSteps);
     Tangent calcTangent();
     void evaluate(const std::vector<double>& q, VectorXd& r);
     /** What is added to K where it is not positive, or would lead too far. **/
@@ -227,7 +296,9 @@ private:
     CoordinateScales m_scales;
     const BlockGraph m_graph;
     const std::vector<char>& m_isHeld;
+    const bool m_hasOwnStates;  ///< others than turns that springs count
     std::vector<int> m_places;  ///< first speed of a body's place, where bodies are free in Ground
+    std::vector<std::pair<int, double>> m_turns;  ///< rigid bodies' speeds, and radians of a unit
     SolutionPoint m_point;
     SteadyMotion m_motion;
     int m_mostIterations;
@@ -245,8 +316,8 @@ private:
 
 void StaticEquilibrium::Search::run() {
     const SolutionPoint start = m_point;
-    if (converge(1)) return;
-    if (!m_motion.isAtRest() || !m_equations.getTopology().states.empty()) {
+    if (converge(1)) return stayOnBranch(start);
+    if (!m_motion.isAtRest() || m_hasOwnStates) {
         // A steady motion, or what a controller holds, is none of least energy, and may be stable
         // at a saddle of it.
         m_point = start;
@@ -277,13 +348,21 @@ void StaticEquilibrium::Search::run() {
         m_searchesLines = true;
         if (converge(1)) return;
         m_point = start;
-        if (m_equations.getTopology().states.empty() && creep() && converge(1)) {
+        if (!m_hasOwnStates && creep() && converge(1)) {
             isByDampedMotion = true;
             return;
         }
     }
+    const double limit = findLimit(start);
     m_point = last;
     m_reason = reason;
+    if (limit < 1) {
+        std::ostringstream text;
+        text << "the path of equilibria turns at " << 100 * limit
+             << " % of the loads, a limit point (snap-through): follow it by followPath(), `path:` "
+                "of a static analysis; ";
+        m_reason = text.str() + reason;
+    }
     fail(reached);
 }
 
@@ -291,17 +370,71 @@ bool StaticEquilibrium::Search::runNearby() {
     const std::vector<double> start = m_point.q;
     m_mostIterations = NearbyIterations;
     m_goesDownhill = false;
-    if (!converge(1)) return false;
+    return converge(1) && calcDistance(start) <= Nearby;
+}
+
+double StaticEquilibrium::Search::calcDistance(const std::vector<double>& from) const {
+    double distance = 0;
     for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
         const Block& block = m_equations.getBlock(b);
         std::vector<double> moved(m_point.q.begin() + block.firstQ,
                                   m_point.q.begin() + block.firstQ + block.numQ);
-        block.alignQ(&start[size_t(block.firstQ)], moved.data());
-        for (size_t i = 0; i < moved.size(); ++i) moved[i] -= start[size_t(block.firstQ) + i];
-        if (!(block.calcQDisplacement(moved.data()) <= Nearby * m_scales.lengths[size_t(b)]))
-            return false;
+        block.alignQ(&from[size_t(block.firstQ)], moved.data());
+        for (size_t i = 0; i < moved.size(); ++i) moved[i] -= from[size_t(block.firstQ) + i];
+        const double own = block.calcQDisplacement(moved.data()) / m_scales.lengths[size_t(b)];
+        if (!(own <= distance)) distance = own;
     }
-    return true;
+    return distance;
+}
+
+bool StaticEquilibrium::Search::hasLoops() const {
+    const Topology& topology = m_equations.getTopology();
+    if (!topology.simbodyRows.empty()) return true;
+    // Ground comes last; trees stand on it, but for bodies that are free.
+    std::vector<int> with(size_t(topology.numBlocks() + 1));
+    std::iota(with.begin(), with.end(), 0);
+    const int ground = topology.numBlocks();
+    const auto find = [&](int node) {
+        while (with[size_t(node)] != node) node = with[size_t(node)];
+        return node;
+    };
+    for (int b = topology.numFlexible; b < topology.numBlocks(); ++b) {
+        const int first = m_equations.getBlock(b).firstU;
+        if (std::find(m_places.begin(), m_places.end(), first + 3) == m_places.end())
+            with[size_t(b)] = ground;
+    }
+    for (const Topology::Joint& joint : topology.joints) {
+        if (joint.numRows() == 0 || joint.sides.size() != 2) continue;
+        const auto nodeOf = [&](const FrameRef& side) {
+            return find(side.block < 0 ? ground : side.block);
+        };
+        const int a = nodeOf(joint.sides[0]), b = nodeOf(joint.sides[1]);
+        if (a == b) return true;
+        with[size_t(a)] = b;
+    }
+    return false;
+}
+
+void StaticEquilibrium::Search::stayOnBranch(const SolutionPoint& start) {
+    // A controller does not move as if it were damped.
+    if (!m_motion.isAtRest() || m_hasOwnStates || !m_equations.getTopology().frictions.empty() ||
+        calcDistance(start.q) <= LongestCreep || !hasLoops())
+        return;
+    branch = Branch::Unknown;
+    if (m_equations.getTopology().numU > MostSpeedsFollowed) return;
+    const SolutionPoint found = m_point;
+    const int iterations = numIterations, loadSteps = numLoadSteps;
+    m_point = start;
+    if (creep(LongestCreep, MostFollowingSteps) && converge(1)) {
+        branch = calcDistance(found.q) > Nearby ? Branch::Followed : Branch::Own;
+        if (branch == Branch::Followed) return;
+    } else {
+        m_point = found;
+        converge(1);
+    }
+    // Of the way to what Newton's iteration has found.
+    numIterations = iterations;
+    numLoadSteps = loadSteps;
 }
 
 void StaticEquilibrium::Search::evaluate(const std::vector<double>& q, VectorXd& r) {
@@ -578,13 +711,15 @@ bool StaticEquilibrium::Search::solve(const Tangent& tangent, double sigma, Vect
         return solveByGmres(multiply, precondition, right, MaxGmresSteps);
     };
     VectorXd y = precondition(b);
-    const double inertia = sigma * y.head(n).dot(multiplyMass(tangent, y.head(n)));
     x = tangent.s.cwiseProduct(y.head(n));
+    // Beside what the joints' compliance takes of the work.
+    const double inertia = sigma * y.head(n).dot(multiplyMass(tangent, y.head(n))),
+                 elastic = std::abs(x.dot(tangent.K.multiply(x)));
     const double part = limitStep(x);
     const bool isTooLong = canBrake() && part < LeastPart;
     if (sigma == LeastShift && !isTooLong) {
         const bool mayBeFree =
-            s == 0 && (part == 1 || !canBrake()) && inertia > FreeShare * std::abs(y.dot(b));
+            s == 0 && (part == 1 || !canBrake()) && inertia > FreeShare * (inertia + elastic);
         const int count = mayBeFree ? countSoftMotions(tangent) : 0;
         if (count > 0) factor(tangent, sigma);
         y = count > 0 ? solveBesideFree(tangent, count, b, solveStiff) : solveStiff(b);
@@ -624,6 +759,12 @@ double StaticEquilibrium::Search::limitStep(VectorXd delta) {
     // How far bodies turn and bend; where they are free in Ground they may go anywhere.
     for (const int place : m_places) delta.segment<3>(place).setZero();
     limit(StepLimit);
+    // A small link may turn far before a tree of them has moved by its size.
+    for (const auto& [speed, radians] : m_turns) {
+        if (!m_motion.isAtRest()) break;
+        const double turned = std::abs(delta[speed]) * radians;
+        if (turned > StepLimit) factor = std::min(factor, StepLimit / turned);
+    }
     return factor;
 }
 
@@ -633,6 +774,10 @@ void StaticEquilibrium::Search::move(const VectorXd& delta, const VectorXd& delt
     m_equations.getBlocks().normalizeQ(m_point.q.data());
     for (size_t k = 0; k < m_point.lambda.size(); ++k)
         m_point.lambda[k] += deltaLambda[Eigen::Index(k)];
+    if (m_equations.getTopology().states.empty()) return;
+    // Turns are counted on the way.
+    m_equations.realize(m_point.t, m_point.q.data(), m_point.u.data());
+    m_equations.updLoads().startStates(m_point.z.data());
 }
 
 double StaticEquilibrium::Search::searchLine(const Tangent& tangent, const VectorXd& delta,
@@ -661,11 +806,11 @@ double StaticEquilibrium::Search::searchLine(const Tangent& tangent, const Vecto
     return part;
 }
 
-bool StaticEquilibrium::Search::creep() {
+bool StaticEquilibrium::Search::creep(double longest, int mostSteps) {
     m_fraction = 1;
     m_equations.updSimbody().setLoadFraction(1);
     double sigma = FirstDamping;
-    for (int step = 0; step < MostCreepSteps && sigma < LargestDamping; ++step) {
+    for (int step = 0; step < mostSteps && sigma < LargestDamping; ++step) {
         const SolutionPoint before = m_point;
         VectorXd gone = VectorXd::Zero(m_scales.metres.size());
         bool hasArrived = false;
@@ -702,21 +847,267 @@ bool StaticEquilibrium::Search::creep() {
             gap = std::min(gap, change);
             hasArrived = part == 1 && change <= CreepAccuracy;
         }
-        if (!hasArrived) {
+        const double share = hasArrived ? calcTurning(gone) / longest : 0;
+        if (!hasArrived || share > 1) {
             m_point = before;
-            sigma *= 8;
+            if (!m_point.z.empty()) m_equations.setZ(m_point.z.data());
+            sigma *= share > 0 ? std::min(8.0, 1.5 * share) : 8;
         } else if (sigma <= LastDamping) {
             return true;
         } else {
-            sigma /= iteration <= 4 ? 8 : iteration <= 7 ? 2 : 1;
+            sigma /= std::min(iteration <= 4 ? 8.0 : iteration <= 7 ? 2.0 : 1.0, 0.8 / share);
         }
     }
     return false;
 }
 
+double StaticEquilibrium::Search::multiplySizes(const VectorXd& a, const VectorXd& b) const {
+    double sum = 0;
+    for (size_t k = 0; k < m_graph.firstU.size(); ++k)
+        for (int i = m_graph.firstU[k]; i < m_graph.firstU[k] + m_graph.sizes[k]; ++i)
+            sum += square(m_scales.metres[size_t(i)] / m_scales.lengths[k]) * a[i] * b[i];
+    return sum;
+}
+
+double StaticEquilibrium::Search::calcTurning(VectorXd delta) const {
+    const auto calcLargest = [&] {
+        double largest = 0;
+        for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
+            const Block& block = m_equations.getBlock(b);
+            largest = std::max(largest, block.calcDisplacement(delta.data() + block.firstU) /
+                                            m_scales.lengths[size_t(b)]);
+        }
+        return largest;
+    };
+    const double moved = calcLargest();
+    for (const int place : m_places) delta.segment<3>(place).setZero();
+    double turned = calcLargest();
+    for (const auto& [speed, radians] : m_turns)
+        turned = std::max(turned, std::abs(delta[speed]) * radians);
+    return turned > 0 ? turned : moved;
+}
+
+VectorXd StaticEquilibrium::Search::calcLoadSlope() {
+    const double fraction = m_fraction;
+    VectorXd here, more;
+    setFraction(fraction + 1);
+    evaluate(m_point.q, more);
+    setFraction(fraction);
+    evaluate(m_point.q, here);
+    return more - here;
+}
+
+void StaticEquilibrium::Search::solveFor(const Tangent& tangent, const VectorXd& f,
+                                         const VectorXd& g, VectorXd& x, VectorXd& lambda) {
+    const VectorXd& rowScale = m_elimination->getRowScale();
+    VectorXd b(f.size() + g.size());
+    b << tangent.s.cwiseProduct(f), rowScale.cwiseProduct(g);
+    const VectorXd y =
+        solveByGmres([&](const VectorXd& of) { return multiplyScaled(tangent, rowScale, of); },
+                     [&](VectorXd of) {
+                         m_elimination->solveScaled(of);
+                         return of;
+                     },
+                     b, MaxGmresSteps);
+    x = tangent.s.cwiseProduct(y.head(f.size()));
+    lambda = rowScale.cwiseProduct(y.tail(g.size()));
+}
+
+StaticEquilibrium::Search::Direction StaticEquilibrium::Search::calcDirection(
+    const Direction& before) {
+    const VectorXd slope = calcLoadSlope();
+    const Tangent tangent = calcTangent();
+    factor(tangent, LeastShift);
+    Direction direction;
+    direction.numUnstable = m_elimination->countNegative();
+    solveFor(tangent, -slope, VectorXd::Zero(tangent.g.size()), direction.delta, direction.lambda);
+    const double turning = calcTurning(direction.delta);
+    if (!(slope.norm() > 0) || !(turning > 0) || !std::isfinite(turning))
+        throw std::runtime_error(
+            "no path of equilibria can be followed: there are no loads, or they move nothing");
+    const bool turnsBack =
+        before.delta.size() > 0 && multiplySizes(before.delta, direction.delta) < 0;
+    const double size = (turnsBack ? -1 : 1) / turning;
+    direction.delta *= size;
+    direction.lambda *= size;
+    direction.fraction = size;
+    return direction;
+}
+
+bool StaticEquilibrium::Search::goAlong(const SolutionPoint& from, double fraction,
+                                        const Direction& direction, double length) {
+    m_point = from;
+    setFraction(fraction + length * direction.fraction);
+    VectorXd gone = length * direction.delta;
+    move(gone, length * direction.lambda);
+    const double size = multiplySizes(direction.delta, direction.delta);
+    for (int iteration = 0; iteration < MostPathIterations; ++iteration) {
+        const VectorXd slope = calcLoadSlope();
+        const Tangent tangent = calcTangent();
+        ++numIterations;
+        if (!tangent.isFinite) return false;
+        m_error = tangent.g.size() > 0 ? tangent.g.cwiseAbs().maxCoeff() : 0;
+        factor(tangent, LeastShift);
+        VectorXd delta, lambda, byLoad, lambdaByLoad;
+        solveFor(tangent, -tangent.r, -tangent.g, delta, lambda);
+        solveFor(tangent, -slope, VectorXd::Zero(tangent.g.size()), byLoad, lambdaByLoad);
+        // In the plane across the way.
+        const double more =
+            -multiplySizes(direction.delta, delta) / multiplySizes(direction.delta, byLoad);
+        if (!std::isfinite(more)) return false;
+        delta += more * byLoad;
+        lambda += more * lambdaByLoad;
+        if (limitStep(delta) < 1) return false;
+        move(delta, lambda);
+        setFraction(m_fraction + more);
+        gone += delta;
+        if (multiplySizes(gone, gone) > square(MostPathCurve * length) * size) return false;
+        if (m_change <= m_settings.m_tolerance && m_error <= m_settings.m_constraintTolerance)
+            return true;
+    }
+    return false;
+}
+
+std::optional<double> StaticEquilibrium::Search::seekAlong(
+    const SolutionPoint& from, double fraction, const Direction& direction, double end,
+    double atStart, double atEnd, const std::function<double()>& calc, double start) {
+    double at = end;
+    const double sharpness = PathSharpness * end;
+    for (int trial = 0; trial < MostPathTrials && end - start > sharpness; ++trial) {
+        const double share = atStart / (atStart - atEnd);
+        at = start + (end - start) * std::min(0.98, std::max(0.02, share));
+        if (!goAlong(from, fraction, direction, at)) return std::nullopt;
+        const double now = calc();
+        const bool isBefore = (now > 0) == (atStart > 0);
+        // Illinois: an end that stays counts less.
+        (isBefore ? atEnd : atStart) *= 0.5;
+        (isBefore ? atStart : atEnd) = now;
+        (isBefore ? start : end) = at;
+        if (now == 0) break;
+    }
+    return at;
+}
+
+void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit& visit) {
+    if (!converge(0)) fail(0);
+    m_goesDownhill = false;
+    SolutionPoint from = m_point;
+    double fraction = 0, length = settings.step, steepest = 0;
+    Direction direction = calcDirection({});
+    if (visit(0, direction.numUnstable, Kind::Regular) == Next::Stop) return;
+    int numPoints = 1;
+    while (numPoints < settings.mostPoints) {
+        const auto shorten = [&] {
+            length /= 4;
+            if (length >= LeastPathStep * settings.step) return;
+            std::ostringstream text;
+            text << "the path of equilibria cannot be followed beyond " << 100 * fraction
+                 << " % of the loads, " << numPoints << " points from its beginning: the largest "
+                 << "correction is " << m_change << " m at '"
+                 << m_equations.getBlock(m_worstBlock).name << "'";
+            throw std::runtime_error(text.str());
+        };
+        if (!goAlong(from, fraction, direction, length)) {
+            shorten();
+            continue;
+        }
+        const SolutionPoint reached = m_point;
+        const double atEnd = m_fraction;
+        const Direction next = calcDirection(direction);
+        // A step over two limit points would see neither.
+        steepest = std::max({steepest, std::abs(direction.fraction), std::abs(next.fraction)});
+        const double slope =
+            std::max({std::abs(direction.fraction), std::abs(next.fraction), FlatPath * steepest});
+        const double surprise =
+            std::abs(atEnd - fraction - 0.5 * length * (direction.fraction + next.fraction)) /
+            (length * slope);
+        if (!(surprise <= LargestSurprise)) {
+            shorten();
+            continue;
+        }
+        struct Special {
+            double at, fraction;
+            SolutionPoint point;
+            int numUnstable;
+            Kind kind;
+        };
+        std::optional<Special> special;
+        const bool turns = next.fraction * direction.fraction < 0;
+        if (turns || next.numUnstable != direction.numUnstable) {
+            const std::optional<double> at =
+                turns ? seekAlong(from, fraction, direction, length, direction.fraction,
+                                  next.fraction, [&] { return calcDirection(direction).fraction; })
+                      : seekAlong(from, fraction, direction, length, -1, 1, [&] {
+                            return calcDirection(direction).numUnstable == direction.numUnstable
+                                       ? -1.0
+                                       : 1.0;
+                        });
+            if (!at) {
+                shorten();
+                continue;
+            }
+            special =
+                Special{*at, m_fraction, m_point, std::min(direction.numUnstable, next.numUnstable),
+                        turns ? Kind::Limit : Kind::Bifurcation};
+        }
+        // Where all loads act for the first time: before or behind that place.
+        const auto crosses = [](double a, double b) { return (a < 1) != (b < 1); };
+        const bool isBefore = special && crosses(fraction, special->fraction);
+        if (special && !isBefore) {
+            m_point = special->point;
+            setFraction(special->fraction);
+            ++numPoints;
+            if (visit(m_fraction, special->numUnstable, special->kind) == Next::Stop ||
+                numPoints >= settings.mostPoints)
+                break;
+        }
+        if (isBefore || crosses(fraction, atEnd)) {
+            const double begin = special && !isBefore ? special->at : 0;
+            const double end = isBefore ? special->at : length;
+            const double first = begin > 0 ? special->fraction : fraction;
+            const double last = isBefore ? special->fraction : atEnd;
+            seekAlong(
+                from, fraction, direction, end, first - 1, last - 1, [&] { return m_fraction - 1; },
+                begin);
+            const std::vector<double> near = m_point.q;
+            if (!converge(1) || !(calcDistance(near) <= settings.step)) fail(fraction);
+            visit(1, calcDirection(direction).numUnstable, Kind::Regular);
+            break;
+        }
+        m_point = from = reached;
+        setFraction(atEnd);
+        fraction = atEnd;
+        direction = next;
+        ++numPoints;
+        if (visit(fraction, direction.numUnstable, Kind::Regular) == Next::Stop) break;
+        if (surprise < 0.25 * LargestSurprise) length = std::min(settings.step, 2 * length);
+    }
+    m_goesDownhill = true;
+}
+
+double StaticEquilibrium::Search::findLimit(const SolutionPoint& start) {
+    if (!m_motion.isAtRest() || m_hasOwnStates || !m_equations.getTopology().frictions.empty())
+        return NaN;
+    m_point = start;
+    double limit = NaN;
+    try {
+        PathSettings settings;
+        settings.mostPoints = MostPointsToLimit;
+        follow(settings, [&](double fraction, int, Kind kind) {
+            if (kind == Kind::Limit) limit = fraction;
+            return kind == Kind::Limit ? Next::Stop : Next::GoOn;
+        });
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const std::runtime_error&) {
+        // Then it is not known.
+    }
+    m_goesDownhill = true;
+    return limit;
+}
+
 bool StaticEquilibrium::Search::converge(double fraction) {
-    m_fraction = fraction;
-    m_equations.updSimbody().setLoadFraction(fraction);
+    setFraction(fraction);
     m_motion.setFactor(std::sqrt(fraction));
     if (!m_point.z.empty()) m_equations.setZ(m_point.z.data());
     double firstShift = LeastShift;
@@ -872,78 +1263,153 @@ void StaticEquilibrium::solveSteadyMotion(const State& state) {
     run(state, Speeds::OfState);
 }
 
-bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
-    const StandardArithmetic standard;
+/** Where a search begins, and then is. **/
+struct StaticEquilibrium::Start {
+    State placed, assembled;
+    std::unique_ptr<Evaluation> equations;
+    SolutionPoint point;
+    SteadyMotion motion;
+};
+
+StaticEquilibrium::Start StaticEquilibrium::begin(const State& state, Speeds speeds) {
     requireTopology(m_system, state, "StaticEquilibrium::solve()");
     m_numIterations = m_numLoadSteps = 0;
     m_isByDampedMotion = false;
+    m_branch = Branch::Own;
     m_freeMotions.clear();
     m_unstableMotions.clear();
-    State start = state;
-    m_system.realize(start, Stage::Velocity);
-    if (speeds == Speeds::Zero) start.updU() = 0;
+    Start start;
+    start.placed = state;
+    m_system.realize(start.placed, Stage::Velocity);
+    if (speeds == Speeds::Zero) start.placed.updU() = 0;
     // Assembled bodies stand elsewhere, but their twists are the State's.
-    const State assembled = assemble(start);
-    m_system.realize(start, Stage::Velocity);
-    Evaluation equations(m_system, assembled);
-    SolutionPoint point;
+    start.assembled = assemble(start.placed);
+    m_system.realize(start.placed, Stage::Velocity);
+    start.equations = std::make_unique<Evaluation>(m_system, start.assembled);
+    Evaluation& equations = *start.equations;
+    SolutionPoint& point = start.point;
     point.resize(equations.getTopology().numQ, equations.getTopology().numU,
                  equations.getTopology().numMultipliers, equations.getTopology().numZ);
-    point.t = assembled.getTime();
-    equations.getBlocks().getFromState(assembled, point.q.data(), point.u.data());
-    for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = assembled.getZ()[int(i)];
+    point.t = start.assembled.getTime();
+    equations.getBlocks().getFromState(start.assembled, point.q.data(), point.u.data());
+    for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = start.assembled.getZ()[int(i)];
     equations.setZ(point.z.data());
-    SteadyMotion motion;
     if (speeds == Speeds::OfState && !equations.getTopology().listOwnStates().empty())
         throw std::invalid_argument(
             "no steady motion is looked for in a system with states of its own; let a motion "
             "settle");
     if (speeds == Speeds::OfState) {
         std::vector<double> given = point.q;
-        equations.getBlocks().getFromState(start, given.data(), point.u.data());
+        equations.getBlocks().getFromState(start.placed, given.data(), point.u.data());
         equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
-        motion = SteadyMotion(equations, start, point.t, given, point.u, point.q);
-        refuseUnsteady(equations, point.u, motion.getErrors());
+        start.motion = SteadyMotion(equations, start.placed, point.t, given, point.u, point.q);
+        refuseUnsteady(equations, point.u, start.motion.getErrors());
     }
     equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
-
     equations.updBlocks().chooseNumThreads(omp_get_max_threads());
-    Search search(*this, equations, point, motion);
-    if (reach == Reach::Anywhere)
-        search.run();
-    else if (!equations.getTopology().states.empty() ||
-             !equations.getTopology().frictions.empty() || !search.runNearby())
-        return false;
-    m_numIterations = search.numIterations;
-    m_numLoadSteps = search.numLoadSteps;
-    m_isByDampedMotion = search.isByDampedMotion;
-    search.describeMotions(m_freeMotions, m_unstableMotions);
+    return start;
+}
 
+void StaticEquilibrium::keep(const Start& start, State& state, Vector& multipliers) {
+    Evaluation& equations = *start.equations;
     // Multipliers of least norm, as the integrators give them.
-    point = search.getPoint();
+    SolutionPoint point = start.point;
     const int n = equations.getTopology().numU, m = equations.getTopology().numMultipliers;
-    if (speeds == Speeds::OfState) {
-        std::vector<double> errors(size_t(m), 0);
-        equations.calcVelocityErrors(errors.data());
-        refuseUnsteady(equations, point.u, errors);
-    }
-    m_multipliers.resize(m);
+    multipliers.resize(m);
     if (m > 0) {
         VectorXd r(n);
+        equations.realize(point.t, point.q.data(), point.u.data());
         std::fill(point.lambda.begin(), point.lambda.end(), 0.0);
         equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(),
                                point.lambda.data(), r.data());
-        m_multipliers = calcMultipliers(equations, r);
+        multipliers = calcMultipliers(equations, r);
+    }
+    state = makeFreshState(m_system, start.placed);
+    equations.getBlocks().putIntoState(point.t, point.q.data(), point.u.data(), state);
+    for (size_t i = 0; i < point.z.size(); ++i) state.updZ()[int(i)] = point.z[i];
+    m_system.realize(state, Stage::Velocity);
+}
+
+bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
+    const StandardArithmetic standard;
+    Start start = begin(state, speeds);
+    Evaluation& equations = *start.equations;
+    m_system.realize(start.assembled, Stage::Velocity);
+    Search search(*this, equations, start.assembled, start.point, start.motion);
+    if (reach == Reach::Anywhere)
+        search.run();
+    else if (!equations.getTopology().listOwnStates().empty() ||
+             !equations.getTopology().frictions.empty() || !search.runNearby())
+        return false;
+    finish(search, start);
+    return true;
+}
+
+void StaticEquilibrium::finish(Search& search, Start& start) {
+    Evaluation& equations = *start.equations;
+    m_numIterations = search.numIterations;
+    m_numLoadSteps = search.numLoadSteps;
+    m_isByDampedMotion = search.isByDampedMotion;
+    m_branch = search.branch;
+    search.describeMotions(m_freeMotions, m_unstableMotions);
+    start.point = search.getPoint();
+    if (!start.motion.isAtRest()) {
+        std::vector<double> errors(size_t(equations.getTopology().numMultipliers), 0);
+        equations.calcVelocityErrors(errors.data());
+        refuseUnsteady(equations, start.point.u, errors);
     }
     m_firstRows.clear();
     if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system))
         for (JointIndex j(0); j < flexible->getNumJoints(); ++j)
             m_firstRows.push_back(equations.getTopology().findFirstRow(j));
-    m_state = makeFreshState(m_system, state);
-    equations.getBlocks().putIntoState(point.t, point.q.data(), point.u.data(), m_state);
-    for (size_t i = 0; i < point.z.size(); ++i) m_state.updZ()[int(i)] = point.z[i];
-    m_system.realize(m_state, Stage::Velocity);
-    return true;
+    keep(start, m_state, m_multipliers);
+}
+
+std::vector<StaticEquilibrium::PathPoint> StaticEquilibrium::followPath(
+    const State& state, const PathSettings& settings) {
+    const StandardArithmetic standard;
+    if (!(settings.step > 0) || settings.mostPoints < 2)
+        throw std::invalid_argument(
+            "StaticEquilibrium::followPath(): it takes a positive step and two points or more");
+    Start start = begin(state, Speeds::Zero);
+    const Topology& topology = start.equations->getTopology();
+    if (!topology.listOwnStates().empty() || !topology.frictions.empty())
+        throw std::invalid_argument(
+            "no path of equilibria is followed in a system with friction or states of its own; "
+            "leave them out");
+    if (topology.hasForeignForces)
+        throw std::invalid_argument(
+            "no path of equilibria is followed with force elements of Simbody's: springs among "
+            "them would grow with the loads; use those of simflex");
+    m_system.realize(start.assembled, Stage::Velocity);
+    Search search(*this, *start.equations, start.assembled, start.point, start.motion);
+    std::vector<PathPoint> path;
+    search.follow(settings, [&](double fraction, int numUnstable, PathPoint::Kind kind) {
+        start.point = search.getPoint();
+        path.push_back({State(), Vector(), fraction, numUnstable, kind});
+        keep(start, path.back().state, path.back().multipliers);
+        return Search::Next::GoOn;
+    });
+    finish(search, start);
+    // Copies of States, while there were more and more of them, are not realized.
+    for (const PathPoint& point : path) m_system.realize(point.state, Stage::Velocity);
+    return path;
+}
+
+std::string StaticEquilibrium::describeBranch() const {
+    switch (m_branch) {
+        case Branch::Own:
+            return "";
+        case Branch::Followed:
+            return "Newton's iteration leaps to another equilibrium, where joints may be assembled "
+                   "in another way; this is where a strongly damped motion from the start comes to "
+                   "rest";
+        case Branch::Unknown:
+            break;
+    }
+    return "loops of joints may be assembled in another way here than at the start: whether a "
+           "motion leads from there to this equilibrium has not been found out; start closer to it "
+           "to be sure";
 }
 
 Vector StaticEquilibrium::getMultipliers(const Joint& joint) const {

@@ -19,7 +19,9 @@ getUnstableMotions()).
 A step turns and bends a body by at most 0.3 of its size. Loads are applied at once; if that does
 not converge, they, and the squares of speeds, are raised from zero in parts, each starting from the
 last. Where that fails, too, corrections are shortened along their lines; at last the system goes
-down by itself, as in a viscous medium (see isByDampedMotion()). Loads are gravity,
+down by itself, as in a viscous medium (see isByDampedMotion()). Where loops of joints may be
+assembled in several ways it goes down so in short steps, if the equilibrium is not next to the
+start, and tells if that leads elsewhere (see getBranch()). Loads are gravity,
 AttachmentForces, DistributedLoads and all of Simbody's force elements, its springs too; springs and
 bushings between attachment frames act in full. They are those of the State's time and of the speeds
 given.
@@ -69,7 +71,8 @@ public:
 
     /** The equilibrium next to a State at rest, which linearisations are made about: bodies as
     placed are not bent yet by their loads, and what holds them is not yet in them.
-    @returns false if the State moves, if the system has states of its own or friction, or if a
+    @returns false if the State moves, if the system has friction or states of its own (others than
+    turns that springs count), or if a
     few iterations find none from which each body is less than a thousandth of its size away; there
     are no results then **/
     bool solveNearby(const SimTK::State& state);
@@ -78,6 +81,44 @@ public:
     what nothing links to Ground its own twist (see setSteadyRotation()); modal speeds are zero.
     @throws std::runtime_error also if these speeds move a joint apart, naming it. **/
     void solveSteadyMotion(const SimTK::State& state);
+
+    /** @name Paths
+    Equilibria at rest while all loads grow together from zero, through limit points, where they
+    have to shrink for the path to go on: an arch that snaps through, step by step along the path's
+    own length (Riks; Crisfield),
+
+        r(q, λ, f) = 0,   ⟨Δq, Δq₀⟩ = |Δq₀|²
+
+    Loads are those that solve() raises in parts; springs, bushings and forces that depend on the
+    motion act in full, as Motions do. Steps are such that what f gains is what its slopes at both
+    ends foretell, within some percent. **/
+    /**@{**/
+    struct PathPoint {
+        enum class Kind {
+            Regular,
+            Limit,       ///< f is largest or least
+            Bifurcation  ///< another path crosses: it gains or loses stability while f grows on
+        };
+        SimTK::State state;         ///< realized to Stage::Velocity
+        SimTK::Vector multipliers;  ///< as getMultipliers()
+        SimTK::Real fraction;       ///< f, of the loads
+        /** Independent motions in which it falls away; 0: it is stable. Of limit points and
+        bifurcations: on the side where there are fewer. **/
+        int numUnstable;
+        Kind kind;  ///< found to 1e-6 of the way between two points
+    };
+    struct PathSettings {
+        /** Longest step, of a body's size, by which it turns or bends between points. **/
+        SimTK::Real step = 0.1;
+        int mostPoints = 1000;
+    };
+    /** From no load to where all of it acts for the first time, or to as many points as there may
+    be. The last point is the result, too.
+    @throws std::invalid_argument for systems with friction, states of their own or force elements
+        of Simbody's other than gravity, and without loads; std::runtime_error as solve(), and if
+        the path cannot be followed: how far it went. **/
+    std::vector<PathPoint> followPath(const SimTK::State& state, const PathSettings& settings);
+    /**@}**/
 
     /** @name Results **/
     /**@{**/
@@ -99,6 +140,15 @@ public:
     others.
     **/
     bool isByDampedMotion() const { return m_isByDampedMotion; }
+    /** Loops of joints may be assembled in several ways, between which no motion leads. **/
+    enum class Branch {
+        Own,  ///< there are no loops, or a strongly damped motion leads from the State to here, too
+        Followed,  ///< Newton's iteration leaps to elsewhere; the damped motion comes to rest here
+        Unknown    ///< that motion does not come to rest, or has more than 1000 speeds
+    };
+    Branch getBranch() const { return m_branch; }
+    /** A sentence to warn with; empty: own. **/
+    std::string describeBranch() const;
     /**@}**/
 
 private:
@@ -107,6 +157,11 @@ private:
     enum class Reach { Anywhere, Nearby };
     /** @returns false if there is none within reach **/
     bool run(const SimTK::State& state, Speeds speeds, Reach reach = Reach::Anywhere);
+    /** Assembled, all that a search needs, and what is left of it. **/
+    struct Start;
+    Start begin(const SimTK::State& state, Speeds speeds);
+    void finish(Search& search, Start& start);
+    void keep(const Start& start, SimTK::State& state, SimTK::Vector& multipliers);
     SimTK::State assemble(const SimTK::State& state) const;
 
     const SimTK::MultibodySystem& m_system;
@@ -122,6 +177,7 @@ private:
     std::vector<std::string> m_freeMotions, m_unstableMotions;
     int m_numIterations = 0, m_numLoadSteps = 0;
     bool m_isByDampedMotion = false;
+    Branch m_branch = Branch::Own;
 };
 
 /** The State that solveNearby() finds, or this one: where to linearise about. **/

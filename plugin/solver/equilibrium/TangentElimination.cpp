@@ -14,8 +14,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** Of rows of G in scaled equations. **/
-constexpr double Compliance = 1e-10;
+/** Of rows of G in scaled equations; and what of GᵀG is added to A, so that a block that little
+else holds, eliminated alone, leaves of redundant rows less than their compliance by round-off. **/
+constexpr double Compliance = 1e-10, Penalty = 1e-4;
 constexpr double GmresTolerance = 1e-11;
 
 /** How many negative eigenvalues Λ has on what U does not see.
@@ -44,7 +45,6 @@ TangentElimination<Scalar>::TangentElimination(const BlockGraph& graph, const Bl
 template <class Scalar>
 CliquePattern TangentElimination<Scalar>::makePattern() {
     m_pairs.clear();
-    m_sides.clear();
     m_firstKept.assign(1, 0);
     for (const int count : m_kept) m_firstKept.push_back(m_firstKept.back() + count);
     CliquePattern pattern;
@@ -66,27 +66,28 @@ CliquePattern TangentElimination<Scalar>::makePattern() {
     std::vector<std::vector<int>> blocksOfRow(size_t(m_mass.numMultipliers));
     for (size_t b = 0; b < m_mass.rows.size(); ++b)
         for (const int row : m_mass.rows[b]) blocksOfRow[size_t(row)].push_back(int(b));
-    for (size_t b = 0; b < m_mass.rows.size(); ++b) {
-        std::map<std::vector<int>, std::vector<int>> together;
-        for (size_t k = 0; k < m_mass.rows[b].size(); ++k)
-            together[blocksOfRow[size_t(m_mass.rows[b][k])]].push_back(int(k));
-        for (const auto& entry : together) {
-            m_sides.push_back({int(b), entry.second});
-            pattern.cliques.emplace_back();
-            appendSpeeds(pattern.cliques.back(), int(b));
-            for (const int k : entry.second)
-                pattern.cliques.back().push_back(numKept + m_mass.rows[b][size_t(k)]);
-        }
-    }
     std::map<std::vector<int>, std::vector<int>> together;
     for (int row = 0; row < m_mass.numMultipliers; ++row)
-        together[blocksOfRow[size_t(row)]].push_back(numKept + row);
-    for (const auto& entry : together) pattern.cliques.push_back(entry.second);
-    m_values.resize(pattern.cliques.size());
-    for (size_t k = m_pairs.size() + m_sides.size(); k < m_values.size(); ++k) {
-        const Eigen::Index size = Eigen::Index(pattern.cliques[k].size());
-        m_values[k] = -Compliance * Matrix::Identity(size, size);
+        together[blocksOfRow[size_t(row)]].push_back(row);
+    std::vector<int> place(size_t(m_mass.numMultipliers));
+    m_bonds.clear();
+    for (const auto& [blocks, rows] : together) {
+        for (size_t i = 0; i < rows.size(); ++i) place[size_t(rows[i])] = int(i);
+        Bond bond{blocks, int(rows.size()), {}};
+        // In two of a row's places, if it acts on a block twice.
+        bond.blocks.erase(std::unique(bond.blocks.begin(), bond.blocks.end()), bond.blocks.end());
+        pattern.cliques.emplace_back();
+        for (const int b : bond.blocks) {
+            appendSpeeds(pattern.cliques.back(), b);
+            const std::vector<int>& own = m_mass.rows[size_t(b)];
+            for (size_t k = 0; k < own.size(); ++k)
+                if (blocksOfRow[size_t(own[k])] == blocks)
+                    bond.columns.push_back({b, int(k), place[size_t(own[k])]});
+        }
+        for (const int row : rows) pattern.cliques.back().push_back(numKept + row);
+        m_bonds.push_back(std::move(bond));
     }
+    m_values.resize(pattern.cliques.size());
     return pattern;
 }
 
@@ -180,25 +181,37 @@ void TangentElimination<Scalar>::factor(const BlockMatrix<Scalar>& A, const Vect
         values.bottomLeftCorner(m, n) = above;
     };
     parallelFor(int(m_pairs.size()), m_numThreads, formPair);
-    const auto formSide = [&](int index) {
-        const Side& side = m_sides[size_t(index)];
-        const size_t b = size_t(side.block);
-        const Eigen::Index n = m_kept[b], count = Eigen::Index(side.columns.size()),
-                           numModes = m_condensed[b].U.rows(), rest = m_graph.sizes[b] - numModes;
-        Matrix& values = m_values[m_pairs.size() + size_t(index)];
-        values.setZero(n + count, n + count);
-        for (Eigen::Index k = 0; k < count; ++k) {
-            const int column = side.columns[size_t(k)];
-            const VectorXd full = m_rowScale[m_mass.rows[b][size_t(column)]] *
-                                  scale.segment(m_graph.firstU[b], m_graph.sizes[b])
-                                      .cwiseProduct(m_mass.Gt[b].col(column));
-            VectorXd own(n);
-            own << full.head(rest), m_condensed[b].U.transpose() * full.tail(numModes);
-            values.col(n + k).head(n) = own.template cast<Scalar>();
+    const auto formBond = [&](int i) {
+        const Bond& bond = m_bonds[size_t(i)];
+        Matrix& values = m_values[m_pairs.size() + size_t(i)];
+        Eigen::Index n = 0, first = 0;
+        for (const int b : bond.blocks) n += m_kept[size_t(b)];
+        MatrixXd G = MatrixXd::Zero(bond.numRows, n);
+        auto next = bond.columns.begin();
+        for (const int block : bond.blocks) {
+            const size_t b = size_t(block);
+            const Eigen::Index numModes = m_condensed[b].U.rows(),
+                               rest = m_graph.sizes[b] - numModes;
+            for (; next != bond.columns.end() && (*next)[0] == block; ++next) {
+                const auto [of, column, row] = *next;
+                const VectorXd full = m_rowScale[m_mass.rows[b][size_t(column)]] *
+                                      scale.segment(m_graph.firstU[b], m_graph.sizes[b])
+                                          .cwiseProduct(m_mass.Gt[b].col(column));
+                auto own = G.row(row).segment(first, m_kept[b]);
+                own.head(rest) += full.head(rest).transpose();
+                own.tail(m_condensed[b].U.cols()) +=
+                    full.tail(numModes).transpose() * m_condensed[b].U;
+            }
+            first += m_kept[b];
         }
-        values.bottomLeftCorner(count, n) = values.topRightCorner(n, count).transpose();
+        values.setZero(n + bond.numRows, n + bond.numRows);
+        const MatrixXd penalty = Penalty * (G.transpose() * G);
+        values.topLeftCorner(n, n) = penalty.template cast<Scalar>();
+        values.bottomLeftCorner(bond.numRows, n) = G.template cast<Scalar>();
+        values.topRightCorner(n, bond.numRows) = G.transpose().template cast<Scalar>();
+        values.bottomRightCorner(bond.numRows, bond.numRows).diagonal().setConstant(-Compliance);
     };
-    parallelFor(int(m_sides.size()), m_numThreads, formSide);
+    parallelFor(int(m_bonds.size()), m_numThreads, formBond);
     std::vector<const Scalar*> pointers;
     for (const Matrix& values : m_values) pointers.push_back(values.data());
     m_fronts->setSymmetric(symmetry == Symmetry::Symmetric);
@@ -225,7 +238,9 @@ void TangentElimination<Scalar>::solveScaled(Scalar* columns, int count) {
             (condensed.inverseU.transpose() * Y.middleRows(first + rest, numModes));
     });
     m_fronts->solve(kept.data(), count, m_numThreads);
-    Y.bottomRows(m_mass.numMultipliers) = kept.bottomRows(m_mass.numMultipliers);
+    // What the penalty has borne is theirs, too.
+    Y.bottomRows(m_mass.numMultipliers) *= Penalty;
+    Y.bottomRows(m_mass.numMultipliers) += kept.bottomRows(m_mass.numMultipliers);
     parallelFor(numBlocks, m_numThreads, [&](int i) {
         const size_t b = size_t(i);
         const Condensed& condensed = m_condensed[b];

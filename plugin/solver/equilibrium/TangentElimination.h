@@ -14,12 +14,13 @@ shapes and y = Uᵀξ,
     ξ = Λ⁻¹f + Λ⁻¹U T (y − UᵀΛ⁻¹f)
 
 Rows of G get a compliance of 1e-10, in scaled equations, so that redundant
-ones do no harm.
+ones do no harm, and A gets 1e-4 GᵀG (as an augmented Lagrangian has it), which x does not see.
 
     TangentElimination<double> elimination(graph, mass);
     elimination.factor(A, scale);
     elimination.solve(f, g);             // in place: x and λ  **/
 
+#include <array>
 #include <optional>
 
 #include "simflex/solver/elimination/FrontSolver.h"
@@ -60,10 +61,11 @@ public:
 
 private:
     void solveScaled(Scalar* columns, int count);
-    /** Rows of G that act on the same blocks, in one of these. **/
-    struct Side {
-        int block;
-        std::vector<int> columns;  ///< of the block's Gᵀ
+    /** Rows of G that act on the same blocks. **/
+    struct Bond {
+        std::vector<int> blocks;
+        int numRows;
+        std::vector<std::array<int, 3>> columns;  ///< block, column of its Gᵀ, row among these
     };
     /** A block's modes at the last factor(), in scaled unknowns. **/
     struct Condensed {
@@ -83,10 +85,10 @@ private:
     const BlockMass& m_mass;
     int m_numSpeeds, m_numThreads = 1;
     std::vector<std::array<int, 3>> m_pairs;  ///< block column, place among its neighbours, row
-    std::vector<Side> m_sides;
+    std::vector<Bond> m_bonds;
     std::vector<int> m_kept, m_firstKept;  ///< by block, and all at last
     std::vector<Condensed> m_condensed;
-    std::vector<Matrix> m_values;  ///< of cliques: pairs, sides, multipliers
+    std::vector<Matrix> m_values;  ///< of cliques: pairs, bonds
     std::optional<FrontSolver<Scalar>> m_fronts;
     Eigen::VectorXd m_scale, m_rowScale;
 };

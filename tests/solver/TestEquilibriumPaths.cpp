@@ -1,0 +1,259 @@
+// Paths of equilibria through limit points and bifurcations, against closed forms.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "simflex/body/Joint.h"
+#include "simflex/forces/AttachmentForce.h"
+#include "simflex/forces/TorsionSpring.h"
+#include "simflex/forces/TwoPointSpringDamper.h"
+#include "simflex/solver/StaticEquilibrium.h"
+
+namespace simflex {
+namespace {
+
+using namespace SimTK;
+using ::testing::HasSubstr;
+using Kind = StaticEquilibrium::PathPoint::Kind;
+
+/** Mises's truss: a mass between two springs to supports at ±b, at first at height h; a force
+pushes it down by P. Straight down, F(w) = 2k (l₀/l − 1)(h − w) with l² = b² + (h − w)². **/
+struct Truss {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    std::vector<MobilizedBody> bodies;
+    State state;
+    static constexpr Real k = 2e4, b = 1;
+    const Real h, P;
+
+    enum class Mover {
+        Slider,  ///< a mobilizer: there are no joints
+        Pins     ///< rigid bars on pins between springs on sliders, a loop of joints
+    };
+
+    Truss(Real height, Real force, Mover mover) : h(height), P(force) {
+        const Body::Rigid mass(MassProperties(1, Vec3(0), Inertia(0.01)));
+        const Rotation xToY(Pi / 2, ZAxis);
+        if (mover == Mover::Slider) {
+            bodies.push_back(
+                MobilizedBody::Slider(matter.Ground(), Transform(xToY), mass, Transform(xToY)));
+            for (const Real side : {-1.0, 1.0})
+                TwoPointSpringDamper(flexible, Attachment(matter.Ground(), Vec3(side * b, 0, 0)),
+                                     Attachment(bodies[0]), k, 0, std::hypot(b, h));
+            AttachmentForce(flexible, Attachment(bodies[0]), SpatialVec(Vec3(0), Vec3(0, -P, 0)));
+        } else {
+            // Two bars of length b' whose feet slide against springs of 2k.
+            const Real l = std::hypot(b, h);
+            for (const Real side : {-1.0, 1.0}) {
+                const Rotation turned(side < 0 ? std::atan2(h, b) : Pi - std::atan2(h, b), ZAxis);
+                bodies.push_back(
+                    MobilizedBody::Slider(matter.Ground(), Vec3(side * b, 0, 0), mass, Vec3(0)));
+                TwoPointSpringDamper(flexible,
+                                     Attachment(matter.Ground(), Vec3(3 * side * b, 0, 0)),
+                                     Attachment(bodies.back()), k, 0, 2 * b);
+                bodies.push_back(MobilizedBody::Pin(bodies.back(), Transform(turned),
+                                                    Body::Rigid(mass), Transform()));
+            }
+            Joint::Pin(flexible, Attachment(bodies[1], Vec3(l, 0, 0)),
+                       Attachment(bodies[3], Vec3(l, 0, 0)), "top");
+            AttachmentForce(flexible, Attachment(bodies[1], Vec3(l, 0, 0)),
+                            SpatialVec(Vec3(0), Vec3(0, -P, 0)));
+        }
+        state = system.realizeTopology();
+        if (mover == Mover::Slider) bodies[0].setOneQ(state, 0, h);
+    }
+
+    /** How far down it is. **/
+    Real measure(const State& at) const {
+        system.realize(at, Stage::Position);
+        if (bodies.size() == 1) return h - bodies[0].getBodyOriginLocation(at)[1];
+        const Real l = std::hypot(b, h);
+        return h - bodies[1].findStationLocationInGround(at, Vec3(l, 0, 0))[1];
+    }
+
+    Real calcForce(Real w) const {
+        const Real y = h - w, l0 = std::hypot(b, h);
+        if (bodies.size() == 1) return 2 * k * (l0 / std::hypot(b, y) - 1) * y;
+        // Feet move by x' = √(l₀² − y²) − b each: F = 2k x' y/√(l₀² − y²)
+        const Real x = std::sqrt(l0 * l0 - y * y);
+        return 2 * k * (x - b) * y / x;
+    }
+};
+
+void checkTruss(const Truss& truss, const std::vector<StaticEquilibrium::PathPoint>& path) {
+    // Where F is largest: golden section of what rises and falls.
+    Real low = 0, high = truss.h;
+    for (int i = 0; i < 200; ++i) {
+        const Real a = low + (high - low) / 3, b = high - (high - low) / 3;
+        (truss.calcForce(a) < truss.calcForce(b) ? low : high) =
+            truss.calcForce(a) < truss.calcForce(b) ? a : b;
+    }
+    const Real largest = truss.calcForce(low);
+    ASSERT_LT(largest, 0.9 * truss.P);
+    std::vector<const StaticEquilibrium::PathPoint*> limits;
+    Real before = -1;
+    for (const auto& point : path) {
+        const Real w = truss.measure(point.state);
+        EXPECT_GT(w, before);
+        before = w;
+        EXPECT_NEAR(point.fraction * truss.P, truss.calcForce(w), 1e-9 * truss.P);
+        if (point.kind == Kind::Limit) limits.push_back(&point);
+        if (point.kind == Kind::Regular) {
+            const bool falls = w > low && w < 2 * truss.h - low;
+            EXPECT_EQ(point.numUnstable, falls ? 1 : 0) << w;
+        }
+    }
+    ASSERT_EQ(limits.size(), 2u);
+    EXPECT_NEAR(limits[0]->fraction * truss.P, largest, 1e-9 * largest);
+    EXPECT_NEAR(truss.measure(limits[0]->state), low, 1e-4 * truss.h);
+    EXPECT_NEAR(limits[1]->fraction * truss.P, -largest, 1e-9 * largest);
+    EXPECT_EQ(limits[0]->numUnstable, 0);
+    EXPECT_EQ(path.front().fraction, 0);
+    EXPECT_EQ(path.back().fraction, 1);
+    EXPECT_GT(before, 2 * truss.h);
+}
+
+TEST(EquilibriumPaths, TrussesSnapThroughAsInClosedForm) {
+    // However flat it is, and far below a step of the length of a bar.
+    for (const Truss::Mover mover : {Truss::Mover::Slider, Truss::Mover::Pins})
+        for (const Real height : {0.3, 0.05, 0.01}) {
+            SCOPED_TRACE(std::to_string(height) + (mover == Truss::Mover::Pins ? " pins" : ""));
+            const Real force =
+                Truss::k * std::pow(height, 3) * (mover == Truss::Mover::Pins ? 1 : 2);
+            const Truss truss(height, force, mover);
+            StaticEquilibrium equilibrium(truss.system);
+            const auto path = equilibrium.followPath(truss.state, {});
+            checkTruss(truss, path);
+            EXPECT_LT(path.size(), 200u);
+            EXPECT_TRUE(equilibrium.getUnstableMotions().empty());
+            EXPECT_EQ((equilibrium.getState().getQ() - path.back().state.getQ()).norm(), 0);
+        }
+}
+
+TEST(EquilibriumPaths, PathsThatEndEarlySayWhere) {
+    const Truss truss(0.3, 1000, Truss::Mover::Slider);
+    StaticEquilibrium equilibrium(truss.system);
+    StaticEquilibrium::PathSettings settings;
+    settings.mostPoints = 3;
+    const auto path = equilibrium.followPath(truss.state, settings);
+    ASSERT_EQ(path.size(), 3u);
+    EXPECT_LT(path.back().fraction, 1);
+    EXPECT_EQ(equilibrium.getState().getQ()[0], path.back().state.getQ()[0]);
+}
+
+/** n rigid links on pins with torsion springs in a column, the foot's too, under a weight on top
+that does not turn: the smallest critical load of the discrete column; of one link k/L. **/
+TEST(EquilibriumPaths, ColumnsBifurcateAtTheirCriticalLoad) {
+    constexpr Real k = 3, L = 0.4;
+    for (const int count : {1, 2}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        FlexibleBodySubsystem flexible(system, matter);
+        const Body::Rigid link(
+            MassProperties(1, Vec3(L / 2, 0, 0),
+                           Inertia(1e-4, 0.02, 0.02).shiftFromMassCenter(Vec3(-L / 2, 0, 0), 1)));
+        const Transform up(Rotation(Pi / 2, ZAxis));
+        std::vector<MobilizedBody> links;
+        for (int i = 0; i < count; ++i) {
+            const Transform frame = i == 0 ? up : Transform(Vec3(L, 0, 0));
+            MobilizedBody& before =
+                i == 0 ? static_cast<MobilizedBody&>(matter.updGround()) : links.back();
+            MobilizedBody::Pin next(before, frame, link, Transform());
+            TorsionSpring(flexible, Attachment(before, frame), Attachment(next), k);
+            links.push_back(next);
+        }
+        // Of two links: F = k/L (3 − √5)/2.
+        const Real critical = count == 1 ? k / L : k / L * (3 - std::sqrt(5)) / 2;
+        AttachmentForce(flexible, Attachment(links.back(), Vec3(L, 0, 0)),
+                        SpatialVec(Vec3(0), Vec3(1e-3 * critical, -1.3 * critical, 0)));
+        // A small force sideways bends it away; without one it stays straight, and unstable.
+        State state = system.realizeTopology();
+        StaticEquilibrium equilibrium(system);
+        const auto path = equilibrium.followPath(state, {});
+        EXPECT_EQ(path.back().numUnstable, 0);
+        for (const auto& point : path) EXPECT_EQ(point.kind, Kind::Regular);
+
+        MultibodySystem straight;
+        SimbodyMatterSubsystem straightMatter(straight);
+        FlexibleBodySubsystem straightFlexible(straight, straightMatter);
+        std::vector<MobilizedBody> own;
+        for (int i = 0; i < count; ++i) {
+            const Transform frame = i == 0 ? up : Transform(Vec3(L, 0, 0));
+            MobilizedBody& before =
+                i == 0 ? static_cast<MobilizedBody&>(straightMatter.updGround()) : own.back();
+            MobilizedBody::Pin next(before, frame, link, Transform());
+            TorsionSpring(straightFlexible, Attachment(before, frame), Attachment(next), k);
+            own.push_back(next);
+        }
+        // The weight goes down a spring of its own, so that the straight column is a path, too.
+        MobilizedBody::Slider weight(straightMatter.Ground(), up,
+                                     Body::Rigid(MassProperties(1, Vec3(0), Inertia(0.01))), up);
+        TwoPointSpringDamper(straightFlexible, Attachment(straightMatter.Ground(), Vec3(0, -9, 0)),
+                             Attachment(weight), 100, 0, 9);
+        AttachmentForce(straightFlexible, Attachment(weight), SpatialVec(Vec3(0), Vec3(0, -1, 0)));
+        AttachmentForce(straightFlexible, Attachment(own.back(), Vec3(L, 0, 0)),
+                        SpatialVec(Vec3(0), Vec3(0, -1.3 * critical, 0)));
+        const State still = straight.realizeTopology();
+        StaticEquilibrium column(straight);
+        StaticEquilibrium::PathSettings settings;
+        settings.step = 1e-4;
+        const auto branch = column.followPath(still, settings);
+        int bifurcations = 0;
+        for (const auto& point : branch)
+            if (point.kind == Kind::Bifurcation) {
+                ++bifurcations;
+                EXPECT_NEAR(point.fraction * 1.3, 1, 1e-4);
+            }
+        EXPECT_EQ(bifurcations, 1);
+        EXPECT_EQ(branch.back().numUnstable, 1);
+        EXPECT_EQ(column.getUnstableMotions().size(), 1u);
+    }
+}
+
+TEST(EquilibriumPaths, WhatDoesNotGrowWithTheLoadsIsRefused) {
+    const Truss truss(0.3, 0, Truss::Mover::Slider);
+    StaticEquilibrium unloaded(truss.system);
+    EXPECT_THROW(unloaded.followPath(truss.state, {}), std::runtime_error);
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    MobilizedBody::Slider mass(matter.Ground(), Vec3(0),
+                               Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))), Vec3(0));
+    Force::MobilityLinearSpring(forces, mass, MobilizerQIndex(0), 10, 0);
+    const State state = system.realizeTopology();
+    StaticEquilibrium equilibrium(system);
+    try {
+        equilibrium.followPath(state, {});
+        FAIL() << "no exception";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_THAT(error.what(), HasSubstr("springs among them would grow with the loads"));
+    }
+}
+
+TEST(EquilibriumPaths, PlainStaticsNamesTheLoadAtWhichThePathTurns) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    MobilizedBody::Pin lever(matter.Ground(), Vec3(0),
+                             Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))), Vec3(0));
+    // A long spring from far away pulls its tip along x: Fl sin θ is Fl at most.
+    constexpr Real Far = 1e4, Stiffness = 1, l = 0.5, Pull = Stiffness * Far;
+    TwoPointSpringDamper(flexible, Attachment(matter.Ground(), Vec3(2 * Far, 0, 0)),
+                         Attachment(lever, Vec3(l, 0, 0)), Stiffness, 0, Far);
+    AttachmentForce(flexible, Attachment(lever), SpatialVec(Vec3(0, 0, 1.6 * Pull * l), Vec3(0)));
+    const State state = system.realizeTopology();
+    StaticEquilibrium equilibrium(system);
+    try {
+        equilibrium.solve(state);
+        FAIL() << "no exception";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("turns at 62.5 % of the loads"));
+        EXPECT_THAT(error.what(), HasSubstr("`path:`"));
+    }
+}
+
+}  // namespace
+}  // namespace simflex
