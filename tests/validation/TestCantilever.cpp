@@ -326,10 +326,11 @@ TEST(Cantilever, TipAnswersToAHarmonicForceAsInClosedForm) {
 // Links of equal weight w between two points: at the middle of link i the force is (H, w(i − ½N)),
 // and the link lies along it.
 TEST(Chain, OfManyPinnedLinksHangsInAFunicularPolygon) {
-    constexpr int Count = 200;
+    constexpr int Count = 1000;
     constexpr double Share = 0.8;  // of its length between the points
     test::BeamOptions options;
     options.length = 0.1;
+    options.E = 7e12;  // its length is to stay the same within 1e-6
     options.numElements = 4;
     options.numModes = 14;
     const auto part = test::makeBeam(options);
@@ -375,6 +376,10 @@ TEST(Chain, OfManyPinnedLinksHangsInAFunicularPolygon) {
         links[Count / 2 - 1].interface("tip").calcMotion(equilibrium.getState()).X.p();
     EXPECT_NEAR(middle[1], depth, 1e-5 * std::abs(depth));
     EXPECT_NEAR(middle[0], width / 2, 1e-6 * width);
+    // Of so many links it is nearly a catenary: y = a (cosh(x/a) − 1), s = a sinh(x/a).
+    const double half = Count * options.length / 2, a = low * options.length;
+    EXPECT_NEAR(std::asinh(half / a) * a, width / 2, 1e-5 * width);
+    EXPECT_NEAR(middle[1], -(std::hypot(a, half) - a), 1e-4 * std::abs(depth));
 }
 
 }  // namespace

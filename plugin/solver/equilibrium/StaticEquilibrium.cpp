@@ -51,6 +51,8 @@ constexpr int NumSubspacePasses = 6, NumFreePasses = 3, MaxGmresSteps = 30;
 /** A step of which less is allowed is taken with more inertia, at least so many times as much; the
 next one begins with less. **/
 constexpr double LeastPart = 0.3, LeastStiffening = 4, ShiftDecay = 10;
+/** Part of the step allowed below which there is too much of it. **/
+constexpr double ShortStep = 0.01;
 constexpr int MostTrials = 8;
 /** Of a correction's work at its beginning, what may be left at its end; else less of it is gone,
 by so many trials. **/
@@ -1127,15 +1129,28 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         VectorXd delta, deltaLambda, dz;
         const Brake brake = canBrake() ? Brake::Turning : Brake::Inertia;
         double sigma = factorPositive(tangent, firstShift, brake), part = 1;
+        bool isBraked = firstShift > LeastShift;
+        double tooLittle = 0, tooMuch = 0;  // of σ
         for (int trial = 0;; ++trial) {
             if (!solve(tangent, sigma, delta, deltaLambda, dz)) {
                 m_reason = "no values of the states keep them from changing";
                 return false;
             }
             part = limitStep(delta);
+            if (!canBrake() || trial == MostTrials) break;
             // What is too long is shortened where least resists it, by more inertia.
-            if (part >= LeastPart || !canBrake() || trial == MostTrials) break;
-            sigma *= std::max(LeastStiffening, LeastPart / part);
+            if (part < LeastPart) {
+                tooLittle = sigma;
+                sigma = tooMuch > 0 ? std::sqrt(tooLittle * tooMuch)
+                                    : sigma * std::max(LeastStiffening, LeastPart / part);
+            } else if (tooLittle > 0 && sigma > square(LeastStiffening) * tooLittle &&
+                       calcTurning(delta) < ShortStep * StepLimit) {
+                tooMuch = sigma;
+                sigma = std::sqrt(tooLittle * tooMuch);
+            } else {
+                break;
+            }
+            isBraked = true;
             factor(tangent, sigma, brake);
         }
         firstShift = canBrake() && part < 1 && sigma > ShiftGrowth * LeastShift ? sigma / ShiftDecay
@@ -1159,7 +1174,8 @@ bool StaticEquilibrium::Search::converge(double fraction) {
             largestState = std::max(largestState, std::abs(dz[i]) / equation.getScale());
         }
         if (dz.size() > 0) m_equations.setZ(m_point.z.data());
-        if (part == 1 && largestState <= m_settings.m_tolerance &&
+        // What is short because it is held back has not arrived.
+        if (part == 1 && !isBraked && largestState <= m_settings.m_tolerance &&
             m_change <= m_settings.m_tolerance && m_error <= m_settings.m_constraintTolerance) {
             ++numLoadSteps;
             VectorXd r;
