@@ -355,7 +355,7 @@ void StaticEquilibrium::Search::run() {
             return;
         }
     }
-    const double limit = findLimit(start);
+    const double limit = reached > 0 ? findLimit(start) : NaN;
     m_point = last;
     m_reason = reason;
     if (limit < 1) {
