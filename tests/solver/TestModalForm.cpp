@@ -192,6 +192,30 @@ TEST(ModalForm, ACriticallyDampedMassIsOneBlock) {
     expectSame(modal, space, 1e-7);
 }
 
+// One of two real poles next to each other answers a thousand times as much as both together.
+TEST(ModalForm, WhatIsDampedNearlyCriticallyStaysTogether) {
+    for (const Real factor : {0.999, 1.0, 1 + 1e-7, 1.001, 1.05}) {
+        const StateSpace space = makeSpace(makeDiagonal({1, 1, 1}), makeDiagonal({2500, 2500, 1e8}),
+                                           makeDiagonal({100 * factor, 100 * factor, 1}),
+                                           makeColumn({1, 0.5, 1}), ~makeColumn({1, -0.2, 1}));
+        for (const int modes : {1, 2}) {
+            const StateSpace low = calcModalForm(space, {ModalForm::Kind::Modal, modes});
+            EXPECT_EQ(low.A.nrow(), 4) << factor;  // two of one frequency
+            expectSame(low, space, 1e-5, {1, 20, 100});
+        }
+    }
+    const StateSpace fast = makeSpace(makeDiagonal({1}), makeDiagonal({1e4}), makeDiagonal({1}),
+                                      makeColumn({1}), ~makeColumn({1}));
+    ModalForm slow{ModalForm::Kind::Modal};
+    slow.highest = 50;
+    try {
+        calcModalForm(fast, slow);
+        FAIL() << "nothing is left";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("at 15.92 Hz"), std::string::npos) << error.what();
+    }
+}
+
 TEST(ModalForm, RefusesWhatNothingReaches) {
     const StateSpace space =
         makeSpace(makeDiagonal({1, 1}), makeDiagonal({100, 400}), makeDiagonal({1, 1}),

@@ -4,6 +4,7 @@ The analyses without time: static, eigen, campbell, linear, frequency_response. 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <sstream>
 
@@ -526,10 +527,35 @@ std::vector<Spectrum> readSpectra(const ModelValue& analysis,
     return spectra;
 }
 
-/** Densities of outputs, and the square roots of their integrals among the statistics. **/
-void addDensities(const HarmonicResponse& response, const std::vector<Spectrum>& spectra,
-                  const std::vector<std::pair<std::string, int>>& stresses,
-                  Results::Analysis& results) {
+/** Part of an output's mean square between frequencies at which its response is not the same by
+far. **/
+double calcUnseenPart(const HarmonicResponse& response, const std::vector<double>& densities,
+                      int output) {
+    constexpr double LargestChange = 0.2;
+    double unseen = 0;
+    for (size_t n = 1; n < response.frequencies.size(); ++n) {
+        const auto &before = response.transfers[n - 1], &after = response.transfers[n];
+        bool isCoarse = false;
+        for (int k = 0; k < after.ncol(); ++k) {
+            const SimTK::Complex a = before(output, k), b = after(output, k);
+            isCoarse |= std::abs(b - a) > LargestChange * std::max(std::abs(a), std::abs(b));
+        }
+        if (isCoarse)
+            unseen += integrateSpectrum({response.frequencies[n - 1], response.frequencies[n]},
+                                        {densities[n - 1], densities[n]});
+    }
+    const double all = integrateSpectrum(response.frequencies, densities);
+    return all > 0 ? unseen / all : 0;
+}
+
+/** Densities of outputs, and the square roots of their integrals among the statistics.
+@returns outputs whose integrals hang on few frequencies **/
+std::vector<std::string> addDensities(const HarmonicResponse& response,
+                                      const std::vector<Spectrum>& spectra,
+                                      const std::vector<std::pair<std::string, int>>& stresses,
+                                      Results::Analysis& results) {
+    constexpr double LargestUnseen = 0.05;
+    std::vector<std::string> coarse;
     auto& rows = results.matrices["density"];
     for (size_t n = 0; n < response.frequencies.size(); ++n) {
         const auto& transfer = response.transfers[n];
@@ -542,6 +568,8 @@ void addDensities(const HarmonicResponse& response, const std::vector<Spectrum>&
     for (size_t i = 0; i < response.outputs.size(); ++i) {
         std::vector<double> densities;
         for (const auto& row : rows) densities.push_back(row[i]);
+        if (calcUnseenPart(response, densities, int(i)) > LargestUnseen)
+            coarse.push_back(response.outputs[i].name);
         results.statistics["rms of " + response.outputs[i].name] =
             std::sqrt(integrateSpectrum(response.frequencies, densities));
     }
@@ -563,6 +591,42 @@ void addDensities(const HarmonicResponse& response, const std::vector<Spectrum>&
         results.statistics["rms of " + name] =
             std::sqrt(integrateSpectrum(response.frequencies, densities));
     }
+    return coarse;
+}
+
+/** Probes that no input changes. **/
+std::vector<std::string> listDeaf(const HarmonicResponse& response) {
+    std::map<std::string, bool> isDeaf;
+    for (size_t i = 0; i < response.outputs.size(); ++i) {
+        const auto isZero = [&](const SimTK::Matrix_<SimTK::Complex>& transfer) {
+            for (int k = 0; k < transfer.ncol(); ++k)
+                if (std::abs(transfer(int(i), k)) > 0) return false;
+            return true;
+        };
+        // What has components need not move in all of them.
+        const std::string& name = response.outputs[i].name;
+        const auto own = isDeaf.emplace(name.substr(0, name.find('.')), true).first;
+        own->second &= std::all_of(response.transfers.begin(), response.transfers.end(), isZero);
+    }
+    std::vector<std::string> deaf;
+    for (const auto& [name, isSo] : isDeaf)
+        if (isSo) deaf.push_back(name);
+    return deaf;
+}
+
+/** Of a spectrum, what an analysis at those frequencies sees.
+@returns what it does not see, in words **/
+std::string checkReach(const ModelValue& value, const Spectrum& spectrum,
+                       const std::vector<double>& frequencies) {
+    if (spectrum.frequencies.empty()) return {};
+    const double first = spectrum.frequencies.front(), last = spectrum.frequencies.back();
+    const std::string own =
+        writeGeneral(frequencies.front(), 5) + " to " + writeGeneral(frequencies.back(), 5) + " Hz";
+    if (last <= frequencies.front() || first >= frequencies.back())
+        value.fail("none of it lies within the frequencies of the analysis, " + own);
+    if (first >= frequencies.front() && last <= frequencies.back()) return {};
+    return "the spectrum of '" + value.getName() + "' is cut to " + own +
+           ", the frequencies of the analysis";
 }
 
 }  // namespace
@@ -590,6 +654,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
     };
     HarmonicResponse response;
     std::optional<ModelResponse> model;
+    int numUnstable = 0;
     try {
         TransferFunction calcTransfers;
         if (analysis.has("speed")) {
@@ -602,7 +667,9 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
             calcTransfers = [&](const std::vector<double>& wanted, const auto& tell) {
                 std::vector<SimTK::Matrix_<SimTK::Complex>> transfers;
                 for (const double frequency : wanted) {
-                    transfers.push_back(makeAt(frequency).calcTransfers({frequency}, {})[0]);
+                    const ModelResponse now = makeAt(frequency);
+                    numUnstable = std::max(numUnstable, now.countUnstable());
+                    transfers.push_back(now.calcTransfers({frequency}, {})[0]);
                     tell(transfers.size());
                 }
                 return transfers;
@@ -616,6 +683,12 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
                 return model->calcTransfers(wanted, tell);
             };
         }
+        numUnstable = model->countUnstable();
+        if (numUnstable > 0 && isRandom)
+            throw std::runtime_error("the model is unstable where it is linearised (" +
+                                     std::to_string(numUnstable) +
+                                     (numUnstable == 1 ? " motion grows" : " motions grow") +
+                                     " by itself): random loads have no effective values");
         response.inputs = model->getInputs();
         response.outputs = model->getOutputs();
         warnOfKinks(name, model->getLeftOut());
@@ -637,6 +710,14 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         if (isRigidTwin()) return leaveOut(name, error.what());
         throw std::runtime_error("analysis '" + name + "': " + error.what());
     }
+    if (numUnstable > 0)
+        warn(name, "the model is unstable where it is linearised (" + std::to_string(numUnstable) +
+                       (numUnstable == 1 ? " motion grows" : " motions grow") +
+                       " by itself): it never vibrates in this way");
+    for (const std::string& output : listDeaf(response))
+        warn(name, "no input changes '" + output +
+                       "', as far as linear models see: squares, such as energies at rest, they "
+                       "do not");
     Results::Analysis results = makeComplete(name, "frequency_response");
     putPorts(response.inputs, response.outputs, results);
     results.frequency = {response.frequencies};
@@ -651,8 +732,19 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
             }
     }
     if (isRandom) {
-        addDensities(response, readSpectra(analysis, response.inputs), model->getStresses(),
-                     results);
+        const std::vector<Spectrum> spectra = readSpectra(analysis, response.inputs);
+        for (size_t k = 0; k < spectra.size(); ++k) {
+            const ModelValue given = analysis.get("spectra");
+            const std::string input = response.inputs[k].name;
+            if (!given.has(input)) continue;
+            const std::string cut = checkReach(given.get(input), spectra[k], response.frequencies);
+            if (!cut.empty()) warn(name, cut);
+        }
+        const auto coarse = addDensities(response, spectra, model->getStresses(), results);
+        if (!coarse.empty())
+            warn(name, "effective values of " + joinNames(coarse) +
+                           " are not to be trusted: they hang on few frequencies; give more of "
+                           "them, or `adaptive: true`; without damping there are none");
     }
     if (m_options.drawsPictures && analysis.has("shapes")) {
         std::vector<Eigenmode> shapes;

@@ -139,6 +139,10 @@ public:
     @throws std::runtime_error for what is not at rest. **/
     SimTK::Matrix_<SimTK::Complex> calcMotions(double frequency) const;
     const SimTK::State& getState() const { return m_state; }
+    /** Independent motions that grow by themselves. **/
+    int countUnstable() const {
+        return m_blocks ? m_blocks->countUnstable() : m_space->countUnstable();
+    }
 
 private:
     SimTK::Matrix_<SimTK::Complex> combine(const SimTK::Matrix_<SimTK::Complex>& responses,

@@ -10,6 +10,7 @@
 #include "simflex/solver/elimination/FrontSolver.h"
 #include "simflex/solver/equilibrium/BlockTangent.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
+#include "simflex/solver/equilibrium/TangentElimination.h"
 #include "simflex/solver/integration/ImplicitStep.h"
 
 namespace simflex {
@@ -24,6 +25,10 @@ namespace {
 /** What may be left of the right-hand side; and after how many corrections it is given up. **/
 constexpr double HarmonicResidual = 1e-9;
 constexpr int HarmonicCorrections = 12;
+/** How many times a response may change within its own frequency. **/
+constexpr double SharpestResonance = 1e7;
+/** Of the softest vibration's ω²: what nothing holds may fall so fast. **/
+constexpr double LeastFall = 1e-9;
 constexpr double LeastSize = 1e-300;
 /** Of scaled entries, what differences leave of symmetry and of what is not coupled; and what may
 couple modes of a part that are eliminated one by one: corrections see to it. **/
@@ -93,6 +98,7 @@ struct FrequencyResponse::Contents {
     std::vector<char> isHeld;
     double softest = 0;  ///< ω² of the softest vibration, about
     bool isSymmetric = false;
+    int numUnstable = 0;
 
     int numSpeeds() const { return equations.getTopology().numU; }
     int numMultipliers() const { return equations.getTopology().numMultipliers; }
@@ -184,6 +190,13 @@ FrequencyResponse::Contents::Contents(const MultibodySystem& system, const State
         });
     takeMatrices(graph, stiffness,
                  calcDampingBlocks(equations, scales, graph, *mass, now, observer));
+    TangentElimination<double> elimination(graph, *mass);
+    elimination.setNumThreads(equations.getBlocks().numThreads);
+    BlockMatrix<double> shifted = stiffness;
+    shifted.addMass(*mass, LeastFall * softest);
+    elimination.factor(shifted, calcScale(softest),
+                       TangentElimination<double>::Symmetry::Symmetric);
+    numUnstable = std::max(0, elimination.countNegative());
 }
 
 void FrequencyResponse::Contents::takeMatrices(const BlockGraph& graph,
@@ -361,15 +374,36 @@ public:
                             calcOpening(g) / std::max(calcSize(), LeastSize));
             if (left <= HarmonicResidual) break;
         }
-        if (!(left <= HarmonicResidual)) {
+        const double sharpness = m_omega > 0 && size > 0 ? calcSharpness(x, f, g) : 0;
+        if (!(left <= HarmonicResidual) || !(sharpness <= SharpestResonance)) {
             std::ostringstream text;
             text << "at " << m_omega / (2 * Pi) << " Hz the equations of a harmonic motion cannot "
-                 << "be solved (residual " << left << "): without damping there is none in "
-                 << "resonance; choose another frequency, or add damping";
+                 << "be solved";
+            if (!(left <= HarmonicResidual)) text << " (residual " << left << ")";
+            text << ": without damping there is none in resonance; choose another frequency, or "
+                    "add damping";
             throw std::runtime_error(text.str());
         }
         f = x;
         g = lambda;
+    }
+
+    /** ω |∂x/∂ω| / |x|: of a resonance, the inverse of its width. @param f, g  scratch **/
+    double calcSharpness(const VectorXcd& x, VectorXcd& f, VectorXcd& g) {
+        constexpr double Change = 1e-3;
+        const VectorXcd none = VectorXcd::Zero(g.size());
+        f = (m_contents.multiply(x, none, m_omega, m_hold) -
+             m_contents.multiply(x, none, (1 + Change) * m_omega, m_hold)) /
+            Change;
+        g = none;
+        solveOnce(f, g);
+        double changed = 0, own = 0;
+        for (Eigen::Index i = 0; i < x.size(); ++i) {
+            if (m_scale[i] == 0) continue;
+            changed += std::norm(f[i] / m_scale[i]);
+            own += std::norm(x[i] / m_scale[i]);
+        }
+        return own > 0 ? std::sqrt(changed / own) : 0;
     }
 
 private:
@@ -524,6 +558,10 @@ FrequencyResponse::FrequencyResponse(FrequencyResponse&&) noexcept = default;
 
 const OperatingPoint& FrequencyResponse::getPoint() const {
     return m_contents->point;
+}
+
+int FrequencyResponse::countUnstable() const {
+    return m_contents->numUnstable;
 }
 
 std::string FrequencyResponse::describeImbalance() const {

@@ -32,6 +32,8 @@ public:
     const OperatingPoint& getPoint() const;
     /** See describeImbalance(). **/
     std::string describeImbalance() const;
+    /** Independent motions that fall away from the State, since stiffness drives them on. **/
+    int countUnstable() const;
 
     using Amplitudes = SimTK::Matrix_<SimTK::Complex>;
     /** n×p: x in Simbody's numbering of u, for each of p inputs. **/

@@ -8,6 +8,7 @@
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/solver/equilibrium/SimbodyMatrix.h"
 
 namespace simflex {
@@ -24,6 +25,8 @@ namespace {
 constexpr double PoleRoundOff = std::numeric_limits<double>::epsilon();
 /** Of themselves: poles that differ by less are not told apart. **/
 constexpr double SamePole = 1e-6;
+/** Real ones, or nearly so: of a mode damped nearly critically, one alone means nothing. **/
+constexpr double NearRealPole = 0.5, NearReal = 0.01;
 /** Of a mode, the part that an input reaches or an output sees. **/
 constexpr double ReachedPart = 1e-8;
 /** Of a pole: what grows by more is unstable. **/
@@ -110,7 +113,12 @@ std::vector<std::vector<Eigen::Index>> gatherPoles(const VectorXcd& poles, doubl
     for (Eigen::Index i = 0; i < n; ++i)
         for (Eigen::Index j = 0; j < i; ++j) {
             const double size = std::max(std::abs(poles[i]), std::abs(poles[j]));
-            if (size > zero && std::abs(poles[i] - poles[j]) > SamePole * size) continue;
+            const double leastImag = std::max(NearReal * size, zero);
+            const bool areReal = std::abs(poles[i].imag()) <= leastImag &&
+                                 std::abs(poles[j].imag()) <= leastImag;
+            if (size > zero &&
+                std::abs(poles[i] - poles[j]) > (areReal ? NearRealPole : SamePole) * size)
+                continue;
             const Eigen::Index a = findRoot(i), b = findRoot(j);
             root[size_t(std::max(a, b))] = std::min(a, b);
         }
@@ -325,15 +333,15 @@ StateSpace calcModalForm(const StateSpace& space, const ModalForm& form) {
     std::vector<ModeBlock> kept;
     MatrixXd D = toDense(space.D);
     int count = 0;
+    double slowest = 0;
     for (ModeBlock& mode : divideIntoModes(toDense(space.A), toDense(space.B), toDense(space.C),
                                            form.kind == ModalForm::Kind::Minimal)) {
         const double size = std::abs(mode.pole);
-        const int number =
-            mode.pole.imag() > 0 || size == 0 ? int(mode.A.rows() + 1) / 2 : int(mode.A.rows());
         const bool isKept = size == 0 || mode.pole.real() > SlowGrowth * size ||
-                            ((form.modes == 0 || count + number <= form.modes) &&
+                            ((form.modes == 0 || count < form.modes) &&
                              (form.highest <= 0 || size <= form.highest));
-        count += number;
+        if (count == 0) slowest = size;
+        count += int(mode.A.rows() + 1) / 2;
         if (isKept)
             kept.push_back(std::move(mode));
         else
@@ -341,6 +349,9 @@ StateSpace calcModalForm(const StateSpace& space, const ModalForm& form) {
     }
     Eigen::Index size = 0;
     for (const ModeBlock& mode : kept) size += mode.A.rows();
+    if (size == 0 && count > 0)
+        throw std::runtime_error("the slowest mode is faster than those that are kept, at " +
+                                 writeGeneral(slowest / (2 * SimTK::Pi), 4) + " Hz");
     if (size == 0)
         throw std::runtime_error("no mode is reached by the inputs and seen by the outputs");
     MatrixXd A = MatrixXd::Zero(size, size), B(size, D.cols()), C(D.rows(), size);

@@ -5,7 +5,8 @@ A StateSpace in the coordinates of its own modes,
     A = diag(A₁, A₂ …),   A_k = [σ ω; −ω σ] of a pair of poles σ ± iω, [σ] of a real one
 
 by ascending |λ|. Poles that cannot be told apart, such as those of a free body (two zeros and one
-vector) or of a symmetric rotor, share a block, which is triangular but for such pairs.
+vector) or of a symmetric rotor, share a block, which is triangular but for such pairs; so do real
+ones within a factor of two, as of a mode that is damped nearly critically.
 
     const StateSpace low = calcModalForm(space, {ModalForm::Kind::Modal, 12});
 
@@ -25,8 +26,8 @@ struct ModalForm {
         Modal,   ///< all modes
         Minimal  ///< without modes that inputs do not reach or outputs do not see
     } kind = Kind::Full;
-    /** Kept at most, the slowest ones; a pair of poles is a mode, or a real pole. Zeros and what is
-    unstable stay. 0: all. **/
+    /** Kept, the slowest ones, and all that share a block with them; two poles are a mode. Zeros
+    and what is unstable stay. 0: all. **/
     int modes = 0;
     SimTK::Real highest = 0;  ///< |λ| that is kept [rad/s]; 0: all
 };

@@ -7,6 +7,7 @@
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/equilibrium/SimbodyMatrix.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
@@ -43,6 +44,10 @@ constexpr double SeenKink = 1e-6;
 constexpr double ClearlySeen = 1e3;
 /** Of the largest multiplier. **/
 constexpr double MultiplierStep = 1e-3;
+/** How close to a pole a transfer function is known, s of the difference. **/
+constexpr double SharpestPole = 1e7;
+/** Of a pole: what grows by more is unstable. **/
+constexpr double SlowestGrowth = 1e-7;
 
 /** Differences of a function along coordinates, some of which change nothing. **/
 class SparseDifferences {
@@ -333,6 +338,19 @@ LinearOutputs differentiateOutputs(
     return outputs;
 }
 
+int StateSpace::countUnstable() const {
+    if (A.nrow() == 0) return 0;
+    const MatrixXd a = toDense(A);
+    const GeneralEigen eigen = calcGeneralEigen(a);
+    if (!eigen.hasConverged)
+        throw std::runtime_error("the poles of the linear model are not found");
+    // Two zeros of one vector are seen as the root of round-off.
+    const double zero = 10 * std::sqrt(std::numeric_limits<double>::epsilon() * a.norm());
+    return int(std::count_if(eigen.values.begin(), eigen.values.end(), [&](const Complex& pole) {
+        return pole.real() > zero && pole.real() > SlowestGrowth * std::abs(pole);
+    }));
+}
+
 StateSpace calcStateSpace(const Linearization& linear, const LinearInputs& inputs,
                           const LinearOutputs& outputs) {
     const StandardArithmetic standard;
@@ -425,9 +443,13 @@ Matrix_<Complex> StateSpace::calcTransfer(Complex s) const {
     Eigen::MatrixXcd y = (toDense(D).cast<Complex>() + s * toDense(D1).cast<Complex>() +
                           s * s * toDense(D2).cast<Complex>());
     if (size > 0) {
-        const Eigen::MatrixXcd response = solveEach(x, b);
-        if (!response.allFinite())
-            throw std::invalid_argument("calcTransfer(): it has a pole there");
+        // What changes by itself within a ten-millionth of s is round-off.
+        const Eigen::MatrixXcd response = solveEach(x, b), change = solveEach(x, response);
+        if (!response.allFinite() || std::abs(s) * change.norm() > SharpestPole * response.norm())
+            throw std::runtime_error(
+                "at " + writeGeneral(std::abs(s) / (2 * Pi), 6) +
+                " Hz there is a pole: without damping there is no harmonic motion in resonance; "
+                "choose another frequency, or add damping");
         y += toDense(C).cast<Complex>() * response;
     }
     Matrix_<Complex> transfer(int(y.rows()), int(y.cols()));

@@ -64,9 +64,11 @@ struct StateSpace {
     what it takes. **/
     SimTK::Matrix D1, D2;
 
-    /** C (s − A)⁻¹B + D + s D₁ + s²D₂, o×p. @throws std::invalid_argument if s is an eigenvalue.
-     * **/
+    /** C (s − A)⁻¹B + D + s D₁ + s²D₂, o×p. @throws std::runtime_error if s is an
+    eigenvalue, within 1e-7. **/
     SimTK::Matrix_<SimTK::Complex> calcTransfer(SimTK::Complex s) const;
+    /** Eigenvalues of A with a positive real part, beyond what round-off makes of zeros. **/
+    int countUnstable() const;
 };
 
 /** @throws std::invalid_argument for shapes that do not fit, for a drive that constraints do not

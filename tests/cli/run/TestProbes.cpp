@@ -409,6 +409,68 @@ analyses: {run: {type: transient, duration: 0.5}}
 }
 
 // The size of what is zero has a kink there: no derivative, whichever way it is asked for.
+TEST_F(RunTest, ResponsesThatMeanNothingAreToldOrRefused) {
+    const auto write = [this](const std::string& analysis, const std::string& place = "-0.5") {
+        writeModel(
+            "simflex: 1\ngravity: [0, -g, 0]\nbodies:\n"
+            "  bob: {mass: 2, inertia: [1, 1, 1], place: {position: [0, " +
+            place +
+            ", 0]}}\n"
+            "joints: {pivot: {type: pin, between: [ground, {on: bob, position: [0, -(" +
+            place +
+            "), 0]}]}}\n"
+            "connectors: {damper: {type: torsion_spring, between: [ground, bob], stiffness: 0, damping: 0.2}}\n"
+            "loads: {push: {on: bob, force: [0, 0, 0]}}\n"
+            "probes: {angle: {coordinate: pivot}, energy: {energy: kinetic}}\n"
+            "analyses: {shake: {type: frequency_response, inputs: [loads.push.force.x], " +
+            analysis + "}}\n");
+    };
+    const std::string some = "frequencies: {from: 0.1, to: 2, count: 10}",
+                      white = "spectra: {loads.push.force.x: 1}";
+    write(some + ", outputs: [angle], " + white);
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(out + err, Not(HasSubstr("warning")));
+    write(some + ", outputs: [angle], adaptive: false, " + white);
+    ASSERT_EQ(runModel("-q"), 0) << err;
+    EXPECT_THAT(out + err, HasSubstr("they hang on few frequencies"));
+    write(some + ", " + white);
+    ASSERT_EQ(runModel("-q"), 0) << err;
+    EXPECT_THAT(out + err, HasSubstr("no input changes 'energy'"));
+    const auto band = [](const char* frequencies) {
+        return ", outputs: [angle], spectra: {loads.push.force.x: {frequencies: " +
+               std::string(frequencies) + ", densities: [1, 1]}}";
+    };
+    write(some + band("[1, 5]"));
+    ASSERT_EQ(runModel("-q"), 0) << err;
+    EXPECT_THAT(out + err, HasSubstr("cut to 0.1 to 2 Hz"));
+    write(some + band("[3, 5]"));
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("none of it lies within"));
+    // Upside down.
+    write(some + ", outputs: [angle]", "0.5");
+    ASSERT_EQ(runModel("-q"), 0) << err;
+    EXPECT_THAT(out + err, HasSubstr("1 motion grows by itself"));
+    write(some + ", outputs: [angle], " + white, "0.5");
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("random loads have no effective values"));
+}
+
+TEST_F(RunTest, UndampedResonanceIsRefused) {
+    writeModel(R"(simflex: 1
+bodies: {mass: {mass: 1, inertia: [1, 1, 1], mobilizer: {type: slider}, place: {position: [0.5, 0, 0]}}}
+connectors: {spring: {type: spring, between: [ground, mass], stiffness: "(2*pi)^2", free_length: 0.5}}
+loads: {push: {on: mass, force: [0, 0, 0]}}
+probes: {x: {position: mass, component: x}}
+analyses: {shake: {type: frequency_response, inputs: [loads.push.force.x], frequencies: [0.5, 1, 2]}}
+)");
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("at 1 Hz"));
+    EXPECT_THAT(err, HasSubstr("without damping"));
+    ASSERT_EQ(runModel("--set connectors.spring.damping=1e-4"), 0) << err;
+    // 1/(cω)
+    EXPECT_THAT(out, HasSubstr("1591.55"));
+}
+
 TEST_F(CantileverTest, TheSizeOfWhatIsZeroIsNoLinearOutput) {
     const auto write = [&](const std::string& force, const std::string& outputs) {
         writeModel(R"(simflex: 1
