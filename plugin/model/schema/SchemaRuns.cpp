@@ -364,7 +364,7 @@ SchemaForm probe() {
                     .required()
                     .such("rod"),
                 SchemaKey("node", {integer(0)}, "Node of its part.").such("4711"),
-                SchemaKey("worst", {boolean()}, "The largest value of all nodes.")
+                SchemaKey("worst", {boolean()}, "The largest of all nodes; of components (what: xx), the largest in size.")
                     .orElse("false")
                     .such("true"),
                 SchemaKey("what",
