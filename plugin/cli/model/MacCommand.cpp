@@ -42,19 +42,32 @@ void printPartners(const ModeShapes& a, const ModeShapes& b, const ModalAssuranc
                    const std::string& nameB) {
     TextTable table(
         {"mode", "frequency [Hz]", "of " + nameB, "frequency [Hz]", "difference", "assurance"});
+    bool isAlone = false;
     for (size_t i = 0; i < alike.values.size(); ++i) {
         const auto& row = alike.values[i];
-        const size_t k = size_t(std::max_element(row.begin(), row.end()) - row.begin());
-        char difference[40] = "", assurance[40];
+        char assurance[40];
+        const auto partner = alike.findPartner(i, a.frequency, b.frequency);
+        std::snprintf(assurance, sizeof assurance, "%.4f",
+                      partner ? row[*partner] : *std::max_element(row.begin(), row.end()));
+        if (!partner) {
+            isAlone = true;
+            table.add(
+                {std::to_string(i + 1), formatNumber(a.frequency[i]), "-", "-", "-", assurance});
+            continue;
+        }
+        char difference[40] = "";
         if (a.frequency[i] > 0)
             std::snprintf(difference, sizeof difference, "%+.2f %%",
-                          100 * (b.frequency[k] / a.frequency[i] - 1));
-        std::snprintf(assurance, sizeof assurance, "%.4f", row[k]);
-        table.add({std::to_string(i + 1), formatNumber(a.frequency[i]), std::to_string(k + 1),
-                   formatNumber(b.frequency[k]), difference, assurance});
+                          100 * (b.frequency[*partner] / a.frequency[i] - 1));
+        table.add({std::to_string(i + 1), formatNumber(a.frequency[i]),
+                   std::to_string(*partner + 1), formatNumber(b.frequency[*partner]), difference,
+                   assurance});
     }
     std::printf("modal assurance at %zu outputs:\n%s", alike.outputs.size(),
                 table.format("  ").c_str());
+    if (isAlone)
+        std::printf("-: no shape of %s is alike (the best assurance is less than %g)\n",
+                    nameB.c_str(), ModalAssurance::LeastAlike);
 }
 
 void writeMatrix(const std::string& path, const ModalAssurance& alike) {

@@ -21,6 +21,9 @@ using ShapeValues = std::vector<std::complex<double>>;
 
 constexpr double SameAbscissa = 1e-6;  // relative
 constexpr double StandsOut = 4;        // of |H|², 6 dB
+constexpr double SameAssurance = 1e-6;
+constexpr double OfMode = 1e-9;       // round-off beside the largest value of a mode
+constexpr double OfAllModes = 1e-12;  // and of all modes, whose sizes may differ much
 
 /** Fields between commas; quotation marks hold commas. **/
 std::vector<std::string> splitCsvLine(std::string_view line) {
@@ -125,26 +128,47 @@ std::vector<size_t> findPeaks(const std::vector<double>& values) {
     return peaks;
 }
 
+/** A fixed sensor and a roving hammer: as if the hammer were fixed and the sensor roved. **/
+bool isRovingHammer(const UniversalFile& file) {
+    std::set<int> nodes;
+    std::set<std::string> outputs, references;
+    for (const UniversalFile::Response& response : file.responses) {
+        nodes.insert(response.output.node);
+        outputs.insert(nameFreedom(response.output).first);
+        references.insert(nameFreedom(response.reference).first);
+    }
+    return nodes.size() == 1 && references.size() > outputs.size();
+}
+
 ModeShapes takePeaks(const UniversalFile& file) {
     ModeShapes modes;
-    std::set<std::string> references;
-    for (const UniversalFile::Response& response : file.responses)
-        references.insert(nameFreedom(response.reference).first);
-    const std::string reference = nameFreedom(file.responses[0].reference).first;
+    const bool isRoving = isRovingHammer(file);
+    const auto takeFixed = [&](const UniversalFile::Response& response) {
+        return nameFreedom(isRoving ? response.output : response.reference);
+    };
+    const auto takeMoved = [&](const UniversalFile::Response& response) {
+        return nameFreedom(isRoving ? response.reference : response.output);
+    };
+    std::set<std::string> others;
+    const std::string fixed = takeFixed(file.responses[0]).first;
     std::vector<const UniversalFile::Response*> chosen;
     for (const UniversalFile::Response& response : file.responses) {
-        if (nameFreedom(response.reference).first != reference) continue;
+        if (takeFixed(response).first != fixed) {
+            others.insert(takeFixed(response).first);
+            continue;
+        }
+        const std::string name = takeMoved(response).first;
+        const std::string both =
+            isRoving ? "'" + fixed + "' by '" + name + "'" : "'" + name + "' by '" + fixed + "'";
         const auto& first = file.responses[0].frequency;
         bool isSame = response.frequency.size() == first.size();
         for (size_t k = 0; isSame && k < first.size(); ++k)
             isSame = std::abs(response.frequency[k] - first[k]) <= SameAbscissa * first.back();
         if (!isSame)
-            throw std::runtime_error("the response of '" + nameFreedom(response.output).first +
-                                     "' has other frequencies than the first");
-        const std::string name = nameFreedom(response.output).first;
+            throw std::runtime_error("the response of " + both +
+                                     " has other frequencies than the first");
         if (std::find(modes.outputs.begin(), modes.outputs.end(), name) != modes.outputs.end())
-            throw std::runtime_error("there are two responses of '" + name + "' by '" + reference +
-                                     "'");
+            throw std::runtime_error("there are two responses of " + both);
         modes.outputs.push_back(name);
         chosen.push_back(&response);
     }
@@ -155,14 +179,54 @@ ModeShapes takePeaks(const UniversalFile& file) {
         modes.frequency.push_back(file.responses[0].frequency[peak]);
         ShapeValues& shape = modes.shapes.emplace_back();
         for (const auto* response : chosen)
-            shape.push_back(response->values[peak] * double(nameFreedom(response->output).second));
+            shape.push_back(response->values[peak] *
+                            double(takeFixed(*response).second * takeMoved(*response).second));
     }
-    modes.notes.push_back("shapes are responses to '" + reference +
-                          "' at their peaks: neighbouring modes have a part in them");
-    if (references.size() > 1)
-        modes.notes.push_back("other references are left out: " +
-                              joinNames({references.begin(), references.end()}));
+    modes.notes.push_back(
+        "shapes are responses " +
+        (isRoving
+             ? "of '" + fixed + "' to forces there, by reciprocity those there to a force at '" +
+                   fixed + "',"
+             : "to '" + fixed + "'") +
+        " at their peaks: neighbouring modes have a part in them");
+    if (!others.empty())
+        modes.notes.push_back(std::string("other ") + (isRoving ? "responses" : "references") +
+                              " are left out: " + joinNames({others.begin(), others.end()}));
     return modes;
+}
+
+/** What is more than round-off: of each output whether any mode moves it, and of each mode its size
+that values are compared with. **/
+struct Movement {
+    std::vector<bool> isMoving;
+    std::vector<double> smallest;
+};
+
+Movement findMovement(const ModeShapes& modes) {
+    Movement movement{std::vector<bool>(modes.outputs.size(), false), {}};
+    double largest = 0;
+    for (const ShapeValues& shape : modes.shapes)
+        for (const auto& value : shape) largest = std::max(largest, std::abs(value));
+    for (const ShapeValues& shape : modes.shapes) {
+        double own = 0;
+        for (const auto& value : shape) own = std::max(own, std::abs(value));
+        movement.smallest.push_back(std::max(OfMode * own, OfAllModes * largest));
+        for (size_t k = 0; k < shape.size(); ++k)
+            if (std::abs(shape[k]) > movement.smallest.back()) movement.isMoving[k] = true;
+    }
+    return movement;
+}
+
+/** At those places; all zero if none of them moves. **/
+ShapeValues takeMoving(const ShapeValues& shape, const std::vector<size_t>& places,
+                       double smallest) {
+    ShapeValues taken;
+    bool isMoving = false;
+    for (const size_t place : places) {
+        taken.push_back(shape.at(place));
+        isMoving = isMoving || std::abs(taken.back()) > smallest;
+    }
+    return isMoving ? taken : ShapeValues(places.size(), 0.0);
 }
 
 }  // namespace
@@ -243,23 +307,45 @@ double calcModalAssurance(const std::vector<std::complex<double>>& a,
 
 ModalAssurance calcModalAssurance(const ModeShapes& a, const ModeShapes& b) {
     ModalAssurance alike;
+    const Movement moves[2] = {findMovement(a), findMovement(b)};
     std::vector<size_t> inA, inB;
+    std::vector<std::string> still;
     std::set<std::string> units;
     for (size_t k = 0; k < a.outputs.size(); ++k) {
         const auto found = std::find(b.outputs.begin(), b.outputs.end(), a.outputs[k]);
         if (found == b.outputs.end()) continue;
+        const size_t l = size_t(found - b.outputs.begin());
+        // Of a single mode, a zero may be a node of its shape.
+        const bool movesInA = moves[0].isMoving[k], movesInB = moves[1].isMoving[l];
+        const bool isCounted = (movesInA && movesInB) || (movesInA && b.shapes.size() == 1) ||
+                               (movesInB && a.shapes.size() == 1);
+        if (!isCounted) {
+            still.push_back(a.outputs[k]);
+            continue;
+        }
         alike.outputs.push_back(a.outputs[k]);
         inA.push_back(k);
-        inB.push_back(size_t(found - b.outputs.begin()));
-        for (const auto& [of, place] : {std::pair(&a, inA.back()), std::pair(&b, inB.back())})
+        inB.push_back(l);
+        for (const auto& [of, place] : {std::pair(&a, k), std::pair(&b, l)})
             if (!of->units.empty()) units.insert(of->units.at(place));
     }
-    if (alike.outputs.size() < 2)
-        throw std::runtime_error("the first has shapes at " + joinNames(a.outputs) +
-                                 ", the second at " + joinNames(b.outputs) + ": " +
-                                 (alike.outputs.empty() ? "none of these is the same"
-                                                        : "one alone is alike in all modes") +
-                                 "; name nodes of a test by --point NODE=PROBE");
+    const std::string notMoving =
+        joinNames(still) + (still.size() == 1 ? " is" : " are") + " zero in all modes of one side";
+    if (alike.outputs.size() < 2) {
+        std::string why = "the first has shapes at " + joinNames(a.outputs) + ", the second at " +
+                          joinNames(b.outputs) + ": ";
+        if (!still.empty()) why += notMoving + ", and ";
+        if (alike.outputs.empty())
+            why += still.empty() ? "none of these is the same" : "no other is the same";
+        else
+            why += "'" + alike.outputs[0] + "' alone is alike in all modes";
+        for (const auto& [of, which] : {std::pair(&a, "first"), std::pair(&b, "second")})
+            if (of->outputs.size() == 1)
+                throw std::runtime_error(why + "; the " + which +
+                                         " needs shapes at two outputs or more");
+        throw std::runtime_error(why + "; name nodes of a test by --point NODE=PROBE");
+    }
+    if (!still.empty()) alike.notes.push_back(notMoving + ": left out");
     const size_t most = std::max(a.frequency.size(), b.frequency.size());
     if (alike.outputs.size() < most)
         alike.notes.push_back(std::to_string(alike.outputs.size()) +
@@ -269,17 +355,28 @@ ModalAssurance calcModalAssurance(const ModeShapes& a, const ModeShapes& b) {
         alike.notes.push_back("outputs have different units (" +
                               joinNames({units.begin(), units.end()}) +
                               "): which of them count depends on these");
-    const auto take = [](const ShapeValues& shape, const std::vector<size_t>& places) {
-        ShapeValues taken;
-        for (const size_t place : places) taken.push_back(shape.at(place));
-        return taken;
-    };
-    for (const ShapeValues& first : a.shapes) {
+    for (size_t i = 0; i < a.shapes.size(); ++i) {
+        const ShapeValues first = takeMoving(a.shapes[i], inA, moves[0].smallest[i]);
         auto& row = alike.values.emplace_back();
-        for (const ShapeValues& second : b.shapes)
-            row.push_back(calcModalAssurance(take(first, inA), take(second, inB)));
+        for (size_t k = 0; k < b.shapes.size(); ++k)
+            row.push_back(
+                calcModalAssurance(first, takeMoving(b.shapes[k], inB, moves[1].smallest[k])));
     }
     return alike;
+}
+
+std::optional<size_t> ModalAssurance::findPartner(size_t mode, const std::vector<double>& own,
+                                                  const std::vector<double>& others) const {
+    const std::vector<double>& row = values.at(mode);
+    std::optional<size_t> partner;
+    const double best = row.empty() ? 0 : *std::max_element(row.begin(), row.end());
+    if (best < LeastAlike) return partner;
+    for (size_t k = 0; k < row.size(); ++k) {
+        if (row[k] < best - SameAssurance) continue;
+        const double away = std::abs(others.at(k) - own.at(mode));
+        if (!partner || away < std::abs(others.at(*partner) - own.at(mode))) partner = k;
+    }
+    return partner;
 }
 
 }  // namespace model

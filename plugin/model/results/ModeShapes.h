@@ -11,6 +11,8 @@ alike.values[i][k] = |aᵢᴴ bₖ|² / (aᵢᴴaᵢ bₖᴴbₖ), 1 for shapes 
 and phase, 0 for those that have nothing in common (Allemang and Brown 1982). **/
 
 #include <complex>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,8 +41,9 @@ ModeShapes getModeShapes(const Results::Analysis& analysis);
 
 A table has a line for each mode and the columns `frequency [Hz]`, one with the name of each output,
 and `imaginary NAME` of complex shapes, as `simflex run --csv` writes it. Of a universal file the
-datasets 55 (shapes at nodes) are read, or else 58 (frequency response functions of one reference):
-their values where Σ|H|² has a peak that stands out by 6 dB. Outputs are "12.x", "12.rx" of node 12.
+datasets 55 (shapes at nodes) are read, or else 58 (frequency response functions of one reference,
+or of one responding node and more references, whose places are then outputs by reciprocity): their
+values where Σ|H|² has a peak that stands out by 6 dB. Outputs are "12.x", "12.rx" of node 12.
 @param analysis  of a result file; empty: its first of type eigen that has shapes
 @throws std::runtime_error naming file and line. **/
 ModeShapes readModeShapes(const std::string& path, const std::string& analysis = "");
@@ -50,11 +53,23 @@ double calcModalAssurance(const std::vector<std::complex<double>>& a,
                           const std::vector<std::complex<double>>& b);
 
 struct ModalAssurance {
-    std::vector<std::string> outputs;         ///< that both have
+    /** Shapes that are less alike belong to no pair. **/
+    static constexpr double LeastAlike = 0.5;
+
+    std::vector<std::string> outputs;         ///< of both, moving in both
     std::vector<std::vector<double>> values;  ///< modes of the first × modes of the second
     std::vector<std::string> notes;           ///< as of ModeShapes
+
+    /** The mode of the second that is most alike; of equals the one that is nearest in frequency.
+    @param mode            of the first
+    @param own, others     frequencies of the modes of the first and second [Hz]
+    @returns nothing if none reaches LeastAlike **/
+    std::optional<size_t> findPartner(size_t mode, const std::vector<double>& own,
+                                      const std::vector<double>& others) const;
 };
-/** At the outputs that both have. @throws std::runtime_error if these are less than two. **/
+/** At the outputs that both have, without those that are zero in all modes of one of them (which
+of one mode alone may be a node of its shape, and counts). A mode that moves no output is like none.
+@throws std::runtime_error if these are less than two. **/
 ModalAssurance calcModalAssurance(const ModeShapes& a, const ModeShapes& b);
 
 }  // namespace model

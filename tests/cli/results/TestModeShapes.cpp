@@ -147,6 +147,97 @@ TEST_F(ModeShapesTest, ResponsesAreReadWhereTheyPeak) {
     EXPECT_THAT(modes.notes.at(0), HasSubstr("neighbouring modes have a part"));
 }
 
+TEST_F(ModeShapesTest, OutputsThatDoNotMoveDoNotCount) {
+    const ModeShapes model{{"a.x", "b.x", "a.y", "b.y", "a.z"},
+                           {},
+                           {10, 20, 30},
+                           {{1, 2, 0, 0.5, 0}, {2, -1, 1e-15, -0.5, 0}, {1e-13, 0, 0, 3, 0}},
+                           {}};
+    const ModeShapes test{{"a.x", "b.x", "a.y", "b.y", "a.z"},
+                          {},
+                          {11, 19, 31},
+                          {{1, 2, 3, 0, 0}, {2, -1, 4, 0, 0}, {3, 1, 5, 0, 0}},
+                          {}};
+    const auto alike = calcModalAssurance(model, test);
+    EXPECT_THAT(alike.outputs, ElementsAre("a.x", "b.x"));
+    EXPECT_EQ(alike.notes.at(0), "a.y, b.y, a.z are zero in all modes of one side: left out");
+    EXPECT_NEAR(alike.values[0][0], 1, 1e-15);
+    EXPECT_NEAR(alike.values[0][1], 0, 1e-15);
+    EXPECT_NEAR(alike.values[1][2], 25.0 / (5 * 10), 1e-15);
+    // Round-off is no shape.
+    EXPECT_THAT(alike.values[2], ElementsAre(0, 0, 0));
+    EXPECT_FALSE(alike.findPartner(2, model.frequency, test.frequency));
+    // One alone that moves makes all modes alike.
+    const ModeShapes flat{{"a.x", "a.y", "a.z"}, {}, {1, 2}, {{1, 0, 0}, {-2, 0, 0}}, {}};
+    try {
+        calcModalAssurance(flat, flat);
+        ADD_FAILURE() << "no exception";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("a.y, a.z are zero in all modes of one side, and 'a.x' "
+                                            "alone is alike in all modes"));
+    }
+    // Of a single mode, a zero is a node of its shape: (1, 0, 1) and (1, 5, 1) differ.
+    const ModeShapes one{{"a", "b", "c"}, {}, {1}, {{1, 0, 1}}, {}},
+        other{{"a", "b", "c"}, {}, {1}, {{1, 5, 1}}, {}};
+    EXPECT_NEAR(calcModalAssurance(one, other).values[0][0], 4.0 / (2 * 27), 1e-15);
+}
+
+TEST_F(ModeShapesTest, OfEqualPartnersTheNearestInFrequencyIsTaken) {
+    const ModeShapes model{{"a", "b"}, {}, {10, 20, 5}, {{1, 2}, {1, 2}, {2, -1}}, {}};
+    const ModeShapes test{{"a", "b"}, {}, {21, 9}, {{2, 4}, {-1, -2}}, {}};
+    const auto alike = calcModalAssurance(model, test);
+    EXPECT_EQ(alike.findPartner(0, model.frequency, test.frequency), 1u);
+    EXPECT_EQ(alike.findPartner(1, model.frequency, test.frequency), 0u);
+    EXPECT_FALSE(alike.findPartner(2, model.frequency, test.frequency));
+}
+
+TEST_F(ModeShapesTest, ARovingHammerIsARovingSensorByReciprocity) {
+    // Node 3 responds along −y; forces at nodes 1 (+x), 2 (−x), 3 (+y). One mode at each of 1, 2
+    // Hz.
+    const auto makeFile = [](bool isRoving) {
+        const double shapes[2][3] = {{1, 2, 3}, {2, -1, 1}};
+        const int directions[] = {1, -1, 2};
+        std::string text;
+        char line[200];
+        for (int node = 1; node <= 3; ++node) {
+            const int moved[] = {node, directions[node - 1]}, fixed[] = {3, -2};
+            const int *response = isRoving ? fixed : moved, *force = isRoving ? moved : fixed;
+            text += "    -1\n    58\nFRF\nNONE\n24-NOV-26 00:00:00\nNONE\nNONE\n";
+            std::snprintf(line, sizeof line, "%5d%10d%5d%10d %-10s%10d%4d %-10s%10d%4d\n", 4, 1, 0,
+                          0, "NONE", response[0], response[1], "NONE", force[0], force[1]);
+            text += line;
+            std::snprintf(line, sizeof line, "%10d%10d%10d%13.5E%13.5E%13.5E\n", 6, 301, 1, 0.0,
+                          0.01, 0.0);
+            text += line;
+            for (int k = 0; k < 4; ++k)
+                text += "        18    0    0    0 Frequency            Hz\n";
+            for (int k = 0; k <= 300; ++k) {
+                std::complex<double> sum = 0;
+                for (int mode = 0; mode < 2; ++mode)
+                    sum += shapes[mode][node - 1] * shapes[mode][2] /
+                           std::complex<double>(std::pow(mode + 1, 2) - 1e-4 * k * k,
+                                                2e-5 * k * (mode + 1));
+                sum *= -(directions[node - 1] < 0 ? -1.0 : 1.0);
+                std::snprintf(line, sizeof line, "%20.12E%20.12E%s", sum.real(), sum.imag(),
+                              k % 2 == 1 || k == 300 ? "\n" : "");
+                text += line;
+            }
+            text += "    -1\n";
+        }
+        return text;
+    };
+    const ModeShapes hammer = readModeShapes(write("hammer.unv", makeFile(true))),
+                     sensor = readModeShapes(write("sensor.unv", makeFile(false)));
+    EXPECT_THAT(hammer.outputs, ElementsAre("1.x", "2.x", "3.y"));
+    EXPECT_EQ(hammer.outputs, sensor.outputs);
+    EXPECT_EQ(hammer.frequency, sensor.frequency);
+    EXPECT_EQ(hammer.shapes, sensor.shapes);
+    ASSERT_EQ(hammer.shapes.size(), 2u);
+    EXPECT_GT(calcModalAssurance(hammer.shapes[0], {1, 2, 3}), 0.999);
+    EXPECT_GT(calcModalAssurance(hammer.shapes[1], {2, -1, 1}), 0.999);
+    EXPECT_THAT(hammer.notes.at(0), HasSubstr("by reciprocity those there to a force at '3.y'"));
+}
+
 TEST_F(ModeShapesTest, FilesThatAreNoneAreRefused) {
     refuse("no universal file\n", "begins with -1");
     refuse("    -1\n   151\nx\n    -1\n", "neither shapes of modes (dataset 55)");
@@ -194,7 +285,7 @@ TEST_F(ModeShapesTest, TheProgramPairsAResultWithATest) {
     // What has nothing in common.
     write("other.csv", "frequency [Hz],a.x,tip.x\n1,1,2\n");
     EXPECT_NE(runProgram("'" SIMFLEX_PROGRAM "'", "mac run.h5 other.csv"), 0);
-    EXPECT_THAT(err, HasSubstr("one alone is alike in all modes"));
+    EXPECT_THAT(err, HasSubstr("'tip.x' alone is alike in all modes"));
 }
 
 }  // namespace
