@@ -91,7 +91,8 @@ void runSweepCommand(const SweepArguments& arguments) {
     const SweepPlan plan = makePlan(arguments);
     SweepOptions options = arguments.options;
     if (options.folder.empty())
-        options.folder = fs::path(arguments.model).stem().string() + ".sweep";
+        options.folder = fs::path(arguments.model).stem().string() +
+                         (plan.name.empty() ? "" : "." + plan.name) + ".sweep";
     if (arguments.isDry) {
         for (const SweepCase& one : plan.cases)
             std::printf("%s%s%s\n", one.folder.c_str(), one.error.empty() ? "" : ": ",
@@ -146,8 +147,10 @@ void addSweepCommand(CLI::App& app) {
         ->delimiter(',')
         ->type_name("PROBE,PROBE")
         ->allow_extra_args(false);
-    sweep->add_option("-o,--output", arguments->options.folder,
-                      "Folder to write (default: MODEL.sweep in the current folder)");
+    sweep->add_option(
+        "-o,--output", arguments->options.folder,
+        "Folder to write (default: MODEL.sweep in the current folder; of a model with\n"
+        "several sweeps MODEL.ANALYSIS.sweep)");
     sweep
         ->add_option("--jobs", arguments->options.numJobs,
                      "Number of processes at once (default: one for each core)")

@@ -410,6 +410,9 @@ void writeFigureCsv(const std::string& path, const Figure& figure) {
         }
         if (panel.map.isEmpty()) continue;
         text += CsvLine().add(figure.xLabel).add(panel.label).add(panel.map.label).end();
+        for (const auto& [x, y, value] : panel.map.samples)
+            text += CsvLine().add(x).add(y).add(value).end();
+        if (!panel.map.samples.empty()) continue;
         for (size_t i = 0; i < panel.map.rows.size(); ++i)
             for (size_t k = 0; k < panel.map.y.size(); ++k)
                 text += CsvLine()

@@ -2,6 +2,7 @@
 /** @file
 A figure of curves, drawn by gnuplot to PNG, SVG or PDF. **/
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@ struct FigureMap {
     std::vector<double> x, y;               ///< evenly spaced
     std::vector<std::vector<double>> rows;  ///< of each x, at each y; NaN: nothing is drawn
     std::string label;                      ///< of the colours
+    /** x, y and value that the rows were made of, where these are but a picture of them. **/
+    std::vector<std::array<double, 3>> samples = {};
     /** Of the colours: logarithmic; angles in degrees from −180 to 180, both of one colour; or
     fractions of 1, over whole numbers. **/
     enum class Scale { Logarithmic, Angles, Fractions } scale = Scale::Logarithmic;
@@ -48,7 +51,7 @@ struct Figure {
 };
 
 /** The numbers of a figure as CSV: x and y of each curve side by side; a map's x, y and value line
-by line. @throws std::runtime_error. **/
+by line, of its samples if it has such. @throws std::runtime_error. **/
 void writeFigureCsv(const std::string& path, const Figure& figure);
 
 /** @throws std::runtime_error if the file's kind is not png, svg or pdf, if gnuplot is missing or

@@ -639,6 +639,13 @@ Figure makeMapFigure(std::vector<FigureSource> sources, const FigureWishes& wish
             own.push_back(at.first);
             ownPhase.push_back(at.second);
         }
+        const auto& frequencies = sources[k].analysis->frequency.at(0);
+        for (size_t i = 0; i < frequencies.size(); ++i) {
+            if (frequencies[i] < from || frequencies[i] > to) continue;
+            magnitude.map.samples.push_back(
+                {sources[k].value, frequencies[i], responses[k].magnitude[i]});
+            phase.map.samples.push_back({sources[k].value, frequencies[i], responses[k].phase[i]});
+        }
     }
     for (size_t i = 0; i < numValues; ++i) {
         const double value = first + (last - first) * double(i) / double(numValues - 1);

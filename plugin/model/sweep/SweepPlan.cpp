@@ -334,6 +334,7 @@ void takeModelSweep(SweepPlan& plan, const std::string& name) {
                                  "' has several sweeps: choose by --analysis " + list);
     }
     const ModelValue sweep = analyses.get(name.empty() ? sweeps[0] : name);
+    if (sweeps.size() > 1) plan.name = name;
     const ModelValue parameters = sweep.get("parameters");
     for (const std::string& key : parameters.getKeys()) {
         SweptKey swept{key, {}, {}};

@@ -24,7 +24,8 @@ struct SweepCase {
 };
 
 struct SweepPlan {
-    ModelText model;  ///< with the settings that all cases share; its path is absolute
+    ModelText model;   ///< with the settings that all cases share; its path is absolute
+    std::string name;  ///< of the analysis of type sweep, where the model has several
     std::vector<std::string> only;  ///< analyses that are done; none: all
     std::vector<SweptKey> keys;
     std::vector<SweepCase> cases;

@@ -9,6 +9,7 @@ Sweeps: cases run in processes of their own, once each, whoever shares them. **/
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <set>
 #include <sstream>
 
 #include "cli/CliTest.h"
@@ -25,6 +26,7 @@ namespace {
 using namespace model;
 namespace fs = std::filesystem;
 using ::testing::AllOf;
+using ::testing::DoubleNear;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Status = SweepOutcome::Status;
@@ -285,6 +287,65 @@ TEST_F(SweepTest, TheTableIsDrawnOverAParameter) {
     EXPECT_THAT(err, HasSubstr("it has gravity, mass"));
     EXPECT_EQ(run("plot out/sweep.h5 --x gravity"), 1);
     EXPECT_THAT(err, HasSubstr("no numbers"));
+}
+
+TEST_F(SweepTest, TheTableOfAMapHasTheCasesOwnValues) {
+    ASSERT_EQ(run("sweep model.yaml --vary mass=1,2,5 --only shake -o out -q "
+                  "--set 'loads={push: {on: rod, force: [0, 0, 0]}}' "
+                  "--set 'probes={x: {position: rod, component: x}}' "
+                  "--set 'analyses={shake: {type: frequency_response, inputs: "
+                  "[loads.push.force.x], outputs: [x], frequencies: [0.1, 0.25, 0.3, 0.4]}}'"),
+              0)
+        << err;
+    ASSERT_EQ(run("plot out x --map --to 0.36 -o map.png --csv map.csv"), 0) << err;
+    std::istringstream csv(testing::readText(folder / "map.csv"));
+    std::string line;
+    // Between 0.3 and 0.4 Hz the analysis itself adds 0.35 Hz, as the resonances are near.
+    std::set<std::pair<double, double>> places[2];
+    size_t panel = 0;
+    ASSERT_TRUE(std::getline(csv, line));
+    EXPECT_THAT(line, HasSubstr("mass,frequency [Hz],x"));
+    while (std::getline(csv, line)) {
+        if (line.rfind("mass", 0) == 0) {
+            EXPECT_THAT(line, HasSubstr("mass,frequency [Hz],phase of x"));
+            ASSERT_EQ(++panel, 1u);
+            continue;
+        }
+        double mass = NAN, hertz = NAN, value = NAN;
+        ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf", &mass, &hertz, &value), 3) << line;
+        EXPECT_TRUE(places[panel].insert({mass, hertz}).second) << line;
+        const double w = 2 * M_PI * hertz,
+                     turned = mass * 9.81 * 0.5 - (1.0 / 6 + mass * 0.25) * w * w;
+        EXPECT_NEAR(value, panel == 0 ? 0.25 / turned : 0, 1e-6) << line;
+    }
+    EXPECT_EQ(places[0], places[1]);
+    std::set<double> masses, frequencies;
+    for (const auto& [mass, hertz] : places[0]) masses.insert(mass), frequencies.insert(hertz);
+    EXPECT_THAT(masses, ElementsAre(1, 2, 5));
+    EXPECT_THAT(frequencies, ElementsAre(0.1, 0.25, 0.3, DoubleNear(0.35, 1e-12)));
+}
+
+TEST_F(SweepTest, SeveralSweepsOfAModelHaveFoldersOfTheirOwn) {
+    const std::string fall = "--set 'analyses.fall={type: transient, duration: 0.1}' ",
+                      light =
+                          "--set 'analyses.light={type: sweep, analysis: fall, parameters: "
+                          "{mass: [1, 2]}}' ",
+                      heavy =
+                          "--set 'analyses.heavy={type: sweep, analysis: fall, parameters: "
+                          "{mass: [5, 6, 7]}}' ";
+    ASSERT_EQ(run("sweep model.yaml -q " + fall + light), 0) << err;
+    EXPECT_THAT(out, HasSubstr("model.sweep/sweep.csv: 2 of 2"));
+    EXPECT_EQ(run("sweep model.yaml -q " + fall + light + heavy), 1);
+    EXPECT_THAT(err, HasSubstr("choose by --analysis light, heavy"));
+    for (const std::string name : {"light", "heavy"}) {
+        ASSERT_EQ(run("sweep model.yaml -q --analysis " + name + " " + fall + light + heavy), 0)
+            << err;
+        EXPECT_THAT(out, HasSubstr("model." + name + ".sweep/sweep.csv: "));
+    }
+    EXPECT_EQ(readSweepTable(folder / "model.light.sweep/sweep.h5", "").results[0].analyses[0].time,
+              (std::vector<double>{1, 2}));
+    EXPECT_EQ(readSweepTable(folder / "model.heavy.sweep/sweep.h5", "").results[0].analyses[0].time,
+              (std::vector<double>{5, 6, 7}));
 }
 
 TEST_F(SweepTest, CasesDrawPicturesOnlyIfAsked) {
