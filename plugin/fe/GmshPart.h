@@ -34,7 +34,7 @@ struct GmshOptions {
     std::vector<NamedMaterial> materials;
     /** Names of the solids or physical groups that are the part; none: all. **/
     std::vector<std::string> solids;
-    double meshSize = 0;  ///< largest element, in the geometry's unit; 0: Gmsh's own choice
+    double meshSize = 0;  ///< largest element [lengthUnit, or m]; 0: Gmsh's own choice
     int order = 0;        ///< 1 or 2; 0: as it is for a mesh, else 2
     /** Of sheet metal [m]: the surfaces of the geometry become shells about them, volumes are left
     out. 0: the volumes become solids. **/

@@ -123,7 +123,14 @@ FeModel readModelSource(const SourceOptions& options) {
     const size_t numNotes = isTold ? model.notes.size() : 0,
                  numWarnings = isTold ? model.warnings.size() : 0;
     if (units.name != "m-kg-s") convertToSI(model, units);
-    for (std::string& warning : checkUnits(model)) model.warnings.push_back(std::move(warning));
+    const std::string suffix = lowerCase(std::filesystem::path(options.path).extension().string());
+    const bool isStated =
+        suffix == ".step" || suffix == ".stp" || suffix == ".iges" || suffix == ".igs";
+    for (std::string& warning :
+         kind == Kind::Gmsh
+             ? checkGeometryUnits(model, {options.gmsh.lengthUnit, isStated, options.gmsh.meshSize})
+             : checkUnits(model))
+        model.warnings.push_back(std::move(warning));
     if (options.calculix.note)
         for (size_t k = numNotes; k < model.notes.size(); ++k)
             options.calculix.note(model.notes[k]);

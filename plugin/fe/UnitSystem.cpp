@@ -15,6 +15,7 @@ constexpr double Lightest = 5, Heaviest = 30000;
 constexpr double Slowest = 20, Fastest = 40000;
 /** Parts: micromechanics to bridges [m]. **/
 constexpr double Smallest = 1e-5, Largest = 1000, Absurd = 1e5;
+constexpr double LongGeometry = 50, HeavyGeometry = 1e6;  // [m], [kg]
 /** Ranges within which a guess at the units is worth naming. **/
 constexpr double LikelyDensity[2] = {300, 23000}, LikelySpeed[2] = {300, 20000};
 
@@ -154,19 +155,29 @@ void convertToSI(FeModel& model, const UnitSystem& units) {
         model.notes.push_back("converted from " + units.name + " to metres, kilograms and seconds");
 }
 
-PartFigures calcFigures(const FeModel& model) {
-    PartFigures figures;
-    double box = 1, squared = 0;
+namespace {
+
+/** Edges of the box about a part. **/
+std::array<double, 3> measureBox(const FeModel& model) {
+    std::array<double, 3> edges{};
     for (size_t axis = 0; axis < 3; ++axis) {
         double low = std::numeric_limits<double>::infinity(), high = -low;
         for (size_t k = axis; k < model.mesh.positions.size(); k += 3) {
             low = std::min(low, model.mesh.positions[k]);
             high = std::max(high, model.mesh.positions[k]);
         }
-        box *= high - low;
-        squared += (high - low) * (high - low);
+        edges[axis] = high - low;
     }
-    figures.size = std::sqrt(squared);
+    return edges;
+}
+
+}  // namespace
+
+PartFigures calcFigures(const FeModel& model) {
+    PartFigures figures;
+    const auto edges = measureBox(model);
+    const double box = edges[0] * edges[1] * edges[2];
+    figures.size = std::hypot(edges[0], edges[1], edges[2]);
     const double volume = model.mesh.elements.empty() ? 0 : calcVolume(model.mesh);
     figures.isDensityExact = volume > 0;
     if (volume > 0 || box > 0)
@@ -194,6 +205,37 @@ std::vector<std::string> checkUnits(const FeModel& model) {
     if (!isPlausible(figures))
         warnings.push_back("the numbers are hardly those of a solid part in SI units (" +
                            describe(figures) + ")." + likely);
+    return warnings;
+}
+
+std::vector<std::string> checkGeometryUnits(const FeModel& model, const GeometryUnits& units) {
+    const auto edges = measureBox(model);
+    const double size = std::hypot(edges[0], edges[1], edges[2]), mass = model.calcMass();
+    const std::string figures =
+        writeGeneral(size, 3) + " m long and has " + writeGeneral(mass, 3) + " kg";
+    const std::string cure =
+        units.isStatedByFile
+            ? std::string(units.lengthUnit > 0
+                              ? "; length_unit is that of the millimetres which STEP and IGES are "
+                                "read in: --length-unit mm, or leave it out"
+                              : ", by the unit that the file states (IGES: millimetres); if that "
+                                "is wrong, export it with the right one")
+            : "; if the geometry is in millimetres, give --length-unit mm (in a model file "
+              "length_unit: 1e-3)" +
+                  std::string(units.lengthUnit > 0 ? ""
+                                                   : ", and if it is in metres, --length-unit m");
+    if (size > Absurd)
+        throw std::invalid_argument(model.source + ": the part is " + figures + cure);
+    const bool isMeant = units.lengthUnit > 0 && !units.isStatedByFile;
+    const bool isStrange = !isMeant && (size > LongGeometry || mass > HeavyGeometry);
+    std::vector<std::string> warnings =
+        isStrange ? std::vector{"the part is " + figures + cure} : checkUnits(model);
+    const double largest = units.meshSize * (units.lengthUnit > 0 ? units.lengthUnit : 1);
+    if (largest > size)
+        warnings.push_back("elements of " + writeGeneral(largest, 3) +
+                           " m are larger than the part, which is " + writeGeneral(size, 3) +
+                           " m long: --mesh-size (mesh_size) is in the unit of --length-unit "
+                           "(length_unit), without it in metres");
     return warnings;
 }
 

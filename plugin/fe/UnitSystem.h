@@ -51,4 +51,16 @@ system of units in which they would be, and the cure. Empty if all is plausible.
 @throws std::invalid_argument for a part of more than 100 km. **/
 std::vector<std::string> checkUnits(const FeModel& model);
 
+/** Of a geometry, whose material is in SI units by itself, so that nothing but its size tells a
+wrong unit of length. **/
+struct GeometryUnits {
+    double lengthUnit = 0;  ///< [m] as given; 0: it is not
+    bool isStatedByFile = false;
+    double meshSize = 0;  ///< largest element [lengthUnit, or m]; 0: not given
+};
+
+/** Those of checkUnits(), or with the cure for a part of more than 50 m or 1000 t whose unit nobody
+has given; and of elements larger than the part. @throws std::invalid_argument as checkUnits(). **/
+std::vector<std::string> checkGeometryUnits(const FeModel& model, const GeometryUnits& units);
+
 }  // namespace simflex

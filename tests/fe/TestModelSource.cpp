@@ -21,6 +21,7 @@ namespace {
 using ::testing::AllOf;
 using testing::Brick;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -81,6 +82,27 @@ TEST_F(ModelSource, LengthsInMillimetresAreConverted) {
         EXPECT_NEAR(model.mesh.position(node)[0], 0.06, 1e-9);
 }
 
+TEST_F(ModelSource, GeometryOfAStrangeSizeIsReportedWithTheCure) {
+    EXPECT_THAT(readModelSource(box()).warnings, IsEmpty());
+    // 60 mm × 20 mm × 10 mm, taken in metres.
+    SourceOptions options = box("1");
+    EXPECT_THAT(readModelSource(options).warnings,
+                ElementsAre(AllOf(HasSubstr("64 m long and has 3.24e+07 kg"),
+                                  HasSubstr("--length-unit mm"), HasSubstr("length_unit: 1e-3"))));
+    options.gmsh.lengthUnit = 1;  // so it is meant
+    EXPECT_THAT(readModelSource(options).warnings, IsEmpty());
+    options = box();
+    options.gmsh.meshSize = 10;
+    EXPECT_THAT(readModelSource(options).warnings,
+                ElementsAre(HasSubstr("elements of 10 m are larger than the part, which is 0.064 "
+                                      "m long")));
+    options = box("1");
+    options.gmsh.lengthUnit = 1e-3;
+    options.gmsh.meshSize = 70;
+    EXPECT_THAT(readModelSource(options).warnings,
+                ElementsAre(HasSubstr("elements of 0.07 m are larger than the part")));
+}
+
 TEST_F(ModelSource, AMeshKeepsItsOrderAndACustomMaterial) {
     const std::string geo = write("box.geo", std::string("u = 0.001;\n") + kBox);
     ASSERT_EQ(std::system(("cd '" + folder.path() +
@@ -128,6 +150,10 @@ TEST_F(ModelSource, AStepFileIsReadInItsOwnUnit) {
     options.gmsh.meshSize = 0.01;
     // OpenCASCADE writes millimetres.
     EXPECT_NEAR(readModelSource(options).calcMass(), 0.06 * 0.02 * 0.01 * 7850, 1e-9);
+    EXPECT_THAT(readModelSource(options).warnings, IsEmpty());
+    options.gmsh.lengthUnit = 1;  // of the millimetres that they are read in
+    options.gmsh.meshSize = 10;
+    EXPECT_THAT(readModelSource(options).warnings, ElementsAre(HasSubstr("or leave it out")));
 }
 
 // Six bilinear patches without a solid, as many programs write IGES: 100 × 20 × 30 mm.

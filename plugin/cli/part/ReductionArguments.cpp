@@ -78,7 +78,8 @@ void SourceArguments::addTo(CLI::App& command) {
                 "Take only the solids of a STEP file, or physical groups, of these names", "NAME")
         ->group(gmsh);
     add(gmsh, "--mesh-size", m_options.gmsh.meshSize,
-        "Largest element size, in the unit of the geometry (STEP: metres)", "H")
+        "Largest element size, in the --length-unit; without that in metres, of STEP and IGES, too",
+        "H")
         ->check(makePositiveCheck());
     add(gmsh, "--order", m_options.gmsh.order,
         "Order of the elements, 1 or 2 (default: 2; a mesh keeps its own)", "1|2")
@@ -88,7 +89,9 @@ void SourceArguments::addTo(CLI::App& command) {
         "T")
         ->check(makePositiveCheck());
     add(gmsh, "--length-unit", m_lengthUnit,
-        "Unit of the geometry: m, cm, mm, um, in or ft (default: m; STEP files state their own)",
+        "Unit of the geometry: m, cm, mm, um, in or ft (default: m; STEP files state their own, "
+        "leave\n"
+        "it out there)",
         "UNIT");
     addRepeated(command, "--gmsh", m_settings,
                 "Constant of the script or option of Gmsh, for example Mesh.Algorithm3D=10",

@@ -101,7 +101,10 @@ SchemaForm part() {
                 .with({"geometry"})
                 .orElseNote("all")
                 .such("[HOUSING, PIN]"),
-            SchemaKey("mesh_size", {positive()}, "Size of the elements, in the geometry's unit.")
+            SchemaKey(
+                "mesh_size", {positive()},
+                "Size of the elements, in `length_unit`; without that in metres, of a STEP file in "
+                "millimetres, too.")
                 .with({"geometry"})
                 .orElseNote("Gmsh's own choice")
                 .such("0.002"),
@@ -116,7 +119,8 @@ SchemaForm part() {
                 .with({"geometry"})
                 .orElseNote("its volumes become solids")
                 .such("0.002"),
-            SchemaKey("length_unit", {positive()}, "Length of the geometry's unit.")
+            SchemaKey("length_unit", {positive()},
+                      "Length of the geometry's unit. A STEP file states its own.")
                 .in("m")
                 .with({"geometry"})
                 .orElseNote("as the file says, else 1")
