@@ -86,18 +86,15 @@ void drawDifference(const std::string& path, const ResultComparison& comparison,
     worst.resize(std::min(worst.size(), MostPlotted));
     Figure figure;
     figure.title = "Difference of " + labels[0] + " and " + labels[1];
-    figure.xLabel = first.probe.empty() ? "speed" : "time [s]";
+    figure.xLabel = first.axis;
     for (const ColumnDifference* column : worst) {
         const UnitScale unit = chooseUnitScale(column->unit, column->range);
         const UnitScale small = chooseUnitScale(column->unit, column->largest);
         FigurePanel both{makeAxisLabel(column->name, unit.unit), {}, false};
         both.curves.push_back(makeCurve(labels[0], *column, column->first, unit.size, 0));
         both.curves.push_back(makeCurve(labels[1], *column, column->second, unit.size, 1));
-        std::vector<double> difference;
-        for (size_t k = 0; k < column->first.size(); ++k)
-            difference.push_back(column->second[k] - column->first[k]);
         FigurePanel below{makeAxisLabel("difference", small.unit), {}, false};
-        below.curves.push_back(makeCurve("", *column, difference, small.size, 0));
+        below.curves.push_back(makeCurve("", *column, column->difference, small.size, 0));
         below.curves[0].color = 2;
         figure.panels.push_back(both);
         figure.panels.push_back(below);
@@ -147,7 +144,9 @@ void addCompareCommand(CLI::App& app) {
     compare->footer(
         "Exit status 0 if both have the same analyses and probes and no probe differs by more "
         "than\n"
-        "--tolerance of its range (over all components and the whole run), else 1.\n\n"
+        "--tolerance of its range (over all components and the whole run), else 1. Frequency\n"
+        "responses are compared as complex numbers, relative to their largest size; linear models\n"
+        "by their poles and by their responses between these.\n\n"
         "  simflex compare before.h5 after.h5 --tolerance 1e-4 --plot difference.png");
     compare->add_option("A.h5", arguments->first, "First result file")->required();
     compare->add_option("B.h5", arguments->second, "Second result file")->required();

@@ -339,11 +339,22 @@ std::string describeRelative(const ColumnDifference& column) {
     return writeGeneral(100 * column.getRelative(), 3) + " %";
 }
 
+bool hasColumns(const ResultComparison& comparison, const std::string& analysis) {
+    return std::any_of(comparison.columns.begin(), comparison.columns.end(),
+                       [&](const ColumnDifference& column) { return column.analysis == analysis; });
+}
+
 /** @param describe  a difference beside the probe's range **/
 template <class Describe>
-void printColumns(const std::string& title, const std::string& analysis,
+void printColumns(const std::string& title, const Results::Analysis& of,
                   const ResultComparison& comparison, const Describe& describe) {
-    TextTable table({"probe", "largest", "at [s]", "rms", "of range"});
+    const std::string& analysis = of.name;
+    const bool isResponse = of.type == "frequency_response";
+    TextTable table({isResponse ? "response" : "probe", "largest",
+                     isResponse              ? "at [Hz]"
+                     : of.type == "campbell" ? "at speed"
+                                             : "at [s]",
+                     "rms", "of range"});
     for (const ColumnDifference& column : comparison.columns)
         if (column.analysis == analysis)
             table.add({makeLabel(column), formatNumber(column.largest),
@@ -351,6 +362,12 @@ void printColumns(const std::string& title, const std::string& analysis,
                        describe(column)});
     std::printf("%s\n", title.c_str());
     print(table);
+}
+
+/** Of responses: at which frequencies they were compared. **/
+void printNotes(const ResultComparison& comparison) {
+    for (const std::string& note : comparison.notes)
+        if (note.compare(0, 11, "frequencies") == 0) std::printf("  %s\n", note.c_str());
 }
 
 }  // namespace
@@ -364,9 +381,19 @@ void printDifference(const Results& flexible, const Results& rigid) {
         hasSmall |= column.largest > 0;
         return column.largest > 0 ? "*" : "-";
     };
-    for (const Results::Analysis& a : flexible.analyses)
-        if (!a.probes.empty())
-            printColumns(a.name + ": flexible against rigid", a.name, comparison, describe);
+    bool hasAny = false;
+    for (const Results::Analysis& a : flexible.analyses) {
+        if (!seekNamed(rigid.analyses, a.name)) continue;
+        const bool isResponse = a.type == "frequency_response" && hasColumns(comparison, a.name);
+        if (a.probes.empty() && !isResponse) continue;
+        printColumns(a.name + ": flexible against rigid", a, comparison, describe);
+        hasAny = true;
+    }
+    printNotes(comparison);
+    if (!hasAny)
+        std::printf(
+            "nothing to compare: no probe, and no frequency response, that both models have was "
+            "run\n");
     if (hasSmall)
         std::printf("  * less than the accuracy of the simulation, %g m (solver.accuracy)\n",
                     accuracy);
@@ -374,12 +401,11 @@ void printDifference(const Results& flexible, const Results& rigid) {
 
 void printErrorBars(const Results& run, const ErrorBars& bars) {
     for (const Results::Analysis& a : run.analyses) {
-        const auto& columns = bars.comparison.columns;
-        if (std::any_of(columns.begin(), columns.end(),
-                        [&](const ColumnDifference& column) { return column.analysis == a.name; }))
-            printColumns(a.name + ": errors by what the parts have left out", a.name,
-                         bars.comparison, describeRelative);
+        if (hasColumns(bars.comparison, a.name))
+            printColumns(a.name + ": errors by what the parts have left out", a, bars.comparison,
+                         describeRelative);
     }
+    printNotes(bars.comparison);
     for (const NotCompared& missing : bars.comparison.missing)
         std::printf("  no error bar: %s\n", missing.text.c_str());
     for (const ModeAdvice& advice : bars.advice)
@@ -445,11 +471,13 @@ void printVerification(const Results& run, const Results& fine, const std::strin
     const Remedy remedy(run, fine);
     const ModelValue probes = readSection(run.header, "probes");
     const ResultComparison comparison = compareResults(run, fine, {}, "the run", "the finer run");
+    bool hasAny = false;
     for (const Results::Analysis& a : run.analyses) {
         // Analyses that were not asked for are of an earlier run.
         if (a.type != "transient" || a.probes.empty() || !seekNamed(fine.analyses, a.name))
             continue;
-        printColumns(a.name + ": changes with " + change, a.name, comparison, describeRelative);
+        printColumns(a.name + ": changes with " + change, a, comparison, describeRelative);
+        hasAny = true;
         // Of what is zero but for round-off, as errors of joints are, and of energies, a part of
         // their own range says nothing.
         const auto isTrusted = [&](const ColumnDifference& column) {
@@ -468,6 +496,10 @@ void printVerification(const Results& run, const Results& fine, const std::strin
                             remedy.describe().c_str(),
                             remedy.propose(column.getRelative()).c_str());
     }
+    if (!hasAny)
+        std::printf(
+            "nothing to verify: no transient analysis with probes was run, and others take no "
+            "steps in time\n");
 }
 
 }  // namespace cli

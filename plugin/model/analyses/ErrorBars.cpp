@@ -29,6 +29,10 @@ void dropErrors(Results& results) {
     }
 }
 
+bool isLinear(const Results::Analysis& analysis) {
+    return analysis.type == "linear";
+}
+
 /** The columns of a probe, finer less given; empty if some cannot be compared. **/
 std::vector<std::vector<double>> calcErrors(const Results::Analysis& analysis,
                                             const ResultComparison& comparison,
@@ -147,10 +151,20 @@ void ErrorBarRun::perform(ModelRun& run) {
 ErrorBars ErrorBarRun::keep(const ModelRun& run) const {
     Results results = readResults(run.getResultPath());
     dropErrors(results);
-    const Results finer = readResults(m_finer->getResultPath());
+    Results finer = readResults(m_finer->getResultPath());
+    finer.analyses.erase(std::remove_if(finer.analyses.begin(), finer.analyses.end(), isLinear),
+                         finer.analyses.end());
     ErrorBars bars;
     bars.comparison = compareResults(results, finer, {}, "the run", "the finer run");
     auto& missing = bars.comparison.missing;
+    for (NotCompared& one : missing) {
+        const Results::Analysis* analysis = seekNamed(results.analyses, one.analysis);
+        if (analysis && isLinear(*analysis))
+            one.text = "analysis '" + one.analysis +
+                       "' is a linear model, which with further modes has other states; analyses "
+                       "of type eigen and frequency_response tell the error of its poles and "
+                       "responses";
+    }
     missing.erase(std::remove_if(missing.begin(), missing.end(),
                                  [](const NotCompared& one) {
                                      return one.reason == NotCompared::Reason::OnlyInSecond;

@@ -13,6 +13,8 @@ deflection and stress within a part, frequencies and with them the phase of vibr
 contact, controllers. It does not hold what the finer twin has left out too, nor errors of mesh, of
 steps (ModelRun with more accuracy tells these) and of what is no linear elasticity.
 
+Natural modes and frequency responses are compared as Comparison.h does; linear models have none.
+
 The finer twin has all constraint, attachment and normal modes of its part, the next normal modes,
 and those of inertia relief. Along each shape φ_j that the part lacks, φ_jᵀKφ_k = δ_jk, its motion ξ
 has c_j = φ_jᵀKΦ ξ: a part would have to have as many of these as it takes until the rest of their

@@ -2,26 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdio>
 
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/ModeShapes.h"
 #include "simflex/model/results/ProbeChoice.h"
+#include "simflex/solver/StateSpace.h"
 
 namespace simflex {
 namespace model {
 namespace {
 
-constexpr double ConstantRange = 1e-9;  // what varies by less of its size is constant
+constexpr double ConstantRange = 1e-9;      // what varies by less of its size is constant
+constexpr double LeastDampingRatio = 1e-6;  // what is less, is a part of this
+constexpr size_t MostFrequencies = 64;      // at which linear models are compared
 
 /** Value at time t of the polynomial through the four nearest rows (fewer if there are fewer). **/
-double interpolate(const std::vector<double>& time, const std::vector<double>& values, double t) {
+template <class Value>
+Value interpolate(const std::vector<double>& time, const std::vector<Value>& values, double t) {
     const size_t count = time.size();
     const size_t after = size_t(std::lower_bound(time.begin(), time.end(), t) - time.begin());
     if (after < count && time[after] == t) return values[after];
     const size_t points = std::min<size_t>(4, count);
     const size_t begin = std::min(after > 2 ? after - 2 : 0, count - points);
-    double sum = 0;
+    Value sum = 0;
     for (size_t i = begin; i < begin + points; ++i) {
         double weight = 1;
         for (size_t j = begin; j < begin + points; ++j)
@@ -43,20 +48,169 @@ double findSize(const std::vector<double>& values) {
     return size;
 }
 
-/** Largest and RMS of first - second. What is no number on one side only differs without bound. **/
+/** What is no number on both sides does not differ; also where both are infinite. **/
+template <class Value>
+Value subtract(const Value& from, const Value& what) {
+    const bool isSame = from == what || (std::isnan(std::abs(from)) && std::isnan(std::abs(what)));
+    return isSame ? Value(0) : from - what;
+}
+
+/** Largest and RMS of the difference. What is no number on one side only differs without bound. **/
 void measure(ColumnDifference& column) {
     double sum = 0;
-    for (size_t k = 0; k < column.first.size(); ++k) {
-        double difference = std::abs(column.first[k] - column.second[k]);
-        if (std::isnan(column.first[k]) && std::isnan(column.second[k])) difference = 0;
+    for (size_t k = 0; k < column.difference.size(); ++k) {
+        double difference = std::abs(column.difference[k]);
         if (std::isnan(difference)) difference = INFINITY;
-        if (column.first[k] == column.second[k]) difference = 0;  // also where both are infinite
         sum += difference * difference;
         if (difference <= column.largest) continue;
         column.largest = difference;
         column.time = column.x.empty() ? 0 : column.x[k];
     }
     column.rms = column.first.empty() ? 0 : std::sqrt(sum / double(column.first.size()));
+}
+
+void measureReal(ColumnDifference& column) {
+    for (size_t k = 0; k < column.first.size(); ++k)
+        column.difference.push_back(subtract(column.second[k], column.first[k]));
+    measure(column);
+}
+
+using Complex = std::complex<double>;
+
+void addComplex(const Complex& first, const Complex& second, ColumnDifference& column) {
+    column.first.push_back(std::abs(first));
+    column.second.push_back(std::abs(second));
+    column.difference.push_back(std::abs(subtract(second, first)));
+}
+
+/** Of an output by an input, or the spectral density of an output. **/
+struct Response {
+    std::string name, unit, output;
+    std::string input;  ///< empty: density
+    std::vector<Complex> values;
+
+    std::string getProbe() const { return output.substr(0, output.find('.')); }
+};
+
+std::vector<Response> listResponses(const Results::Analysis& analysis) {
+    std::vector<Response> responses;
+    for (const ChosenResponse& chosen : chooseResponses(analysis, {})) {
+        responses.push_back(
+            {chosen.output + " by " + chosen.input, chosen.unit, chosen.output, chosen.input, {}});
+        for (size_t k = 0; k < chosen.magnitude.size(); ++k)
+            responses.back().values.push_back(
+                std::polar(chosen.magnitude[k], chosen.phase[k] * SimTK::Pi / 180));
+    }
+    const auto densities = analysis.matrices.find("density");
+    if (densities == analysis.matrices.end()) return responses;
+    for (size_t i = 0; i < analysis.outputs.size(); ++i) {
+        const std::string &output = analysis.outputs[i], &unit = analysis.outputUnits[i];
+        responses.push_back({"density of " + output,
+                             unit.empty() ? "1/Hz" : "(" + unit + ")^2/Hz",
+                             output,
+                             "",
+                             {}});
+        for (const auto& row : densities->second) responses.back().values.push_back(row.at(i));
+    }
+    return responses;
+}
+
+/** By how much a curve changes if it keeps only some of its rows and is interpolated between. **/
+double calcLost(const std::vector<double>& x, const std::vector<Complex>& curve,
+                const std::vector<double>& kept) {
+    std::vector<double> rows;
+    std::vector<Complex> values;
+    double lost = 0;
+    for (size_t k = 0; k < x.size(); ++k) {
+        if (!std::binary_search(kept.begin(), kept.end(), x[k])) continue;
+        rows.push_back(x[k]);
+        values.push_back(curve[k]);
+    }
+    for (size_t k = 0; k < x.size(); ++k)
+        lost = std::max(
+            lost,
+            std::abs(curve[k] - (rows.empty() ? Complex(0) : interpolate(rows, values, x[k]))));
+    return lost;
+}
+
+SimTK::Matrix toMatrix(const Results::Analysis& analysis, const char* name) {
+    const auto& rows = analysis.matrices.at(name);
+    SimTK::Matrix matrix(int(rows.size()), rows.empty() ? 0 : int(rows[0].size()));
+    for (int i = 0; i < matrix.nrow(); ++i)
+        for (int j = 0; j < matrix.ncol(); ++j) matrix(i, j) = rows[size_t(i)][size_t(j)];
+    return matrix;
+}
+
+StateSpace makeStateSpace(const Results::Analysis& analysis) {
+    StateSpace space;
+    space.A = toMatrix(analysis, "A");
+    space.B = toMatrix(analysis, "B");
+    space.C = toMatrix(analysis, "C");
+    space.D = toMatrix(analysis, "D");
+    space.D1 = space.D2 = SimTK::Matrix(space.D.nrow(), space.D.ncol(), 0.0);
+    return space;
+}
+
+/** By ascending size, of a pair first that above the real axis. **/
+std::vector<Complex> calcPoles(const StateSpace& space) {
+    SimTK::Vector_<SimTK::Complex> values;
+    SimTK::Eigen(space.A).getAllEigenValues(values);
+    std::vector<Complex> poles;
+    for (int k = 0; k < values.size(); ++k) poles.push_back(values[k]);
+    std::sort(poles.begin(), poles.end(), [](const Complex& a, const Complex& b) {
+        return std::pair(std::abs(a), -a.imag()) < std::pair(std::abs(b), -b.imag());
+    });
+    return poles;
+}
+
+/** Between all poles, half the slowest and twice the fastest [Hz]: a pole at a frequency would have
+no response. **/
+std::vector<double> chooseFrequencies(const std::vector<Complex>& first,
+                                      const std::vector<Complex>& second) {
+    constexpr double Zero = 1e-9, Apart = 1.001;
+    std::vector<double> sizes;
+    for (const auto* poles : {&first, &second})
+        for (const Complex& pole : *poles) sizes.push_back(std::abs(pole) / (2 * SimTK::Pi));
+    std::sort(sizes.begin(), sizes.end());
+    std::vector<double> frequencies;
+    double before = 0;
+    for (const double size : sizes) {
+        if (!(size > Zero * sizes.back())) continue;
+        if (size > Apart * before)
+            frequencies.push_back(before > 0 ? std::sqrt(before * size) : size / 2);
+        before = size;
+    }
+    frequencies.push_back(before > 0 ? 2 * before : 1);
+    const size_t count = frequencies.size();
+    if (count <= MostFrequencies) return frequencies;
+    std::vector<double> chosen;
+    for (size_t k = 0; k < MostFrequencies; ++k)
+        chosen.push_back(frequencies[k * (count - 1) / (MostFrequencies - 1)]);
+    return chosen;
+}
+
+/** The same as an analysis of frequency response would have it. **/
+Results::Analysis calcResponses(const Results::Analysis& analysis, const StateSpace& space,
+                                const std::vector<double>& frequencies) {
+    Results::Analysis responses;
+    responses.name = analysis.name;
+    responses.inputs = analysis.inputs;
+    responses.outputs = analysis.outputs;
+    responses.inputUnits = analysis.inputUnits;
+    responses.outputUnits = analysis.outputUnits;
+    responses.frequency = {frequencies};
+    auto &magnitude = responses.matrices["magnitude"], &phase = responses.matrices["phase"];
+    for (const double frequency : frequencies) {
+        const auto transfer = space.calcTransfer({0, 2 * SimTK::Pi * frequency});
+        magnitude.emplace_back();
+        phase.emplace_back();
+        for (int i = 0; i < transfer.nrow(); ++i)
+            for (int k = 0; k < transfer.ncol(); ++k) {
+                magnitude.back().push_back(std::abs(transfer(i, k)));
+                phase.back().push_back(std::arg(transfer(i, k)) * 180 / SimTK::Pi);
+            }
+    }
+    return responses;
 }
 
 class Comparer {
@@ -73,6 +227,13 @@ public:
                                  b.type + " in " + m_nameB);
         } else if (a.type == "transient" || a.type == "static") {
             compareProbes(a, b);
+        } else if (a.type == "frequency_response") {
+            compareResponses(a, b);
+            compareEffectiveValues(a, b);
+        } else if (a.type == "linear") {
+            compareLinear(a, b);
+        } else if (a.type != "eigen" && a.type != "campbell") {
+            noteDifferent(a, "analysis '" + a.name + "' is not compared: type " + a.type);
         } else if (m_patterns.empty()) {
             compareModes(a, b);
         }
@@ -89,15 +250,192 @@ public:
     ResultComparison result;
 
 private:
-    std::vector<ChosenColumn> choose(const Results::Analysis& analysis) {
+    bool isLeftOut(const ChosenColumn& column) const {
+        return !m_patterns.empty() &&
+               std::none_of(m_patterns.begin(), m_patterns.end(),
+                            [&](const std::string& pattern) { return fits(pattern, column); });
+    }
+
+    std::vector<ChosenColumn> choose(const Results::Analysis& analysis) const {
         std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
-        const auto isLeftOut = [&](const ChosenColumn& column) {
-            return !m_patterns.empty() &&
-                   std::none_of(m_patterns.begin(), m_patterns.end(),
-                                [&](const std::string& pattern) { return fits(pattern, column); });
-        };
-        columns.erase(std::remove_if(columns.begin(), columns.end(), isLeftOut), columns.end());
+        columns.erase(std::remove_if(columns.begin(), columns.end(),
+                                     [&](const auto& column) { return isLeftOut(column); }),
+                      columns.end());
         return columns;
+    }
+
+    bool isOutputLeftOut(const std::string& output) const {
+        return isLeftOut({output, output.substr(0, output.find('.')), "", "", {}});
+    }
+
+    std::vector<Response> chooseOutputs(const Results::Analysis& analysis) const {
+        std::vector<Response> responses = listResponses(analysis);
+        responses.erase(
+            std::remove_if(responses.begin(), responses.end(),
+                           [&](const auto& one) { return isOutputLeftOut(one.output); }),
+            responses.end());
+        return responses;
+    }
+
+    void noteOneSided(const Results::Analysis& analysis, const std::string& what, Reason reason) {
+        result.missing.push_back({reason, analysis.name, what,
+                                  "'" + what + "' of analysis '" + analysis.name + "' is only in " +
+                                      (reason == Reason::OnlyInFirst ? m_nameA : m_nameB)});
+    }
+
+    void compareResponses(const Results::Analysis& a, const Results::Analysis& b) {
+        const std::vector<Response> first = chooseOutputs(a), second = chooseOutputs(b);
+        for (const Response& response : second)
+            if (!seekNamed(first, response.name))
+                noteOneSided(a, response.name, Reason::OnlyInSecond);
+        const std::vector<double>&f = a.frequency.at(0), &g = b.frequency.at(0);
+        const std::vector<double> x = mergeFrequencies(f, g);
+        if (x.empty()) {
+            if (!first.empty())
+                noteDifferent(a,
+                              "analysis '" + a.name + "' has no frequency that both files cover");
+            return;
+        }
+        const size_t begin = result.columns.size();
+        std::vector<const Response*> compared;
+        std::vector<double> uncertain;
+        for (const Response& response : first) {
+            const Response* other = seekNamed(second, response.name);
+            if (!other) {
+                noteOneSided(a, response.name, Reason::OnlyInFirst);
+                continue;
+            }
+            ColumnDifference difference;
+            difference.analysis = a.name;
+            difference.name = response.name;
+            difference.unit = response.unit;
+            difference.probe = response.getProbe();
+            difference.axis = "frequency [Hz]";
+            difference.x = x;
+            compared.push_back(&response);
+            std::vector<Complex> one, two;
+            for (const double at : x) {
+                one.push_back(interpolate(f, response.values, at));
+                two.push_back(interpolate(g, other->values, at));
+                addComplex(one.back(), two.back(), difference);
+            }
+            uncertain.push_back(std::max(calcLost(x, one, g), calcLost(x, two, f)));
+            measure(difference);
+            result.columns.push_back(std::move(difference));
+        }
+        // Responses of one probe to one input have one range.
+        for (size_t k = 0; k < compared.size(); ++k) {
+            double& range = result.columns[begin + k].range;
+            for (size_t other = 0; other < compared.size(); ++other)
+                if (compared[other]->getProbe() == compared[k]->getProbe() &&
+                    compared[other]->input == compared[k]->input)
+                    range = std::max({range, findSize(result.columns[begin + other].first),
+                                      findSize(result.columns[begin + other].second)});
+        }
+        if (compared.empty() || f == g) return;
+        double share = 0;
+        for (size_t k = 0; k < compared.size(); ++k)
+            if (uncertain[k] > 0)
+                share = std::max(share, uncertain[k] / result.columns[begin + k].range);
+        char text[400];
+        std::snprintf(text, sizeof text,
+                      "frequencies of analysis '%s' differ (%zu in %s, %zu in %s): compared at %zu "
+                      "from %g to %g Hz, where a file has no row by cubic interpolation, which "
+                      "alone makes differences of up to %.2g of range",
+                      a.name.c_str(), f.size(), m_nameA.c_str(), g.size(), m_nameB.c_str(),
+                      x.size(), x.front(), x.back(), share);
+        result.notes.push_back(text);
+    }
+
+    /** All that either has in the range that both cover. **/
+    static std::vector<double> mergeFrequencies(const std::vector<double>& f,
+                                                const std::vector<double>& g) {
+        if (f == g) return f;
+        std::vector<double> all;
+        const double from = std::max(f.front(), g.front()), to = std::min(f.back(), g.back());
+        for (const auto* frequencies : {&f, &g})
+            for (const double frequency : *frequencies)
+                if (frequency >= from && frequency <= to) all.push_back(frequency);
+        std::sort(all.begin(), all.end());
+        all.erase(std::unique(all.begin(), all.end()), all.end());
+        return all;
+    }
+
+    /** Of random motion. **/
+    void compareEffectiveValues(const Results::Analysis& a, const Results::Analysis& b) {
+        const std::string prefix = "rms of ";
+        const auto isWanted = [&](const std::string& name) {
+            return name.compare(0, prefix.size(), prefix) == 0 &&
+                   !isOutputLeftOut(name.substr(prefix.size()));
+        };
+        for (const auto& [name, value] : b.statistics)
+            if (isWanted(name) && !a.statistics.count(name))
+                noteOneSided(a, name, Reason::OnlyInSecond);
+        for (const auto& [name, value] : a.statistics) {
+            if (!isWanted(name)) continue;
+            const auto other = b.statistics.find(name);
+            if (other == b.statistics.end()) {
+                noteOneSided(a, name, Reason::OnlyInFirst);
+                continue;
+            }
+            const auto output =
+                std::find(a.outputs.begin(), a.outputs.end(), name.substr(prefix.size()));
+            ColumnDifference difference;
+            difference.analysis = a.name;
+            difference.name = name;
+            // Those of no output: von Mises's stress.
+            difference.unit = output == a.outputs.end()
+                                  ? "Pa"
+                                  : a.outputUnits.at(size_t(output - a.outputs.begin()));
+            difference.first = {value};
+            difference.second = {other->second};
+            measureReal(difference);
+            difference.range = std::max(std::abs(value), std::abs(other->second));
+            result.columns.push_back(std::move(difference));
+        }
+    }
+
+    void compareLinear(const Results::Analysis& a, const Results::Analysis& b) {
+        const StateSpace first = makeStateSpace(a), second = makeStateSpace(b);
+        const std::vector<Complex> poles = calcPoles(first), others = calcPoles(second);
+        if (m_patterns.empty()) comparePoles(a, poles, others);
+        const std::vector<double> frequencies = chooseFrequencies(poles, others);
+        compareResponses(calcResponses(a, first, frequencies),
+                         calcResponses(b, second, frequencies));
+    }
+
+    void comparePoles(const Results::Analysis& a, const std::vector<Complex>& first,
+                      const std::vector<Complex>& second) {
+        if (first.size() != second.size()) {
+            noteDifferent(a, "analysis '" + a.name + "' has " + std::to_string(first.size()) +
+                                 " states in " + m_nameA + ", " + std::to_string(second.size()) +
+                                 " in " + m_nameB + ": its poles are not compared");
+            return;
+        }
+        std::vector<Complex> left = second, partners;
+        for (const Complex& pole : first) {
+            const auto nearest = std::min_element(
+                left.begin(), left.end(), [&](const Complex& one, const Complex& two) {
+                    return std::abs(one - pole) < std::abs(two - pole);
+                });
+            partners.push_back(*nearest);
+            left.erase(nearest);
+        }
+        int number = 0;
+        for (size_t k = 0; k < first.size(); ++k) {
+            // The other one of a pair says the same.
+            if (k > 0 && first[k] == std::conj(first[k - 1]) && first[k].imag() < 0 &&
+                partners[k] == std::conj(partners[k - 1]))
+                continue;
+            ColumnDifference difference;
+            difference.analysis = a.name;
+            difference.name = "pole " + std::to_string(++number);
+            difference.unit = "1/s";
+            addComplex(first[k], partners[k], difference);
+            measure(difference);
+            difference.range = std::max(difference.first[0], difference.second[0]);
+            result.columns.push_back(std::move(difference));
+        }
     }
 
     void compareProbes(const Results::Analysis& a, const Results::Analysis& b) {
@@ -123,13 +461,14 @@ private:
                 difference.first = {column.values.back()};
                 difference.second = {other->values.back()};
             } else {
+                difference.axis = "time [s]";
                 difference.x = time;
                 for (const double t : time) {
                     difference.first.push_back(interpolate(a.time, column.values, t));
                     difference.second.push_back(interpolate(b.time, other->values, t));
                 }
             }
-            measure(difference);
+            measureReal(difference);
             result.columns.push_back(std::move(difference));
         }
         shareRanges(begin);
@@ -185,7 +524,8 @@ private:
         for (size_t mode = 0; mode < std::min(modesA, modesB); ++mode) {
             const std::string number = std::to_string(mode + 1);
             addModes(a, "frequency " + number, "Hz", mode, a.frequency, b.frequency, 0);
-            addModes(a, "damping ratio " + number, "", mode, a.dampingRatio, b.dampingRatio, 1);
+            addModes(a, "damping ratio " + number, "", mode, a.dampingRatio, b.dampingRatio,
+                     LeastDampingRatio);
         }
         pairModes(a, b);
     }
@@ -215,20 +555,20 @@ private:
 
     void addModes(const Results::Analysis& a, const std::string& name, const std::string& unit,
                   size_t mode, const std::vector<std::vector<double>>& first,
-                  const std::vector<std::vector<double>>& second, double range) {
+                  const std::vector<std::vector<double>>& second, double leastRange) {
         ColumnDifference difference;
         difference.analysis = a.name;
         difference.name = name;
         difference.unit = unit;
+        if (!a.speeds.empty()) difference.axis = "speed";
         difference.x = a.speeds;
         for (size_t k = 0; k < std::min(first.size(), second.size()); ++k) {
             difference.first.push_back(first[k].at(mode));
             difference.second.push_back(second[k].at(mode));
         }
-        measure(difference);
-        // A damping ratio is relative already.
+        measureReal(difference);
         difference.range =
-            range > 0 ? range : std::max(findSize(difference.first), findSize(difference.second));
+            std::max({leastRange, findSize(difference.first), findSize(difference.second)});
         result.columns.push_back(std::move(difference));
     }
 

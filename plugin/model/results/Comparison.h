@@ -1,6 +1,16 @@
 #pragma once
 /** @file
-By how much the probes of two results differ. **/
+By how much two results differ: probes, natural modes, frequency responses and linear models.
+
+Responses are compared as complex numbers: |H₂ − H₁| of each output by each input, beside the
+largest |H| of the probe by that input. Where the frequencies differ, as those of adaptive grids do,
+they are compared at all that either file has in the range that both cover, the other one's value
+being interpolated by cubics. A note tells what this alone would make differ: by how much either
+response changes if it keeps the other one's rows only and is interpolated between.
+
+The states of a linear model are a choice, its matrices so no result. What does not depend on them
+is compared: the eigenvalues of A, each with the nearest of the other model, and the responses
+C(iω − A)⁻¹B + D at frequencies between all poles of both. **/
 
 #include <string>
 #include <vector>
@@ -10,14 +20,16 @@ By how much the probes of two results differ. **/
 namespace simflex {
 namespace model {
 
-/** Of one column of a probe, or of one frequency. **/
+/** Of one column of a probe, one frequency, response or pole. **/
 struct ColumnDifference {
     std::string analysis, name, unit;
     std::string probe;  ///< whose column it is; empty of a frequency
+    std::string axis;   ///< of x: "time [s]", "speed", "frequency [Hz]"; empty: single numbers
     double largest = 0, rms = 0;
-    double time = 0;   ///< of the largest [s], or its speed in a Campbell diagram
+    double time = 0;   ///< where the largest is on that axis
     double range = 0;  ///< of the probe's values, over all its columns; of a constant its size
-    std::vector<double> x, first, second;  ///< what was compared, over time
+    std::vector<double> x, first, second;  ///< what was compared; sizes of complex numbers
+    std::vector<double> difference;        ///< second − first; its size of complex numbers
 
     /** Largest difference over range; 0 if there is no difference. **/
     double getRelative() const;
@@ -44,7 +56,7 @@ struct ResultComparison {
 
 /** Analyses of the same name. Where their times differ, the second's values are interpolated (by
 cubics) to the first's times.
-@param patterns  of probes; none: all
+@param patterns  of probes, and outputs of responses; none: all, and modes and poles
 @param nameA, nameB  how the files are called in texts **/
 ResultComparison compareResults(const Results& a, const Results& b,
                                 const std::vector<std::string>& patterns, const std::string& nameA,

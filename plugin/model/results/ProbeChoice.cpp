@@ -67,6 +67,7 @@ std::vector<ChosenResponse> chooseResponses(const Results::Analysis& analysis,
         for (size_t k = 0; isChosen && k < numInputs; ++k) {
             ChosenResponse response;
             response.output = output;
+            response.input = analysis.inputs[k];
             response.name = numInputs > 1 ? output + " by " + analysis.inputs[k] : output;
             const auto group = [](const std::string& unit) {
                 return unit.find_first_of(" /") == unit.npos ? unit : "(" + unit + ")";

@@ -40,6 +40,7 @@ void requireAnalyses(const Results& results, const std::string& path,
 struct ChosenResponse {
     std::string name;    ///< "tip.y by loads.push.force.y", or "tip.y" if there is one input
     std::string output;  ///< "tip.y"
+    std::string input;   ///< "loads.push.force.y"
     std::string unit;    ///< "m/N"
     std::vector<double> magnitude, phase;  ///< at its frequencies; [degrees]
 };

@@ -4,6 +4,7 @@ simflex compare, and the figures of simflex plot, on results whose values are kn
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <complex>
 #include <functional>
 
 #include "TestResults.h"
@@ -123,6 +124,177 @@ TEST(Comparison, WhatIsNoNumberOnOneSideOnlyDiffersWithoutBound) {
     EXPECT_EQ(
         compareResults(makeData(9, broken), makeData(9, broken), {}, "a", "b").columns[0].largest,
         0);
+}
+
+/** Outcome x = H p of m ẍ + c ẋ + k x = p, at `count` frequencies from 1 to 20 Hz. **/
+struct Oscillator {
+    double m = 1.5, c = 12, k = 4000;
+
+    std::complex<double> calc(double frequency) const {
+        const std::complex<double> s(0, 2 * pi * frequency);
+        return 1.0 / (m * s * s + c * s + k);
+    }
+
+    Results respond(int count) const {
+        Results data;
+        data.analyses.emplace_back();
+        Results::Analysis& fr = data.analyses[0];
+        fr.name = "fr";
+        fr.type = "frequency_response";
+        fr.isComplete = true;
+        putPorts(fr);
+        fr.frequency.emplace_back();
+        for (int n = 0; n < count; ++n) {
+            const double frequency = 1 + 19.0 * n / (count - 1);
+            fr.frequency[0].push_back(frequency);
+            fr.matrices["magnitude"].push_back({std::abs(calc(frequency))});
+            fr.matrices["phase"].push_back({std::arg(calc(frequency)) * 180 / pi});
+        }
+        return data;
+    }
+
+    /** @param scale  of the second state against the speed **/
+    Results linearize(double scale) const {
+        Results data;
+        data.analyses.emplace_back();
+        Results::Analysis& lin = data.analyses[0];
+        lin.name = "lin";
+        lin.type = "linear";
+        putPorts(lin);
+        lin.matrices = {{"A", {{0, 1 / scale}, {-k / m * scale, -c / m}}},
+                        {"B", {{0}, {scale / m}}},
+                        {"C", {{1, 0}}},
+                        {"D", {{0}}}};
+        return data;
+    }
+
+private:
+    static void putPorts(Results::Analysis& analysis) {
+        analysis.inputs = {"push"};
+        analysis.inputUnits = {"N"};
+        analysis.outputs = {"x"};
+        analysis.outputUnits = {"m"};
+    }
+};
+
+TEST(Comparison, ResponsesDifferAsComplexNumbers) {
+    const Oscillator soft;
+    Oscillator stiff;
+    stiff.k *= 1.1;
+    const auto result = compareResults(soft.respond(101), stiff.respond(101), {}, "a", "b");
+    ASSERT_THAT(result.columns, SizeIs(1));
+    EXPECT_EQ(result.columns[0].name, "x by push");
+    EXPECT_EQ(result.columns[0].unit, "m/N");
+    double largest = 0, size = 0, at = 0;
+    const Results given = soft.respond(101);
+    for (const double f : given.analyses[0].frequency[0]) {
+        const double difference = std::abs(stiff.calc(f) - soft.calc(f));
+        if (difference > largest) largest = difference, at = f;
+        size = std::max({size, std::abs(soft.calc(f)), std::abs(stiff.calc(f))});
+    }
+    EXPECT_NEAR(result.columns[0].largest, largest, 1e-12 * largest);
+    EXPECT_EQ(result.columns[0].time, at);
+    EXPECT_NEAR(result.columns[0].getRelative(), largest / size, 1e-12);
+    EXPECT_THAT(result.notes, SizeIs(0));
+    // Of the same size, but in the other direction.
+    Results turned = soft.respond(101);
+    for (auto& row : turned.analyses[0].matrices["phase"]) row[0] += 180;
+    EXPECT_NEAR(compareResults(soft.respond(101), turned, {}, "a", "b").columns[0].getRelative(), 2,
+                1e-12);
+    EXPECT_EQ(compareResults(turned, turned, {}, "a", "b").columns[0].largest, 0);
+    EXPECT_THAT(compareResults(turned, turned, {"y"}, "a", "b").columns, SizeIs(0));
+}
+
+TEST(Comparison, WhatOtherFrequenciesMakeDifferIsTold) {
+    // A grid that does not see the peak, one that hardly does, one that does: the response is one.
+    const Oscillator body;
+    for (const int count : {6, 24, 151}) {
+        const auto result = compareResults(body.respond(400), body.respond(count), {}, "a", "b");
+        ASSERT_THAT(result.notes, SizeIs(1));
+        const std::string start = "makes differences of up to ";
+        const size_t at = result.notes[0].find(start);
+        ASSERT_NE(at, std::string::npos) << result.notes[0];
+        const double told = std::stod(result.notes[0].substr(at + start.size())),
+                     actual = result.columns.at(0).getRelative();
+        EXPECT_GT(actual, 0);
+        EXPECT_GT(told, 0.9 * actual) << count;
+        EXPECT_LT(told, 1.5 * actual) << count;
+    }
+    Results beyond = body.respond(9);
+    for (double& frequency : beyond.analyses[0].frequency[0]) frequency += 100;
+    const auto result = compareResults(body.respond(9), beyond, {}, "a", "b");
+    EXPECT_THAT(result.columns, SizeIs(0));
+    ASSERT_THAT(result.missing, SizeIs(1));
+    EXPECT_THAT(result.missing[0].text, HasSubstr("no frequency that both"));
+}
+
+TEST(Comparison, LinearModelsAreThoseOfTheirPolesAndResponsesWhateverTheirStates) {
+    const Oscillator soft;
+    const auto same = compareResults(soft.linearize(1), soft.linearize(-0.02), {}, "a", "b");
+    ASSERT_THAT(same.columns, SizeIs(2));
+    for (const auto& column : same.columns) EXPECT_LT(column.getRelative(), 1e-12) << column.name;
+
+    Oscillator stiff = soft;
+    stiff.k *= 4;
+    const auto calcPole = [](const Oscillator& of) {
+        return std::complex<double>(-of.c / (2 * of.m),
+                                    std::sqrt(of.k / of.m - std::pow(of.c / (2 * of.m), 2)));
+    };
+    const auto result = compareResults(soft.linearize(1), stiff.linearize(1), {}, "a", "b");
+    ASSERT_THAT(result.columns, SizeIs(2));
+    EXPECT_EQ(result.columns[0].name, "pole 1");
+    EXPECT_NEAR(result.columns[0].largest, std::abs(calcPole(stiff) - calcPole(soft)), 1e-9);
+    EXPECT_EQ(result.columns[1].name, "x by push");
+    ASSERT_THAT(result.columns[1].x, SizeIs(3));  // below, between and above
+    for (size_t n = 0; n < 3; ++n) {
+        const double f = result.columns[1].x[n],
+                     difference = std::abs(stiff.calc(f) - soft.calc(f));
+        EXPECT_NEAR(result.columns[1].difference[n], difference, 1e-9 * difference);
+    }
+
+    Results larger = soft.linearize(1);
+    auto& matrices = larger.analyses[0].matrices;
+    matrices["A"] = {{0, 1, 0}, {-soft.k / soft.m, -soft.c / soft.m, 0}, {0, 0, -7}};
+    matrices["B"].push_back({0});
+    matrices["C"][0].push_back(1);
+    const auto unlike = compareResults(soft.linearize(1), larger, {}, "a", "b");
+    ASSERT_THAT(unlike.missing, SizeIs(1));
+    EXPECT_THAT(unlike.missing[0].text, HasSubstr("poles are not compared"));
+    ASSERT_THAT(unlike.columns, SizeIs(1));  // its third state answers to nothing
+    EXPECT_LT(unlike.columns[0].getRelative(), 1e-12);
+}
+
+TEST(Comparison, EffectiveValuesAndDensitiesOfRandomMotionAreCompared) {
+    Results a = Oscillator().respond(20), b;
+    for (size_t n = 0; n < 20; ++n) a.analyses[0].matrices["density"].push_back({1});
+    a.analyses[0].statistics["rms of x"] = 4;
+    b = a;
+    b.analyses[0].matrices["density"][7] = {2};
+    b.analyses[0].statistics["rms of x"] = 5;
+    const auto result = compareResults(a, b, {}, "a", "b");
+    ASSERT_THAT(result.columns, SizeIs(3));
+    EXPECT_EQ(result.columns[1].name, "density of x");
+    EXPECT_EQ(result.columns[1].getRelative(), 0.5);
+    EXPECT_EQ(result.columns[2].name, "rms of x");
+    EXPECT_EQ(result.columns[2].getRelative(), 0.2);
+}
+
+TEST(Comparison, DampingRatiosAreMeasuredByThemselves) {
+    Results a, b;
+    a.analyses = {makeAnalysis("eigen")};
+    b = a;
+    b.analyses[0].dampingRatio[0][0] *= 0.75;
+    const auto result = compareResults(a, b, {}, "a", "b");
+    EXPECT_EQ(result.columns.at(1).name, "damping ratio 1");
+    EXPECT_NEAR(result.columns[1].getRelative(), 0.25, 1e-12);
+}
+
+TEST(Comparison, WhatCannotBeComparedIsNamed) {
+    Results a = makeData(5, wave);
+    a.analyses[0].type = "rumour";
+    const auto result = compareResults(a, a, {}, "a", "b");
+    ASSERT_THAT(result.missing, SizeIs(1));
+    EXPECT_THAT(result.missing[0].text, HasSubstr("'run' is not compared"));
 }
 
 TEST(UnitScale, PrefixesAreThoseThatPeopleUse) {
@@ -258,6 +430,19 @@ TEST_F(PlotTest, CompareTellsByItsExitStatusWhetherResultsAgree) {
     EXPECT_EQ(run("compare b.h5 c.h5 --tolerance 2e-3"), 0) << err;
     EXPECT_EQ(run("compare b.h5 c.h5 swing"), 0) << err;
     EXPECT_EQ(run("compare b.h5 c.h5 wing"), 1);
+}
+
+TEST_F(PlotTest, CompareSeesThatResponsesDiffer) {
+    Oscillator body;
+    for (const char* file : {"a.h5", "b.h5"}) {
+        ResultWriter(folder / file, makeHeader()).add(body.respond(50).analyses[0]);
+        body.k *= 1.25;
+    }
+    EXPECT_EQ(run("compare a.h5 a.h5"), 0) << err;
+    EXPECT_EQ(run("compare a.h5 b.h5 --plot d.svg"), 1);
+    EXPECT_THAT(out, HasSubstr("x by push [m/N]"));
+    EXPECT_THAT(err, HasSubstr("'x by push' of analysis 'fr'"));
+    EXPECT_THAT(readText(folder / "d.svg"), HasSubstr("frequency [Hz]"));
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 /** @file
 Error bars against the error itself: the same run with 200 modes. **/
 
+#include <complex>
 #include <fstream>
+#include <sstream>
 
 #include "cli/run/RunTest.h"
 #include "fe/TestDecks.h"
@@ -98,6 +100,42 @@ TEST_F(ErrorBarTest, TheModesThatAreAdvisedDo) {
     const std::string modes = out.substr(begin, at - begin);
     ASSERT_EQ(runModel("--error-bar --set parts.bar.modes=" + modes), 0) << err;
     EXPECT_EQ(out.find(" for 1 % of middle.y"), std::string::npos) << out;
+}
+
+TEST_F(ErrorBarTest, ResponsesHaveErrorsAndLinearModelsAreNamedAsHavingNone) {
+    const std::string analyses =
+        "--set 'loads={push: {on: bar.far, force: [0, 0, 0]}}' --set 'analyses={rest: {type: "
+        "static}, modes: {type: eigen, about: rest, count: 2}, fr: {type: frequency_response, "
+        "about: rest, inputs: [loads.push.force.y], outputs: [middle.y], adaptive: false, "
+        "frequencies: {from: 10, to: 300, count: 30}}, lin: {type: linear, about: rest, inputs: "
+        "[loads.push.force.y], outputs: [middle.y]}}' ";
+    ASSERT_EQ(runModel(analyses + "--error-bar --set parts.bar.modes=12"), 0) << err;
+    const Results::Analysis run = read("fr"), finer = read("fr", "model.results.finer.h5");
+    double largest = 0, size = 0;
+    for (size_t n = 0; n < 30; ++n) {
+        const auto calc = [n](const Results::Analysis& of) {
+            return std::polar(of.matrices.at("magnitude").at(n).at(0),
+                              of.matrices.at("phase").at(n).at(0) * std::acos(-1.0) / 180);
+        };
+        largest = std::max(largest, std::abs(calc(finer) - calc(run)));
+        size = std::max({size, std::abs(calc(finer)), std::abs(calc(run))});
+    }
+    const size_t at = out.find("  middle.y by loads.push.force.y [m/N]");
+    ASSERT_NE(at, std::string::npos) << out;
+    std::istringstream line(out.substr(at + 39));
+    double told = 0, frequency = 0, rms = 0, percent = 0;
+    line >> told >> frequency >> rms >> percent;
+    EXPECT_GT(largest, 0);
+    EXPECT_NEAR(told, largest, 1e-4 * largest);
+    EXPECT_NEAR(percent, 100 * largest / size, 1e-2 * percent);
+    EXPECT_EQ(out.find("frequency 3 [Hz]"), std::string::npos) << out;
+    EXPECT_THAT(out, HasSubstr("no error bar: analysis 'lin' is a linear model"));
+    // There are no steps to be verified, and nothing of these that a rigid model has too.
+    ASSERT_EQ(runModel(analyses + "--verify --rigid -o rigid.h5"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("nothing to verify: "));
+    EXPECT_THAT(out, HasSubstr("rest: flexible against rigid"));
+    ASSERT_EQ(runModel(analyses + "--only lin --rigid -o lin.h5"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("nothing to compare: "));
 }
 
 TEST_F(ErrorBarTest, TheRunItselfIsNotChangedByItsBars) {
