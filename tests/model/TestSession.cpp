@@ -4,10 +4,12 @@ Models that a program moves by Session alone. **/
 #include "simflex/model/Session.h"
 
 #include <complex>
+#include <fstream>
 
 #include "cli/run/RunTest.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
+#include "simflex/model/file/ModelError.h"
 
 namespace simflex {
 namespace {
@@ -492,6 +494,9 @@ TEST_F(LinearModelTest, SaysWhatCannotBe) {
         }
     };
     Session session = readShaker();
+    EXPECT_THROW(session.linearize({"loads.pusch.force.x"}, {}), ModelError);
+    EXPECT_THROW(session.linearize({"loads.push.force.x"}, {"nowhere"}), ModelError);
+    refuse(session, {"loads.push.force.x", "loads.push.force"}, {}, "given twice");
     refuse(session, {}, {}, "needs an input");
     refuse(session, {"loads.pusch.force.x"}, {}, "'push'");
     refuse(session, {"loads.push.force.w"}, {}, "did you mean 'x'?");
@@ -815,6 +820,66 @@ analyses:
         expectNear(found(0), expected, 1e-6);
         expectNear(found(1), Complex(0, -1) * expected, 1e-6);  // a quarter turn later
     }
+}
+
+TEST_F(LinearModelTest, RoundOffAttractsNoFrequenciesAndIsNoResponse) {
+    const char* model = R"(simflex: 1
+parameters: {speed: 10}
+bodies:
+  housing: {mass: 1, inertia: [0.3, 0.3, 0.3]}
+  rotor: {mass: 3, inertia: [0.5, 0.3, 0.3]}
+joints:
+  spindle: {type: pin, between: [housing, rotor], axis: x}
+connectors:
+  bearing: {type: bushing, between: [ground, housing], stiffness: [5000, 5000, 5000, 9000, 9000, 18000], damping: [6, 6, 6, 12, 12, 12]}
+motions:
+  spin: {joint: spindle, position: speed*t}
+initial: {start: steady}
+loads:
+  push: {on: housing, force: [0, 0, 0]}
+probes:
+  y: {position: housing, component: y}
+  tilt: {orientation: housing, component: y}
+analyses:
+  runup: {type: frequency_response, speed: speed, unbalance: {on: housing, moment: 1e-3, axis: x}, frequencies: {from: 4, to: 5, count: 2}}
+  shake: {type: frequency_response, inputs: [loads.push.force.y], frequencies: {from: 4, to: 5, count: 2}}
+)";
+    for (const bool turns : {true, false}) {
+        std::string text = model;
+        if (!turns) {
+            text.replace(text.find("speed*t"), 7, "0");
+            text.erase(text.find("initial: {start: steady}\n"), 25);
+            text.erase(text.find("  runup:"), text.find("  shake:") - text.find("  runup:"));
+        }
+        writeModel(text);
+        ASSERT_EQ(runModel(), 0) << err;
+        EXPECT_THAT(err, HasSubstr("no input changes 'tilt'"));
+        for (const char* name : {"runup", "shake"}) {
+            if (!turns && name[0] == 'r') continue;
+            const Results::Analysis response = read(name);
+            EXPECT_LT(response.frequency[0].size(), 20u) << name;
+            for (const auto& row : response.matrices.at("magnitude")) {
+                EXPECT_GT(row[0], 1e-6);
+                EXPECT_EQ(row[1], 0);
+            }
+        }
+    }
+}
+
+TEST_F(LinearModelTest, NamesOfAllAnalysesAreCheckedBeforeTheFirst) {
+    const auto refuse = [&](const std::string& ports, const std::string& why) {
+        writeModel(std::string(kShaker) +
+                   "analyses:\n  first: {type: transient, duration: 1}\n  last: {type: linear, " +
+                   ports + "}\n");
+        EXPECT_NE(runModel(), 0);
+        EXPECT_THAT(err, HasSubstr("analyses.last." + why));
+        EXPECT_THAT(err, HasSubstr("model.yaml:"));
+        EXPECT_FALSE(std::ifstream(folder / "model.results.h5").good());
+    };
+    refuse("inputs: [loads.pusch.force.x]", "inputs: input 'loads.pusch.force.x'");
+    refuse("inputs: [loads.push.force.x, loads.push.force.x]",
+           "inputs: input 'loads.push.force.x' is given twice");
+    refuse("inputs: [loads.push.force.x], outputs: [plase.x]", "outputs: ");
 }
 
 TEST_F(LinearModelTest, RandomForcesGiveTheEffectiveValuesOfTheClosedForm) {

@@ -683,6 +683,25 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
                 return model->calcTransfers(wanted, tell);
             };
         }
+        // Nothing is to be made of round-off, neither frequencies nor curves.
+        std::vector<SimTK::Matrix_<SimTK::Complex>> samples;
+        std::vector<SimTK::Matrix> bounds;
+        for (const double frequency : {frequencies.front(), frequencies[frequencies.size() / 2],
+                                       frequencies.back()}) {
+            if (analysis.has("speed")) model.emplace(makeAt(frequency));
+            samples.push_back(model->calcTransfers({frequency}, {})[0]);
+            bounds.push_back(model->calcBounds(frequency));
+        }
+        const auto isRoundOff = findRoundOff(samples, bounds);
+        const TransferFunction calcClean = [&](const std::vector<double>& wanted,
+                                               const auto& tell) {
+            auto transfers = calcTransfers(wanted, tell);
+            for (auto& transfer : transfers)
+                for (int i = 0; i < transfer.nrow(); ++i)
+                    for (int k = 0; k < transfer.ncol(); ++k)
+                        if (isRoundOff[size_t(i)][size_t(k)]) transfer(i, k) = 0;
+            return transfers;
+        };
         numUnstable = model->countUnstable();
         if (numUnstable > 0 && isRandom)
             throw std::runtime_error("the model is unstable where it is linearised (" +
@@ -693,7 +712,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         response.outputs = model->getOutputs();
         warnOfKinks(name, model->getLeftOut());
         calcHarmonicResponse(
-            calcTransfers, frequencies,
+            calcClean, frequencies,
             !analysis.get("adaptive").getBool() ? Refinement::None
             : isRandom                          ? Refinement::ForIntegrals
                                                 : Refinement::AtResonances,

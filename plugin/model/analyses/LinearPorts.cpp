@@ -9,6 +9,7 @@
 #include "simflex/base/NumberText.h"
 #include "simflex/body/StressRecovery.h"
 #include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/file/ModelError.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/probes/ProbeKinds.h"
 #include "simflex/model/session/Quantities.h"
@@ -43,6 +44,8 @@ square is integrated, the finer one), or of a thousandth of its largest; so far 
 themselves, and so many are added at most. **/
 constexpr double CoarseChord = 0.2, FineChord = 0.05, SmallResponse = 1e-3, FinestStep = 2e-5;
 constexpr size_t MostAdded = 2000;
+/** Of what a response could be, the part that is round-off. **/
+constexpr double ResponseRoundOff = 1e-13;
 
 std::string getUnit(const std::vector<std::string>& parts) {
     for (const auto& [key, unit] : {std::pair("force", "N"), std::pair("torque", "N m"),
@@ -190,7 +193,7 @@ void LinearOutputPorts::choose(const std::vector<std::string>& names) {
                 add(full, probe, full);
             }
         }
-        if (choice.columns.empty()) throw std::runtime_error(describeUnknown("probe", name, known));
+        if (choice.columns.empty()) throw ModelError(describeUnknown("probe", name, known));
         m_choices.push_back(std::move(choice));
     }
 }
@@ -254,7 +257,7 @@ LinearInputPorts::LinearInputPorts(const ModelText& text, const ModelOptions& op
                     }
                 }
             if (std::find(known.begin(), known.end(), part) == known.end())
-                throw std::runtime_error(
+                throw ModelError(
                     "input '" + path + "': " +
                     describeUnknown("number in '" + (place.empty() ? "the model" : place) + "'",
                                     part, known));
@@ -265,8 +268,15 @@ LinearInputPorts::LinearInputPorts(const ModelText& text, const ModelOptions& op
         const size_t before = m_ports.size();
         add(value, place, setting, 0);
         if (m_ports.size() == before)
-            throw std::runtime_error("input '" + path + "': there is no number in it");
+            throw ModelError("input '" + path + "': there is no number in it");
+        for (size_t k = before; k < m_ports.size(); ++k) refuseTwin(k);
     }
+}
+
+void LinearInputPorts::refuseTwin(size_t port) const {
+    for (size_t k = 0; k < port; ++k)
+        if (m_ports[k].name == m_ports[port].name)
+            throw ModelError("input '" + m_ports[k].name + "' is given twice");
 }
 
 bool LinearInputPorts::addInputs(const std::vector<std::string>& path) {
@@ -279,6 +289,7 @@ bool LinearInputPorts::addInputs(const std::vector<std::string>& path) {
         isFound = true;
         m_ports.push_back({input.name, input.unit});
         m_sources.push_back({"", "", SimTK::NaN, input.state});
+        refuseTwin(m_ports.size() - 1);
     }
     return isFound;
 }
@@ -435,6 +446,20 @@ LinearInputs bringBack(const Linearization& now, LinearInputs inputs) {
     return inputs;
 }
 
+/** In place of outputs, all displacements. **/
+LinearOutputs observeDisplacements(const LinearOutputs& outputs) {
+    const int n = outputs.byQ.ncol();
+    LinearOutputs all;
+    all.byQ.resize(n, n);
+    all.byQ = 1;  // on the diagonal
+    for (SimTK::Matrix* none : {&all.byU, &all.byUDot}) none->resize(n, n), *none = 0;
+    all.byMultipliers.resize(n, outputs.byMultipliers.ncol());
+    all.byMultipliers = 0;
+    all.byStates.resize(n, outputs.byStates.ncol());
+    all.byStates = 0;
+    return all;
+}
+
 /** Of which port the response to `a` and `b` differs; −1: of none. **/
 int findDifference(const StateSpace& a, const StateSpace& b, double rate, bool isOfInputs) {
     for (const double factor : {0.31, 1.7}) {
@@ -490,7 +515,10 @@ struct ModelLinearization {
     }
     StateSpace makeSpace(const Linearization& linear) {
         const LinearOutputs observed = observe(linear);
-        const LinearInputs driven = drive(linear);
+        return makeSpace(linear, drive(linear), observed);
+    }
+    StateSpace makeSpace(const Linearization& linear, const LinearInputs& driven,
+                         const LinearOutputs& observed) {
         const StateSpace space = calcStateSpace(linear, driven, observed);
         if (space.A.nrow() == 0) throw std::runtime_error("nothing in the model is free to move");
         if (!linear.later) return space;
@@ -523,7 +551,7 @@ ModelLinearization beginLinearization(const ModelText& text, const ModelOptions&
                                       EffectiveStress effectiveStress,
                                       const std::function<void()>& observer) {
     if (inputs.empty())
-        throw std::runtime_error(
+        throw ModelError(
             "a linear model needs an input: the path of a number, such as loads.NAME.force.x");
     return {LinearInputPorts(text, options, *model, inputs),
             LinearOutputPorts(model, probes, outputs, effectiveStress), outputs, *model, observer};
@@ -597,7 +625,14 @@ ModelResponse::ModelResponse(const ModelText& text, const ModelOptions& options,
         m_inputs.push_back({"unbalance", ""});
     }
     if (state.getNZ() > 0 || state.getU().normInf() > SlowestSpeed) {
-        m_space = ports.makeSpace(ports.linearize(state));
+        const Linearization linear = ports.linearize(state);
+        m_outputEffects = ports.observe(linear);
+        m_inputEffects = ports.drive(linear);
+        m_space = ports.makeSpace(linear, m_inputEffects, m_outputEffects);
+        LinearInputs moving = m_inputEffects;
+        moving.direct.resize(m_outputEffects.byQ.ncol(), moving.forces.ncol());
+        moving.direct = 0;
+        m_motions = calcStateSpace(linear, moving, observeDisplacements(m_outputEffects));
     } else {
         state.updU() = 0;
         m_blocks.emplace(m_model->getSystem(), state, observer);
@@ -647,6 +682,57 @@ Matrix_<Complex> ModelResponse::calcMotions(double frequency) const {
             "shapes can be drawn only of systems at rest that have no states of their own");
     const double omega = 2 * SimTK::Pi * frequency;
     return combine(m_blocks->calcMotions(omega, m_inputEffects), omega);
+}
+
+Matrix ModelResponse::calcBounds(double frequency) const {
+    const double omega = 2 * SimTK::Pi * frequency;
+    const Matrix_<Complex> motions =
+        m_blocks ? m_blocks->calcMotions(omega, m_inputEffects)
+                 : m_motions->calcTransfer(Complex(0, omega));
+    // Sizes by masses have one unit for all that moves.
+    const SimTK::SimbodyMatterSubsystem& matter = m_model->getSystem().getMatterSubsystem();
+    State state = m_state;
+    m_model->getSystem().realize(state, SimTK::Stage::Velocity);
+    const auto measure = [&](const Vector& v, bool isMotion) {
+        Vector product;
+        if (isMotion)
+            matter.multiplyByM(state, v, product);
+        else
+            matter.multiplyByMInv(state, v, product);
+        return std::sqrt(std::max(0.0, ~v * product));
+    };
+    Matrix bounds(m_outputEffects.byQ.nrow(), motions.ncol(), 0.0);
+    for (int k = 0; k < motions.ncol(); ++k) {
+        Vector real(motions.nrow()), imaginary(motions.nrow());
+        for (int j = 0; j < motions.nrow(); ++j)
+            real[j] = motions(j, k).real(), imaginary[j] = motions(j, k).imag();
+        const double size = std::hypot(measure(real, true), measure(imaginary, true));
+        for (int i = 0; i < bounds.nrow(); ++i)
+            bounds(i, k) =
+                size * (measure(getRow(m_outputEffects.byQ, i), false) +
+                        omega * measure(getRow(m_outputEffects.byU, i), false) +
+                        omega * omega * measure(getRow(m_outputEffects.byUDot, i), false));
+    }
+    if (!m_unbalance) return bounds;
+    const int last = bounds.ncol() - 2;
+    Matrix combined = bounds(0, 0, bounds.nrow(), last + 1);
+    for (int i = 0; i < bounds.nrow(); ++i)
+        combined(i, last) = std::abs(m_unbalance->moment) * omega * omega *
+                            std::hypot(bounds(i, last), bounds(i, last + 1));
+    return combined;
+}
+
+std::vector<std::vector<bool>> findRoundOff(const std::vector<Matrix_<Complex>>& transfers,
+                                            const std::vector<Matrix>& bounds) {
+    const int numOutputs = transfers.at(0).nrow(), numInputs = transfers.at(0).ncol();
+    std::vector<std::vector<bool>> isRoundOff(size_t(numOutputs),
+                                              std::vector<bool>(size_t(numInputs), true));
+    for (size_t f = 0; f < transfers.size(); ++f)
+        for (int i = 0; i < numOutputs; ++i)
+            for (int k = 0; k < numInputs; ++k)
+                if (!(std::abs(transfers[f](i, k)) <= ResponseRoundOff * bounds[f](i, k)))
+                    isRoundOff[size_t(i)][size_t(k)] = false;
+    return isRoundOff;
 }
 
 //-------------------------------------------------------------------------------------------------

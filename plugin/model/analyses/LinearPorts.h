@@ -34,7 +34,7 @@ struct OutputKinks : std::runtime_error {
 class LinearOutputPorts {
 public:
     /** @param names  "tip", "tip.y"; none: all probes
-    @throws std::runtime_error that proposes the nearest name. **/
+    @throws ModelError that proposes the nearest name. **/
     LinearOutputPorts(std::shared_ptr<const Model> model, const Probes& probes,
                       const std::vector<std::string>& names,
                       EffectiveStress effectiveStress = EffectiveStress::AsItIs);
@@ -71,7 +71,7 @@ private:
 class LinearInputPorts {
 public:
     /** @param paths  "loads.push.force.y", "loads.push": all of it; "push": an input of the model
-    @throws std::runtime_error that names what there is. **/
+    @throws ModelError that names what there is, and for one that is given twice. **/
     LinearInputPorts(const ModelText& text, const ModelOptions& options, const Model& model,
                      const std::vector<std::string>& paths);
 
@@ -94,6 +94,7 @@ private:
     };
     /** The model's own inputs that a path means: "push", "inputs.push", "inputs". **/
     bool addInputs(const std::vector<std::string>& path);
+    void refuseTwin(size_t port) const;
     void add(const ModelValue& value, const std::string& path, const std::string& setting,
              double time);
 
@@ -135,6 +136,10 @@ public:
     std::vector<SimTK::Matrix_<SimTK::Complex>> calcTransfers(
         const std::vector<double>& frequencies,
         const std::function<void(size_t done)>& observer) const;
+    /** At a frequency, what outputs would be if all that moves, moved along what they see: a
+    response that is next to nothing beside this is round-off. Nothing
+    where only joints' forces are observed. **/
+    SimTK::Matrix calcBounds(double frequency) const;
     /** Displacements in Simbody's numbering of u, a column for each input.
     @throws std::runtime_error for what is not at rest. **/
     SimTK::Matrix_<SimTK::Complex> calcMotions(double frequency) const;
@@ -157,12 +162,17 @@ private:
     LinearInputs m_inputEffects;
     LinearOutputs m_outputEffects;
     std::optional<FrequencyResponse> m_blocks;
-    std::optional<StateSpace> m_space;
+    std::optional<StateSpace> m_space, m_motions;  ///< of outputs; of displacements
 };
 
 /** Responses at frequencies [Hz]; the observer is told how many are done. **/
 using TransferFunction = std::function<std::vector<SimTK::Matrix_<SimTK::Complex>>(
     const std::vector<double>& frequencies, const std::function<void(size_t done)>& observer)>;
+/** Which responses are no more than round-off, for each output and input: those that are so at all
+frequencies. @param bounds  see ModelResponse::calcBounds() **/
+std::vector<std::vector<bool>> findRoundOff(
+    const std::vector<SimTK::Matrix_<SimTK::Complex>>& transfers,
+    const std::vector<SimTK::Matrix>& bounds);
 /** Whether frequencies are added between the wanted ones where responses turn: enough to see them,
 or to integrate their squares. **/
 enum class Refinement { None, AtResonances, ForIntegrals };

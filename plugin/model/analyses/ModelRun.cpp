@@ -7,6 +7,7 @@
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/analyses/LinearPorts.h"
 #include "simflex/model/analyses/StateRows.h"
 #include "simflex/model/analyses/TransientRun.h"
 #include "simflex/model/file/ModelTexts.h"
@@ -98,6 +99,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     m_model = std::make_shared<const Model>(file, m_modelOptions);
     m_modelOptions.listener = {};
     m_probes = Probes::make(m_model);
+    if (!isRigidTwin()) checkPorts();
     // What cannot be drawn is refused before hours of simulation.
     if (m_options.drawsPictures && file.get("pictures").isGiven()) checkPictures(*m_model);
 }
@@ -195,6 +197,31 @@ void ModelRun::checkWishes(const ModelValue& file) const {
         if (fs::path(m_resultPath).extension() == other)
             throw std::runtime_error("the result file '" + m_resultPath +
                                      "' is HDF5: name it .h5; --csv writes tables as well");
+}
+
+void ModelRun::checkPorts() const {
+    const ModelValue analyses = m_model->getFile().get("analyses");
+    for (const std::string& name : analyses.getKeys()) {
+        if (!isWanted(name)) continue;
+        const ModelValue analysis = analyses.get(name);
+        const auto check = [&](const char* key, const auto& make) {
+            if (!analysis.has(key)) return;
+            try {
+                make(analysis.get(key).getTexts());
+            } catch (const ModelError& error) {
+                analysis.get(key).fail(error.what());
+            }
+        };
+        const std::string type = analysis.get("type").getText();
+        if (type == "linear" || type == "frequency_response")
+            check("inputs", [&](const auto& paths) {
+                LinearInputPorts(m_text, m_modelOptions, *m_model, paths);
+            });
+        if (type == "linear" || type == "frequency_response" || type == "eigen" ||
+            type == "campbell")
+            check("outputs",
+                  [&](const auto& names) { LinearOutputPorts(m_model, m_probes, names); });
+    }
 }
 
 void ModelRun::readEarlier() {

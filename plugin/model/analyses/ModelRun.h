@@ -97,6 +97,9 @@ private:
     void beginWork(const std::string& name);
     void performAll();
     void checkWishes(const ModelValue& file) const;
+    /** Before any analysis begins: inputs and outputs that there are not.
+     * @throws ModelError. **/
+    void checkPorts() const;
     void readEarlier();
     void openResults();
     /** What is not as in an earlier run; empty if it was the same. **/
