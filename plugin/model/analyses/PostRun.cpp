@@ -148,7 +148,11 @@ public:
         if (!m_options.vtk.empty() && fs::path(m_options.vtk).extension() != ".pvd")
             throw std::runtime_error("'" + m_options.vtk +
                                      "' is not a list for ParaView: name it .pvd");
-        if (!m_options.animation.empty()) checkAnimationName(m_options.animation);
+        if (!m_options.vtk.empty()) requireAny(&hasShapes, "--vtk", "transient or static");
+        if (!m_options.animation.empty()) {
+            checkAnimationName(m_options.animation);
+            requireAny(&moves, "--animation", "transient");
+        }
         ResultHeader header = m_results.header;
         header.title = getModelTitle(m_model->getFile());
         header.modelPath = m_text.path;
@@ -169,7 +173,7 @@ public:
                 if (hasShapes(analysis)) writeVtk(analysis);
         if (!m_options.animation.empty())
             for (const Results::Analysis& analysis : done)
-                if (analysis.type == "transient" && !analysis.q.empty())
+                if (moves(analysis))
                     m_options.listener.tellNote(
                         writeAnimation(*m_model, analysis, m_options.animation));
         if (m_options.writesCsv || m_model->getFile().get("output").get("csv").getBool())
@@ -197,6 +201,22 @@ private:
     /** Moves, or has come to rest. **/
     static bool hasShapes(const Results::Analysis& analysis) {
         return (analysis.type == "transient" || analysis.type == "static") && !analysis.q.empty();
+    }
+    static bool moves(const Results::Analysis& analysis) {
+        return analysis.type == "transient" && !analysis.q.empty();
+    }
+    /** @throws std::runtime_error if there is nothing that could be written. **/
+    void requireAny(bool (*canShow)(const Results::Analysis&), const char* option,
+                    const char* types) const {
+        std::vector<std::string> wanted;
+        for (const Results::Analysis& analysis : m_results.analyses) {
+            if (!isWanted(analysis.name)) continue;
+            if (canShow(analysis)) return;
+            wanted.push_back("'" + analysis.name + "' (" + analysis.type + ")");
+        }
+        throw std::runtime_error(std::string(option) + " needs a " + types +
+                                 " analysis with States, which none of " +
+                                 joinNames(wanted, ", ") + " of '" + m_path + "' is");
     }
 
     static std::size_t countRows(const Results::Analysis& analysis) {

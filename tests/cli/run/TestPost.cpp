@@ -87,6 +87,13 @@ TEST_F(PostTest, ParaViewGetsNodesWhereTheProbesHaveThem) {
     ASSERT_EQ(runModel("--only run"), 0) << err;
     EXPECT_NE(post("model.results.h5 --vtk run.vtk"), 0);
     EXPECT_THAT(err, HasSubstr("'run.vtk' is not a list for ParaView: name it .pvd"));
+    ASSERT_EQ(runModel("--only modes -o modes.h5 --set 'gravity=[0, 0, 0]' "
+                       "--set 'analyses.modes={type: eigen, count: 1}'"),
+              0)
+        << err;
+    EXPECT_NE(post("modes.h5 --vtk modes.pvd"), 0);
+    EXPECT_THAT(err, HasSubstr("--vtk needs a transient or static analysis with States, which none "
+                               "of 'modes' (eigen)"));
     ASSERT_EQ(post("model.results.h5 --vtk run.pvd"), 0) << err;
     const Results::Analysis run = read("run");
     const auto& corner = find(run, "corner").rows;
