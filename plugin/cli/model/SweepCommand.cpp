@@ -99,6 +99,7 @@ void runSweepCommand(const SweepArguments& arguments) {
                         one.error.c_str());
         return;
     }
+    refuseOtherSweep(plan, options.folder);
     options.program = findProgram();
     options.listener = makeListener(arguments.isQuiet);
     options.share = SweepShare::fromEnvironment();

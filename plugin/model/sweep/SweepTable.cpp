@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <set>
 #include <stdexcept>
 
@@ -25,6 +26,7 @@ namespace model {
 namespace {
 
 namespace fs = std::filesystem;
+constexpr const char* TableFile = "sweep.csv";
 const std::vector<std::string> UsualStatistics = {"maximum", "minimum", "final"};
 
 /** Mean over time, by the trapezoidal rule. **/
@@ -156,10 +158,16 @@ std::string joinWarnings(const Results& results) {
     return text;
 }
 
-std::string makeCsv(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
-                    const SweepTable& table) {
+/** Of a table, what it begins with. **/
+CsvLine beginTitles(const SweepPlan& plan) {
     CsvLine titles;
     titles.add("case").addAll(getNames(plan.keys)).add("status");
+    return titles;
+}
+
+std::string makeCsv(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
+                    const SweepTable& table) {
+    CsvLine titles = beginTitles(plan);
     for (const auto& column : table.columns) titles.add(makeAxisLabel(column.name, column.unit));
     titles.add("error");
     if (table.hasWarnings()) titles.add("warnings");
@@ -294,12 +302,24 @@ bool SweepTable::hasWarnings() const {
                        [](const std::string& text) { return !text.empty(); });
 }
 
+void refuseOtherSweep(const SweepPlan& plan, const std::string& folder) {
+    std::ifstream in(folder + "/" + TableFile);
+    std::string before, own = beginTitles(plan).end();
+    if (!in || !std::getline(in, before)) return;
+    own.resize(own.find_last_not_of("\r\n") + 1);
+    if (before.compare(0, own.size(), own) == 0) return;
+    throw std::runtime_error("the folder '" + folder +
+                             "' has the table of another sweep, which would be lost (it begins '" +
+                             before.substr(0, own.size()) + "', this one would '" + own +
+                             "'): choose another folder with -o, or remove that one");
+}
+
 std::string writeSweepTable(const SweepPlan& plan, const std::string& folder,
                             const Listener& listener) {
     const TableLock lock(folder);
     const std::vector<SweepOutcome> outcomes = readSweepOutcomes(plan, folder);
     const SweepTable table = makeSweepTable(plan, outcomes, folder);
-    const std::string csv = folder + "/sweep.csv", hdf = folder + "/sweep.h5";
+    const std::string csv = folder + "/" + TableFile, hdf = folder + "/sweep.h5";
     replaceFile(csv, makeCsv(plan, outcomes, table));
     UnfinishedFile file(hdf);
     writeHdf5(file.getPath(), plan, outcomes, table);

@@ -33,6 +33,10 @@ fits nothing. **/
 SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
                           const std::string& folder);
 
+/** Before a sweep begins. @throws std::runtime_error if the folder has the table of one that varies
+something else. **/
+void refuseOtherSweep(const SweepPlan& plan, const std::string& folder);
+
 /** Writes FOLDER/sweep.csv and FOLDER/sweep.h5; processes that share the folder one after the
 other, and tells the cases' warnings to `listener`. The HDF5 file has, one number for each case:
 values/KEY, columns/NAME (attribute unit), status (0 complete, 1 failed, 2 not finished); one text

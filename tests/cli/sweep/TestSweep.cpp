@@ -348,6 +348,22 @@ TEST_F(SweepTest, SeveralSweepsOfAModelHaveFoldersOfTheirOwn) {
               (std::vector<double>{5, 6, 7}));
 }
 
+TEST_F(SweepTest, ASweepDoesNotReplaceTheTableOfAnother) {
+    const auto sweep = [&](const std::string& vary) {
+        return run("sweep model.yaml -q -o out --set 'analyses={fall: {type: transient, duration: "
+                   "0.1}}' --vary " +
+                   vary);
+    };
+    ASSERT_EQ(sweep("mass=1,2"), 0) << err;
+    EXPECT_EQ(sweep("gravity.1=-9,-10"), 1);
+    EXPECT_THAT(err, HasSubstr("the folder 'out' has the table of another sweep"));
+    EXPECT_THAT(err, HasSubstr("choose another folder with -o"));
+    EXPECT_EQ(readSweepTable(folder / "out/sweep.h5", "").results[0].analyses[0].time,
+              (std::vector<double>{1, 2}));
+    ASSERT_EQ(sweep("mass=1,2,5"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("3 of 3 cases are complete (2 were before)"));
+}
+
 TEST_F(SweepTest, CasesDrawPicturesOnlyIfAsked) {
     const auto countPictures = [&](const std::string& where) {
         int count = 0;
