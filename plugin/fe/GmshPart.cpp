@@ -1,6 +1,7 @@
 #include "simflex/fe/GmshPart.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -177,6 +178,10 @@ void callGmsh(const std::string& path, const GmshOptions& options, const fs::pat
         message +=
             "\n  (A script reads only files of its own folder that it names plainly, Include "
             "\"NAME\"; and writes none. --allow-scripts lets it do anything.)";
+    if (suffix == ".msh" && says("No elements in volume"))
+        message +=
+            "\n  (The mesh has volumes without elements: those that are in no physical group are "
+            "not written. Put them in one, Physical Volume, or take them out of the geometry.)";
     throw std::runtime_error(message);
 }
 
@@ -464,6 +469,40 @@ std::map<int, DeckCard> divideElements(const DeckCard& card, size_t numNodes,
     return result;
 }
 
+/** Volumes of a mesh (format 4, text) that are in no physical group although others are, in words:
+Gmsh leaves their elements out. **/
+std::vector<std::string> listVolumesLeftOut(const std::string& path) {
+    std::ifstream in(path);
+    std::string line;
+    while (std::getline(in, line) && line.rfind("$Entities", 0) != 0) {
+        if (line.rfind("$Nodes", 0) == 0) return {};
+    }
+    std::array<size_t, 4> counts{};  // points, curves, surfaces, volumes
+    if (!std::getline(in, line)) return {};
+    std::istringstream numbers(line);
+    numbers.imbue(std::locale::classic());
+    if (!(numbers >> counts[0] >> counts[1] >> counts[2] >> counts[3])) return {};
+    for (size_t k = counts[0] + counts[1] + counts[2]; k > 0; --k)
+        if (!std::getline(in, line)) return {};
+    std::vector<std::string> leftOut;
+    for (size_t k = 0; k < counts[3] && std::getline(in, line); ++k) {
+        std::istringstream volume(line);
+        volume.imbue(std::locale::classic());
+        int tag = 0, numGroups = 0;
+        std::array<double, 6> box{};
+        volume >> tag;
+        for (double& side : box) volume >> side;
+        if (!(volume >> numGroups)) return {};
+        if (numGroups > 0) continue;
+        char text[200];
+        std::snprintf(text, sizeof text, "%d (from %.4g, %.4g, %.4g to %.4g, %.4g, %.4g)", tag,
+                      box[0], box[1], box[2], box[3], box[4], box[5]);
+        leftOut.push_back(text);
+    }
+    if (leftOut.size() == counts[3]) return {};  // all are taken
+    return leftOut;
+}
+
 /** Writes the deck: nodes, solids (or shells) and node sets of Gmsh's mesh, the materials, their
 sections.
 @param areNamesToCheck  against those of the mesh
@@ -591,6 +630,14 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
         model.notes.push_back(text);
         if (options.calculix.note) options.calculix.note(text);
     }
+    if (suffixOf(path) == ".msh" && !(options.thickness > 0))
+        for (const std::string& volume : listVolumesLeftOut(path)) {
+            const std::string warning = "volume " + volume +
+                                        " is in no physical group, and left out of the part: put "
+                                        "it in one (Physical Volume) where it was meshed";
+            model.warnings.push_back(warning);
+            if (options.calculix.warn) options.calculix.warn(warning);
+        }
     for (const ElementBlock& block : model.mesh.elements)
         if (block.type == ElementType::Tet4 || block.type == ElementType::Wedge6) {
             const std::string warning =

@@ -118,6 +118,34 @@ TEST_F(ModelSource, AMeshKeepsItsOrderAndACustomMaterial) {
     EXPECT_THAT(model.warnings, Contains(HasSubstr("order 2")));
 }
 
+TEST_F(ModelSource, VolumesOfAMeshInNoPhysicalGroupAreNamed) {
+    write("two.geo",
+          "SetFactory(\"OpenCASCADE\");\nBox(1) = {0, 0, 0, 0.1, 0.02, 0.02};\n"
+          "Box(2) = {0.1, 0, 0, 0.1, 0.02, 0.02};\nCoherence;\n"
+          "Physical Volume(\"FIRST\") = {1};\n");
+    SourceOptions options;
+    options.path = folder / "two.msh";
+    options.material = "E=3e9, nu=0.4, rho=1000";
+    const auto mesh = [&](const std::string& savesAll) {
+        return std::system(("cd '" + folder.path() +
+                            "' && gmsh -3 -order 2 -clmax 0.01 -setnumber Mesh.SaveAll " +
+                            savesAll + " two.geo -o two.msh >gmsh.log 2>&1")
+                               .c_str());
+    };
+    ASSERT_EQ(mesh("1"), 0);
+    const FeModel model = readModelSource(options);
+    EXPECT_NEAR(model.calcMass(), 0.1 * 0.02 * 0.02 * 1000, 1e-9);  // the first
+    EXPECT_THAT(model.warnings, Contains(HasSubstr("volume 2 (from 0.1, ")));
+    EXPECT_THAT(model.warnings, Contains(HasSubstr("is in no physical group, and left out")));
+    ASSERT_EQ(mesh("0"), 0);
+    try {
+        readModelSource(options);
+        ADD_FAILURE() << "no exception";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("those that are in no physical group"));
+    }
+}
+
 TEST_F(ModelSource, AUniversalFileHasTheFrequenciesAndGroupsOfItsMesh) {
     write("box.geo", std::string("u = 0.001;\n") + kBox);
     ASSERT_EQ(std::system(("cd '" + folder.path() +
