@@ -5,6 +5,7 @@
 #include <complex>
 #include <cstdio>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/ModeShapes.h"
 #include "simflex/model/results/ProbeChoice.h"
@@ -14,6 +15,7 @@ namespace simflex {
 namespace model {
 namespace {
 
+constexpr double SameLoadFactor = 1e-9;     // of two points of paths
 constexpr double ConstantRange = 1e-9;      // what varies by less of its size is constant
 constexpr double LeastDampingRatio = 1e-6;  // what is less, is a part of this
 constexpr size_t MostFrequencies = 64;      // at which linear models are compared
@@ -440,7 +442,9 @@ private:
 
     void compareProbes(const Results::Analysis& a, const Results::Analysis& b) {
         const std::vector<ChosenColumn> first = choose(a), second = choose(b);
-        const std::vector<double> time = findCommonTimes(a, b);
+        const bool isStatic = a.type == "static";
+        const std::vector<double> time = isStatic ? std::vector<double>() : findCommonTimes(a, b),
+                                  factors = isStatic ? findCommonFactors(a, b) : time;
         for (const ChosenColumn& column : second)
             if (!seekNamed(first, column.name))
                 noteMissing(a.name, column.name, Reason::OnlyInSecond);
@@ -456,10 +460,15 @@ private:
             difference.name = column.name;
             difference.unit = column.unit;
             difference.probe = column.probe;
-            if (a.type == "static") {
-                // Points of paths lie elsewhere.
-                difference.first = {column.values.back()};
-                difference.second = {other->values.back()};
+            if (isStatic) {
+                // Points of paths may lie elsewhere, but for the last.
+                if (!factors.empty()) difference.axis = "load factor";
+                difference.x = factors;
+                const size_t count = std::max<size_t>(1, factors.size());
+                for (size_t left = count; left > 0; --left) {
+                    difference.first.push_back(column.values[column.values.size() - left]);
+                    difference.second.push_back(other->values[other->values.size() - left]);
+                }
             } else {
                 difference.axis = "time [s]";
                 difference.x = time;
@@ -487,6 +496,34 @@ private:
             }
             result.columns[k].range = range > ConstantRange * size ? range : size;
         }
+    }
+
+    /** Of paths of equilibria, load factors of all their points if they are the same. Between
+    points nothing is interpolated: by load factor equilibria bend without bound where a path turns.
+    **/
+    std::vector<double> findCommonFactors(const Results::Analysis& a, const Results::Analysis& b) {
+        const auto list = [](const Results::Analysis& analysis) {
+            std::vector<double> factors;
+            if (analysis.hasPath())
+                for (const auto& row : analysis.matrices.at("path")) factors.push_back(row.at(0));
+            return factors;
+        };
+        const std::vector<double> first = list(a), second = list(b);
+        const auto isNear = [](double one, double two) {
+            return std::abs(one - two) <= SameLoadFactor * std::max(1.0, std::abs(one));
+        };
+        if (first.size() == second.size() &&
+            std::equal(first.begin(), first.end(), second.begin(), isNear))
+            return first;
+        const auto describe = [](const std::vector<double>& factors, const std::string& name) {
+            return factors.empty() ? "the equilibrium of " + name
+                                   : "at " + writeGeneral(100 * factors.back(), 6) +
+                                         " % of the loads in " + name;
+        };
+        result.notes.push_back("points of analysis '" + a.name +
+                               "' lie at other loads: only the last one is compared, " +
+                               describe(first, m_nameA) + ", " + describe(second, m_nameB));
+        return {};
     }
 
     /** Times of the first that the second covers. **/

@@ -4,6 +4,7 @@ Paths of equilibria: what a run says and keeps of them. **/
 #include <cmath>
 
 #include "cli/run/RunTest.h"
+#include "simflex/model/results/Comparison.h"
 #include "simflex/model/results/ResultFigure.h"
 
 namespace simflex {
@@ -34,6 +35,29 @@ loads:
                path + "}}\n";
     }
 };
+
+TEST_F(PathTest, PathsAreComparedAtAllPointsThatTheyShareOrAtTheEnd) {
+    writeModel(makeTruss("step: 0.05"));
+    ASSERT_EQ(runModel("-o one.h5"), 0) << err;
+    ASSERT_EQ(runModel("-o two.h5"), 0) << err;
+    ASSERT_EQ(runModel("-o fine.h5 --set analyses.snap.path.step=0.02"), 0) << err;
+    Results one = readResults(folder / "one.h5"), two = readResults(folder / "two.h5");
+    two.analyses[0].probes[0].rows[3][1] += 0.125;
+    const auto compare = [&](const Results& other) {
+        return compareResults(one, other, {"place.y"}, "one", "other");
+    };
+    const ResultComparison all = compare(two), last = compare(readResults(folder / "fine.h5"));
+    ASSERT_EQ(all.columns.size(), 1u);
+    EXPECT_EQ(all.columns[0].axis, "load factor");
+    EXPECT_EQ(all.columns[0].x.size(), one.analyses[0].matrices.at("path").size());
+    EXPECT_EQ(all.columns[0].largest, 0.125);
+    EXPECT_EQ(all.columns[0].time, one.analyses[0].matrices.at("path")[3][0]);
+    EXPECT_TRUE(all.notes.empty());
+    ASSERT_EQ(last.columns.size(), 1u);
+    EXPECT_EQ(last.columns[0].first.size(), 1u);
+    EXPECT_LT(last.columns[0].largest, 1e-6);
+    EXPECT_THAT(last.notes, ::testing::Contains(HasSubstr("only the last one is compared")));
+}
 
 TEST_F(PathTest, EveryPointHasARowAndTheLastIsTheResult) {
     writeModel(makeTruss("step: 0.05") + "  modes: {type: eigen, about: snap}\n");
