@@ -1,6 +1,7 @@
 /** @file
 simflex run: does the analyses of a model file. **/
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -85,6 +86,19 @@ void verify(ModelText text, const ModelRun& run, RunOptions options) {
     fine.refuseFailures();
 }
 
+template <class List, class Condition>
+void eraseIf(List& list, const Condition& condition) {
+    list.erase(std::remove_if(list.begin(), list.end(), condition), list.end());
+}
+
+bool hasSteps(const ModelRun& run) {
+    const ModelValue analyses = run.getModel().getFile().get("analyses");
+    for (const std::string& name : analyses.getKeys())
+        if (run.isWanted(name) && analyses.get(name).get("type").getText() == "transient")
+            return true;
+    return false;
+}
+
 void perform(const RunArguments& arguments) {
     const auto started = std::chrono::steady_clock::now();
     RunOptions options = arguments.options;
@@ -119,8 +133,13 @@ void perform(const RunArguments& arguments) {
     ProgressBar::clearLine();
     printSummary(run);
     if (twin) {
-        const ErrorBars bars = twin->keep(run);
-        printErrorBars(readResults(run.getResultPath(), ReadStates::No), bars);
+        ErrorBars bars = twin->keep(run);
+        Results results = readResults(run.getResultPath(), ReadStates::No);
+        // Those of an earlier run have been told.
+        eraseIf(results.analyses, [&](const auto& one) { return !run.isWanted(one.name); });
+        eraseIf(bars.comparison.missing,
+                [&](const auto& one) { return !run.isWanted(one.analysis); });
+        printErrorBars(results, bars);
         std::printf("results with further modes: %s\n", twin->getFiner().getResultPath().c_str());
         twin->getFiner().refuseFailures();
     }
@@ -133,7 +152,12 @@ void perform(const RunArguments& arguments) {
         std::printf("results of the rigid model: %s\n", rigid.getResultPath().c_str());
         rigid.refuseFailures();
     }
-    if (arguments.verifies) verify(text, run, options);
+    if (arguments.verifies && hasSteps(run))
+        verify(text, run, options);
+    else if (arguments.verifies)
+        std::printf(
+            "nothing to verify: no transient analysis was run, and others take no steps in "
+            "time\n");
     run.refuseFailures();
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started;
     std::fflush(stdout);

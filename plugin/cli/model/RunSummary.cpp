@@ -496,10 +496,7 @@ void printVerification(const Results& run, const Results& fine, const std::strin
                             remedy.describe().c_str(),
                             remedy.propose(column.getRelative()).c_str());
     }
-    if (!hasAny)
-        std::printf(
-            "nothing to verify: no transient analysis with probes was run, and others take no "
-            "steps in time\n");
+    if (!hasAny) std::printf("nothing to verify: no transient analysis with probes was run\n");
 }
 
 }  // namespace cli

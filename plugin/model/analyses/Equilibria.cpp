@@ -686,8 +686,8 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         // Nothing is to be made of round-off, neither frequencies nor curves.
         std::vector<SimTK::Matrix_<SimTK::Complex>> samples;
         std::vector<SimTK::Matrix> bounds;
-        for (const double frequency : {frequencies.front(), frequencies[frequencies.size() / 2],
-                                       frequencies.back()}) {
+        for (const double frequency :
+             {frequencies.front(), frequencies[frequencies.size() / 2], frequencies.back()}) {
             if (analysis.has("speed")) model.emplace(makeAt(frequency));
             samples.push_back(model->calcTransfers({frequency}, {})[0]);
             bounds.push_back(model->calcBounds(frequency));

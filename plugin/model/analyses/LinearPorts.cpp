@@ -686,9 +686,8 @@ Matrix_<Complex> ModelResponse::calcMotions(double frequency) const {
 
 Matrix ModelResponse::calcBounds(double frequency) const {
     const double omega = 2 * SimTK::Pi * frequency;
-    const Matrix_<Complex> motions =
-        m_blocks ? m_blocks->calcMotions(omega, m_inputEffects)
-                 : m_motions->calcTransfer(Complex(0, omega));
+    const Matrix_<Complex> motions = m_blocks ? m_blocks->calcMotions(omega, m_inputEffects)
+                                              : m_motions->calcTransfer(Complex(0, omega));
     // Sizes by masses have one unit for all that moves.
     const SimTK::SimbodyMatterSubsystem& matter = m_model->getSystem().getMatterSubsystem();
     State state = m_state;

@@ -215,8 +215,8 @@ private:
             wanted.push_back("'" + analysis.name + "' (" + analysis.type + ")");
         }
         throw std::runtime_error(std::string(option) + " needs a " + types +
-                                 " analysis with States, which none of " +
-                                 joinNames(wanted, ", ") + " of '" + m_path + "' is");
+                                 " analysis with States, which none of " + joinNames(wanted, ", ") +
+                                 " of '" + m_path + "' is");
     }
 
     static std::size_t countRows(const Results::Analysis& analysis) {

@@ -350,9 +350,10 @@ TEST_F(SweepTest, SeveralSweepsOfAModelHaveFoldersOfTheirOwn) {
 
 TEST_F(SweepTest, ASweepDoesNotReplaceTheTableOfAnother) {
     const auto sweep = [&](const std::string& vary) {
-        return run("sweep model.yaml -q -o out --set 'analyses={fall: {type: transient, duration: "
-                   "0.1}}' --vary " +
-                   vary);
+        return run(
+            "sweep model.yaml -q -o out --set 'analyses={fall: {type: transient, duration: "
+            "0.1}}' --vary " +
+            vary);
     };
     ASSERT_EQ(sweep("mass=1,2"), 0) << err;
     EXPECT_EQ(sweep("gravity.1=-9,-10"), 1);
