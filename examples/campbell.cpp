@@ -120,7 +120,9 @@ int run(const Arguments& arguments) {
         model.disc.setOneU(state, 0, speed);
         return calcLinearization(model.system, state);
     };
-    const CampbellDiagram diagram = calcCampbellDiagram(speeds, arguments.numModes, linearize);
+    const CampbellDiagram diagram =
+        calcCampbellDiagram(speeds, arguments.numModes,
+                            [&](Real speed, int) { return calcEigenmodes(linearize(speed)); });
     std::filesystem::create_directories(arguments.out);
     writeCampbellDiagram(arguments.out + "/campbell.csv", diagram);
     std::printf("%-6s %14s %14s %12s\n", "branch", "at rest [Hz]", "at speed [Hz]", "damping [%]");

@@ -27,10 +27,11 @@ int main() {
     system.realize(state, Stage::Velocity);
     hub.setQToFitTransform(state, rod.interface("small_end").calcMotion(state).X);
 
-    const CampbellDiagram diagram = calcCampbellDiagram({0, 500, 1000}, 4, [&](Real speed) {
-        rotor.setOneU(state, 0, speed);
-        return calcLinearization(system, state);
-    });
+    const CampbellDiagram diagram =
+        calcCampbellDiagram({0, 500, 1000}, 4, [&](Real speed, int count) {
+            rotor.setOneU(state, 0, speed);
+            return calcSlowestEigenmodes(system, state, count);
+        });
     for (const CampbellDiagram::Branch& branch : diagram.branches)
         std::printf("%8.2f Hz at rest, %8.2f Hz at 1000 rad/s\n", branch.frequency.front(),
                     branch.frequency.back());

@@ -57,7 +57,13 @@ void ChainModel::addJoints(const ReducedBody& part) {
             k == 0 ? Attachment(matter.Ground()) : links[k - 1].interface("eye");
         const Attachment fork = links[k].interface("fork");
         const std::string name = "joint " + std::to_string(k + 1);
-        if (m_options.joints == ChainOptions::Joints::Pin)
+        if (k == 0 && m_options.speed != 0) {
+            const double speed = m_options.speed;
+            joints.push_back(Joint::Pin(flexible, before, fork, name));
+            Joint::PrescribedRotation(
+                flexible, before, fork, [speed](Real t) { return Vec3(speed * t, speed, 0); },
+                "drive");
+        } else if (m_options.joints == ChainOptions::Joints::Pin)
             joints.push_back(Joint::Pin(flexible, before, fork, name));
         else if (m_options.joints == ChainOptions::Joints::Weld)
             joints.push_back(Joint::Weld(flexible, before, fork, name));

@@ -25,6 +25,7 @@ struct ChainOptions {
     Joints joints = Joints::Ball;
     double gravity = 9.81;  ///< [m/s²]
     double damping = 0.01;  ///< of each mode, as a part of critical
+    double speed = 0;       ///< of a driven pin along z that stands for the first joint [rad/s]
 };
 
 class ChainModel {

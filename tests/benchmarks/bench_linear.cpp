@@ -1,10 +1,10 @@
 // Equilibria and linear analyses of chains of flexible links, 54 modes each, by number of links:
 // one on pins that lies level comes to hang; its 50 slowest modes there, damped; one that is welded
-// together bends by half its length under a force at its end; the
-// frequency response of the last link's end to a force on it; in brackets seconds of processor
+// together bends by half its length under a force at its end; the same, turning about one end twice
+// as fast as it swings at rest, and modes about that; the frequency response of the last link's end to a force on it; in brackets seconds of processor
 // time. The last line is a JSON object: seconds of the equilibrium of up to 1000 links (goal: 2)
 // and its iterations, seconds of the modes; iterations and seconds of 32 welded links (goals: 30
-// and 0.1); seconds that 10 000 links and 100 frequencies take on all processors, linearised and
+// and 0.1); seconds of modes of what turns; seconds that 10 000 links and 100 frequencies take on all processors, linearised and
 // differentiated and all, and processor time.
 //
 //   bench_linear [LARGEST NUMBER OF LINKS]     default 10000
@@ -143,6 +143,41 @@ StaticsCost measureWelded(const std::shared_ptr<const ReducedBody>& part, int nu
     return cost;
 }
 
+/** Welded links that turn about one end, twice as fast as they swing at rest: the steady motion, in
+which they stretch, and modes about it. **/
+StaticsCost measureTurning(const std::shared_ptr<const ReducedBody>& part, int numLinks) {
+    examples::ChainOptions options;
+    options.numLinks = numLinks;
+    options.joints = examples::ChainOptions::Joints::Weld;
+    options.gravity = 0;
+    {
+        examples::ChainModel resting(options, part);
+        options.speed =
+            4 * SimTK::Pi *
+            calcSlowestEigenmodes(resting.system, resting.makeInitialState(), 1).at(0).frequency;
+    }
+    examples::ChainModel model(options, part);
+    State state = model.makeInitialState();
+    model.system.realize(state, SimTK::Stage::Position);
+    setSteadyRotation(model.system, state, SimTK::Vec3(0, 0, options.speed));
+    StaticEquilibrium equilibrium(model.system);
+    StaticsCost cost;
+    cost.links = numLinks;
+    const Seconds start = now();
+    equilibrium.solveSteadyMotion(state);
+    const Seconds steady = now();
+    cost.statics = steady - start;
+    cost.iterations = equilibrium.getNumIterations();
+    const std::vector<Eigenmode> modes =
+        calcSlowestEigenmodes(model.system, equilibrium.getState(), NumModes, EigenMethod::Blocks);
+    cost.modes = now() - steady;
+    std::printf("%8d %10d %9.2f (%7.2f) %14.3g %9.2f (%7.2f) %12.5g\n", numLinks, cost.iterations,
+                cost.statics.wall, cost.statics.processor,
+                model.calcTip(equilibrium.getState()).norm() / model.getLength() - 1,
+                cost.modes.wall, cost.modes.processor, modes.back().frequency);
+    return cost;
+}
+
 int run(int largest) {
     const auto part = std::make_shared<const ReducedBody>(
         readReducedBody(std::string(SIMFLEX_PARTS) + "/link.h5"));
@@ -157,6 +192,11 @@ int run(int largest) {
         const StaticsCost own = measureWelded(part, numLinks, 2);
         if (numLinks == 32) welded = own;
     }
+    std::printf("\n%8s %10s %19s %14s %19s %12s\n", "turning", "iterations", "steady motion s",
+                "stretched by", "50 modes s", "the last Hz");
+    StaticsCost turning;
+    for (const int numLinks : {10, 100, 1000})
+        if (numLinks <= largest) turning = measureTurning(part, numLinks);
     std::printf("\n%8s %8s %19s %19s %19s %19s\n", "links", "speeds", "linearise s", "output s",
                 "100 frequencies s", "all s");
     Seconds seconds{0, 0};
@@ -165,11 +205,11 @@ int run(int largest) {
     std::printf(
         "\n{\"statics_%d_links_seconds\": %.3f, \"statics_%d_links_iterations\": %d, "
         "\"statics_iterations_%d\": %d, \"statics_%d_welded_seconds\": %.3f, "
-        "\"eigen_%d_links_seconds\": %.3f, \"frf_%d_links_100_seconds\": %.2f, "
-        "\"processor_seconds\": %.2f}\n",
+        "\"eigen_%d_links_seconds\": %.3f, \"eigen_%d_turning_links_seconds\": %.3f, "
+        "\"frf_%d_links_100_seconds\": %.2f, \"processor_seconds\": %.2f}\n",
         statics.links, statics.statics.wall, statics.links, statics.iterations, welded.links,
         welded.iterations, welded.links, welded.statics.wall, statics.links, statics.modes.wall,
-        largest, seconds.wall, seconds.processor);
+        turning.links, turning.modes.wall, largest, seconds.wall, seconds.processor);
     return 0;
 }
 

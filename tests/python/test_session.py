@@ -146,7 +146,7 @@ def test_matrices_and_responses_are_those_of_the_equation():
     assert sorted(matrices) == ["A", "B", "C", "D"] and matrices["A"].shape == (2, 2)
     with pytest.raises(AttributeError, match="no response"):
         session.analyse("eigen").response
-    with pytest.raises(RuntimeError, match="did you mean"):
+    with pytest.raises(simflex.ModelError, match="did you mean"):
         session.linearize(["loads.hand.force.x"], ["xx"])
     session["joints.rail.displacement"] = 1.2
     with pytest.raises(RuntimeError):

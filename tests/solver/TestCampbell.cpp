@@ -42,9 +42,9 @@ struct Rotor {
 TEST(Campbell, RotorWhirlsForwardAndBackwardAsInClosedForm) {
     Rotor rotor;
     const std::vector<Real> speeds{0, 25, 50, 100, 200, 400};
-    const CampbellDiagram diagram = calcCampbellDiagram(speeds, 2, [&](Real speed) {
+    const CampbellDiagram diagram = calcCampbellDiagram(speeds, 2, [&](Real speed, int) {
         rotor.spin.setOneU(rotor.state, 0, speed);
-        return calcLinearization(rotor.system, rotor.state);
+        return calcEigenmodes(calcLinearization(rotor.system, rotor.state));
     });
     ASSERT_EQ(diagram.branches.size(), 2u);
     for (size_t i = 0; i < speeds.size(); ++i) {
@@ -74,13 +74,13 @@ TEST(Campbell, RotorWhirlsForwardAndBackwardAsInClosedForm) {
 
 TEST(Campbell, ASpeedThatFailsIsNamedAndLosesNoOther) {
     Rotor rotor;
-    const auto linearize = [&](Real speed) {
+    const auto calcModes = [&](Real speed, int count) {
         if (speed == 0 || speed == 50) throw std::runtime_error("does not turn so");
         rotor.spin.setOneU(rotor.state, 0, speed);
-        return calcLinearization(rotor.system, rotor.state);
+        return calcSlowestEigenmodes(rotor.system, rotor.state, count);
     };
-    const CampbellDiagram diagram = calcCampbellDiagram({0, 25, 50, 75}, 2, linearize);
-    const CampbellDiagram others = calcCampbellDiagram({25, 75}, 2, linearize);
+    const CampbellDiagram diagram = calcCampbellDiagram({0, 25, 50, 75}, 2, calcModes);
+    const CampbellDiagram others = calcCampbellDiagram({25, 75}, 2, calcModes);
     EXPECT_EQ(diagram.failures,
               (std::vector<std::string>{"does not turn so", "", "does not turn so", ""}));
     for (size_t k = 0; k < 2; ++k) {
@@ -102,7 +102,7 @@ TEST(Campbell, ASpeedThatFailsIsNamedAndLosesNoOther) {
     std::filesystem::remove(file);
     // More modes than there are at any speed.
     try {
-        calcCampbellDiagram({25, 75}, 20, linearize);
+        calcCampbellDiagram({25, 75}, 20, calcModes);
         FAIL() << "no exception";
     } catch (const std::runtime_error& error) {
         EXPECT_EQ(std::string(error.what()),
@@ -113,9 +113,9 @@ TEST(Campbell, ASpeedThatFailsIsNamedAndLosesNoOther) {
 
 TEST(Campbell, CsvHoldsALineForEachSpeed) {
     Rotor rotor;
-    const CampbellDiagram diagram = calcCampbellDiagram({0, 10, 20}, 2, [&](Real speed) {
+    const CampbellDiagram diagram = calcCampbellDiagram({0, 10, 20}, 2, [&](Real speed, int count) {
         rotor.spin.setOneU(rotor.state, 0, speed);
-        return calcLinearization(rotor.system, rotor.state);
+        return calcSlowestEigenmodes(rotor.system, rotor.state, count);
     });
     const testing::TestFolder folder;
     const std::string file = folder / "campbell.csv";
@@ -128,8 +128,11 @@ TEST(Campbell, CsvHoldsALineForEachSpeed) {
     while (std::getline(in, line)) ++count;
     EXPECT_EQ(count, 3);
     EXPECT_THROW(writeCampbellDiagram(folder / "none/campbell.csv", diagram), std::runtime_error);
-    EXPECT_THROW(calcCampbellDiagram(
-                     {}, 2, [&](Real) { return calcLinearization(rotor.system, rotor.state); }),
+    EXPECT_THROW(calcCampbellDiagram({}, 2,
+                                     [&](Real, int numModes) {
+                                         return calcSlowestEigenmodes(rotor.system, rotor.state,
+                                                                      numModes);
+                                     }),
                  std::invalid_argument);
 }
 

@@ -205,6 +205,23 @@ TEST(RotatingAssemblies, ModesDoNotDependOnWhatADiscIsMadeOf) {
     }
 }
 
+TEST(RotatingAssemblies, ModesFoundByBlocksAreTheSame) {
+    for (const Real speed : {60.0, 700.0}) {
+        std::vector<Vec2> expected = listModes(Rotor(Disc::Whole, speed).linearize());
+        expected.resize(8);
+        for (const auto& [disc, name] : listDiscs()) {
+            SCOPED_TRACE(name + " at " + std::to_string(speed) + " rad/s");
+            const Rotor rotor(disc, speed);
+            std::vector<Vec2> found;
+            for (const Eigenmode& mode :
+                 calcSlowestEigenmodes(rotor.system, rotor.state, 10, EigenMethod::Blocks))
+                if (mode.frequency > 0.02 && found.size() < expected.size())
+                    found.emplace_back(mode.frequency, mode.dampingRatio);
+            expectSameModes(found, expected);
+        }
+    }
+}
+
 TEST(RotatingAssemblies, WhatDrivesADiscOfPiecesChangesNothingMore) {
     const Real speed = 300;
     const std::vector<Vec2> expected = listModes(Rotor(Disc::Driven, speed).linearize());
@@ -248,6 +265,12 @@ TEST(RotatingAssemblies, UnsymmetricDiscOnAnUnsymmetricPartIsRefused) {
     } catch (const std::invalid_argument& error) {
         EXPECT_EQ(std::string(error.what()),
                   "there are no natural modes about this motion: " + linear.unsteady);
+    }
+    try {
+        calcSlowestEigenmodes(rotor.system, state, 6, EigenMethod::Blocks);
+        FAIL() << "no exception";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_THAT(error.what(), HasSubstr("equations of small motions change"));
     }
     // At rest there are, and where it turns slowly.
     state.updU() = 0;
@@ -320,6 +343,8 @@ TEST(RotatingAssemblies, TwoBladesAreRefused) {
     const Windmill windmill(2, false);
     EXPECT_THAT(calcLinearization(windmill.system, windmill.state).unsteady,
                 HasSubstr("equations of small motions change"));
+    EXPECT_THROW(calcSlowestEigenmodes(windmill.system, windmill.state, 6, EigenMethod::Blocks),
+                 std::invalid_argument);
 }
 
 /** Frequency near `guess` at which the windowed transform of y is largest [Hz]. **/

@@ -160,14 +160,15 @@ State findSteadyState(const Model& model, const std::function<void()>& observer)
     return state;
 }
 
-/** The model again, with another value of a parameter, in steady motion. **/
-Linearization linearizeAt(const ModelText& text, const ModelOptions& options,
-                          const std::string& parameter, Real value,
-                          const std::function<void()>& observer) {
+/** The slowest modes of the model, with another value of a parameter, in steady motion. **/
+std::vector<Eigenmode> calcModesAt(const ModelText& text, const ModelOptions& options,
+                                   const std::string& parameter, Real value, int count,
+                                   const std::function<void()>& observer) {
     ModelText changed = text;
     changed.settings.push_back("parameters." + parameter + "=" + writeGeneral(value));
     const Model model(readModel(changed), options);
-    return calcLinearization(model.getSystem(), findSteadyState(model, observer), observer);
+    return calcSlowestEigenmodes(model.getSystem(), findSteadyState(model, observer), count,
+                                 EigenMethod::Automatic, observer);
 }
 
 }  // namespace
@@ -331,7 +332,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
 void ModelRun::runCampbell(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const ModelValue wanted = analysis.get("count");
-    const int count = wanted.isGiven() ? wanted.getInteger() : UsualBranches;
+    int count = wanted.isGiven() ? wanted.getInteger() : UsualBranches;
     const std::vector<double> speeds = analysis.get("speeds").getNumbers();
     const std::string parameter = analysis.get("parameter").getText();
     const std::vector<std::string> known = m_model->getFile().get("parameters").getKeys();
@@ -340,15 +341,34 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
     int done = 0;
     CampbellDiagram diagram;
     bool isSeenTurning = false;
-    try {
-        diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real speed) {
-            m_fraction = double(done++) / double(speeds.size());
+    const auto calcModes = [&](Real speed, int considered) {
+        m_fraction = double(done++) / double(speeds.size());
+        stopIfAsked();
+        std::vector<Eigenmode> modes = calcModesAt(m_text, m_modelOptions, parameter, speed,
+                                                   considered, [this] { stopIfAsked(); });
+        for (const Eigenmode& mode : modes) isSeenTurning |= mode.isSeenTurning;
+        return modes;
+    };
+    std::optional<std::vector<Eigenmode>> first;
+    if (!wanted.isGiven()) try {
+            // As many as there are: a rotor on two springs has two.
+            first = calcModes(speeds.front(), 4 * UsualBranches);
+            const auto numElastic =
+                std::count_if(first->begin(), first->end(),
+                              [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
+            count = std::clamp(int(numElastic), 1, UsualBranches);
+        } catch (const std::exception&) {
             stopIfAsked();
-            Linearization linear =
-                linearizeAt(m_text, m_modelOptions, parameter, speed, [this] { stopIfAsked(); });
-            isSeenTurning |= linear.isSeenTurning;
-            return linear;
-        });
+            done = 0;  // it fails once more, and is told
+        }
+    try {
+        diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count,
+                                      [&](Real speed, int considered) {
+                                          if (!first) return calcModes(speed, considered);
+                                          std::vector<Eigenmode> modes = std::move(*first);
+                                          first.reset();
+                                          return modes;
+                                      });
     } catch (const std::exception& error) {
         stopIfAsked();
         if (isRigidTwin()) return leaveOut(name, error.what());

@@ -414,13 +414,14 @@ void applySetting(YamlTree& tree, const std::string& setting) {
         begin = end + 1;
         if (key.empty()) fail({name, 0, 0}, "there is an empty name in the path");
         if (target->kind == YamlTree::Kind::List) {
-            const bool isNumber = key.size() < 7 && std::all_of(key.begin(), key.end(), isDigit);
-            const std::size_t count = target->items.size();
-            if (!isNumber || std::stoul(key) >= count)
+            const std::size_t count = target->items.size(), axis = std::string("xyz").find(key);
+            const bool isAxis = count == 3 && key.size() == 1 && axis != std::string::npos,
+                       isNumber = key.size() < 7 && std::all_of(key.begin(), key.end(), isDigit);
+            if (!isAxis && (!isNumber || std::stoul(key) >= count))
                 fail({name, 0, 0}, path + " is a list: give the number of an item, 0 to " +
-                                       std::to_string(count == 0 ? 0 : count - 1) + ", not '" +
-                                       key + "'");
-            target = &target->items[std::stoul(key)];
+                                       std::to_string(count == 0 ? 0 : count - 1) +
+                                       (count == 3 ? ", or x, y, z" : "") + ", not '" + key + "'");
+            target = &target->items[isAxis ? axis : std::stoul(key)];
         } else {
             if (target->kind == YamlTree::Kind::Scalar)
                 fail({name, 0, 0}, path + " is a single value and has no '" + key + "'");

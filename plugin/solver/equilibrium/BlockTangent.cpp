@@ -206,6 +206,28 @@ void BlockMatrix<Scalar>::addMass(const BlockMass& mass, Scalar factor) {
     }
 }
 
+template <class Scalar>
+void BlockMatrix<Scalar>::add(const BlockMatrix& other, Scalar factor) {
+    for (size_t b = 0; b < columns.size(); ++b)
+        for (size_t k = 0; k < columns[b].size(); ++k)
+            columns[b][k] += factor * other.columns[b][k];
+}
+
+template <class Scalar>
+double BlockMatrix<Scalar>::findLargest(const VectorXd& scale) const {
+    double largest = 0;
+    for (size_t b = 0; b < columns.size(); ++b)
+        for (size_t k = 0; k < columns[b].size(); ++k) {
+            const size_t row = size_t(graph->neighbours[b][k]);
+            for (Eigen::Index j = 0; j < columns[b][k].cols(); ++j)
+                for (Eigen::Index i = 0; i < columns[b][k].rows(); ++i)
+                    largest = std::max(largest, std::abs(columns[b][k](i, j)) *
+                                                    scale[graph->firstU[row] + i] *
+                                                    scale[graph->firstU[b] + j]);
+        }
+    return largest;
+}
+
 template struct BlockMatrix<double>;
 template struct BlockMatrix<std::complex<double>>;
 

@@ -53,6 +53,10 @@ struct BlockMatrix {
     /** A block by speeds: that of a column's k-th neighbour. **/
     Matrix expand(size_t column, size_t k) const;
     void addMass(const BlockMass& mass, Scalar factor);
+    /** @pre neither has shapes, and both have this graph **/
+    void add(const BlockMatrix& other, Scalar factor);
+    /** The largest entry of scale·A·scale. @pre no shapes **/
+    double findLargest(const Eigen::VectorXd& scale) const;
 
     bool hasShapes(size_t block) const {
         return block < modes.size() && modes[block].diagonal.size() > 0;

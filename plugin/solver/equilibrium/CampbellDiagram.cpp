@@ -13,25 +13,17 @@ using namespace SimTK;
 
 namespace {
 
-std::vector<Eigenmode> calcElasticModes(const Linearization& linear) {
-    std::vector<Eigenmode> modes = calcEigenmodes(linear);
-    modes.erase(std::remove_if(modes.begin(), modes.end(),
-                               [](const Eigenmode& mode) { return mode.isRigidMotion(); }),
-                modes.end());
-    return modes;
+/** Shapes have modal mass 1. **/
+Real calcModalAssurance(const Eigenmode& before, const Eigenmode& now) {
+    Complex product = 0;
+    for (int i = 0; i < now.momentum.size(); ++i)
+        product += std::conj(before.shape[i]) * now.momentum[i];
+    return std::min(Real(1), std::norm(product));
 }
 
-Real calcModalAssurance(const Matrix& M, const Vector_<Complex>& a, const Vector_<Complex>& b) {
-    Complex product = 0;
-    Real first = 0, second = 0;
-    for (int j = 0; j < M.ncol(); ++j)
-        for (int i = 0; i < M.nrow(); ++i) {
-            if (M(i, j) == 0) continue;
-            product += std::conj(a[i]) * M(i, j) * b[j];
-            first += std::real(std::conj(a[i]) * M(i, j) * a[j]);
-            second += std::real(std::conj(b[i]) * M(i, j) * b[j]);
-        }
-    return std::norm(product) / (first * second);
+/** Among which those that continue some are sought. **/
+size_t countConsidered(size_t numModes) {
+    return 3 * numModes + 4;
 }
 
 /** A branch's mode at a speed. **/
@@ -42,9 +34,11 @@ struct BranchPair {
 
 /** The modes that continue those of the speed before: the surest pairs first, among equals the
 nearer frequencies. **/
-std::vector<BranchPair> follow(const Linearization& linear, const std::vector<Eigenmode>& last,
+std::vector<BranchPair> follow(std::vector<Eigenmode> modes, const std::vector<Eigenmode>& last,
                                size_t numModes) {
-    const std::vector<Eigenmode> modes = calcElasticModes(linear);
+    modes.erase(std::remove_if(modes.begin(), modes.end(),
+                               [](const Eigenmode& mode) { return mode.isRigidMotion(); }),
+                modes.end());
     if (modes.size() < numModes)
         throw std::runtime_error(std::to_string(numModes) + " modes are asked for, there are " +
                                  std::to_string(modes.size()));
@@ -58,10 +52,10 @@ std::vector<BranchPair> follow(const Linearization& linear, const std::vector<Ei
         size_t branch, mode;
     };
     std::vector<Candidate> candidates;
-    const size_t considered = std::min(modes.size(), 3 * numModes + 4);
+    const size_t considered = std::min(modes.size(), countConsidered(numModes));
     for (size_t k = 0; k < numModes; ++k)
         for (size_t i = 0; i < considered; ++i)
-            candidates.push_back({calcModalAssurance(linear.M, last[k].shape, modes[i].shape),
+            candidates.push_back({calcModalAssurance(last[k], modes[i]),
                                   std::abs(modes[i].frequency - last[k].frequency), k, i});
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const Candidate& a, const Candidate& b) {
@@ -82,8 +76,9 @@ std::vector<BranchPair> follow(const Linearization& linear, const std::vector<Ei
 
 }  // namespace
 
-CampbellDiagram calcCampbellDiagram(const std::vector<Real>& speeds, int numModes,
-                                    const std::function<Linearization(Real speed)>& linearize) {
+CampbellDiagram calcCampbellDiagram(
+    const std::vector<Real>& speeds, int numModes,
+    const std::function<std::vector<Eigenmode>(Real speed, int count)>& calcModes) {
     const StandardArithmetic standard;
     if (speeds.empty() || numModes < 1)
         throw std::invalid_argument("calcCampbellDiagram(): needs a speed and a mode to follow");
@@ -95,7 +90,8 @@ CampbellDiagram calcCampbellDiagram(const std::vector<Real>& speeds, int numMode
         std::vector<BranchPair> pairs;
         diagram.failures.emplace_back();
         try {
-            pairs = follow(linearize(speed), last, size_t(numModes));
+            pairs = follow(calcModes(speed, int(countConsidered(size_t(numModes)))), last,
+                           size_t(numModes));
         } catch (const std::exception& error) {
             diagram.failures.back() = error.what();
         }

@@ -3,11 +3,11 @@
 Eigenfrequencies over operating speed, each mode followed from speed to speed by its shape (modal
 assurance criterion),
 
-    MAC = |x₁ᴴ M x₂|² / (x₁ᴴMx₁ · x₂ᴴMx₂)
+    MAC = |x₁ᴴ M x₂|² / (x₁ᴴMx₁ · x₂ᴴMx₂)      M between them: that of the later one
 
-    const CampbellDiagram diagram = calcCampbellDiagram(speeds, 6, [&](Real speed) {
+    const CampbellDiagram diagram = calcCampbellDiagram(speeds, 6, [&](Real speed, int count) {
         matter.getMobilizedBody(rotor).setOneU(state, 0, speed);
-        return calcLinearization(system, state);
+        return calcSlowestEigenmodes(system, state, count);
     });
     writeCampbellDiagram("campbell.csv", diagram);   **/
 
@@ -32,13 +32,14 @@ struct CampbellDiagram {
 };
 
 /** @param numModes  lowest modes to follow; rigid motions are left out
-@param linearize  the system about its operating point at a speed. A std::exception that it or
-    calcEigenmodes() throws is the failure of this speed, as are fewer modes; others are calculated.
+@param calcModes  the modes about the operating point at a speed, at least the `count` slowest ones
+    if there are as many; rigid motions do not matter. A std::exception that it throws is the
+    failure of this speed, as are fewer modes than are followed; others are calculated.
 @throws std::invalid_argument if there is no speed; std::runtime_error with the first failure if
     all speeds fail. **/
 CampbellDiagram calcCampbellDiagram(
     const std::vector<SimTK::Real>& speeds, int numModes,
-    const std::function<Linearization(SimTK::Real speed)>& linearize);
+    const std::function<std::vector<Eigenmode>(SimTK::Real speed, int count)>& calcModes);
 
 /** A line for each speed: speed, then frequency [Hz] and damping ratio of each branch, empty where
 it failed.

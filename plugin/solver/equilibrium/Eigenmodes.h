@@ -14,7 +14,7 @@ forces the problem is symmetric and λ = ±iω; else λ is complex.
 
 Tests hold undamped frequencies to 1e-9 of themselves, complex ones to 1e-8; very slow complex ones
 beside very stiff parts are less sharp. Dense: O(n³) for n speeds. The slowest modes of many bodies
-at rest are found by block elimination, in time proportional to n. **/
+are found by block elimination, in time proportional to n, at rest and about steady motions. **/
 
 #include <stdexcept>
 #include <vector>
@@ -32,8 +32,12 @@ struct Eigenmode {
     /** n: x in Simbody's numbering of u, axes as in Linearization; xᴴMx = 1, largest displacement
     real and positive. **/
     SimTK::Vector_<SimTK::Complex> shape;
-    /** What is this slow or slower may be a free motion with the round-off of the stiffest one; the
-    same for all modes [Hz]. **/
+    SimTK::Vector_<SimTK::Complex> momentum;  ///< n: M x
+    /** About a steady motion: whether that turns the shape, so that it has this frequency for an
+    observer who turns along. **/
+    bool isSeenTurning = false;
+    /** What is this slow or slower may be a free motion with the round-off of the stiffest one, or
+    of what turns; the same for all modes [Hz]. **/
     SimTK::Real resolution = 0;
 
     /** True if nothing restores this motion: λ = 0. **/
@@ -60,8 +64,9 @@ enum class EigenMethod {
     Automatic,  ///< block elimination where it is possible and quicker
     Dense,      ///< all modes, of which the slowest are given
     /** K + σM is eliminated body by body and spans a Krylov space, of as many slowest modes as a
-    count of K's eigenvalues (Sylvester's law of inertia) finds. Damping is projected onto these,
-    and onto what their residuals lack, until they fulfil the damped equations. **/
+    count of K's eigenvalues (Sylvester's law of inertia) finds. Gyroscopic forces and damping are
+    projected onto these, and onto what their residuals lack, until they fulfil the equations; of
+    what turns, the count is that of the Hermitian K − ω²M + iωD. **/
     Blocks
 };
 
@@ -69,8 +74,7 @@ enum class EigenMethod {
 @param observer  as in calcLinearization()
 @throws NoEquilibrium as requireEquilibrium()
 @throws std::invalid_argument as calcLinearization() and calcEigenmodes(); with EigenMethod::Blocks
-    also where something moves or rubs, has states of its own, or has forces or constraints of
-    Simbody's. **/
+    also where something rubs or has states of its own. **/
 std::vector<Eigenmode> calcSlowestEigenmodes(const SimTK::MultibodySystem& system,
                                              const SimTK::State& state, int count,
                                              EigenMethod method = EigenMethod::Automatic,

@@ -1,11 +1,11 @@
 #include "simflex/solver/Linearization.h"
 
 #include <algorithm>
-#include <sstream>
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/equilibrium/ModeScaling.h"
 #include "simflex/solver/equilibrium/SimbodyMatrix.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
 #include "simflex/solver/equilibrium/SteadyMotion.h"
@@ -20,18 +20,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** A motion that turns by less than this in a radian of the slowest mode is as good as at rest. **/
-constexpr double SmallTurn = 5e-3;
-/** How much frequencies may change, of themselves, with the mean of matrices a radian apart. **/
-constexpr double SmallChange = 1e-3;
-/** How far constraints may come apart meanwhile, of a body's size, and per displacement. **/
-constexpr double SmallGap = 1e-3;
-/** Accelerations besides those of the motion, of all, that count as none; how often forces and
-stiffness are settled by each other, and the rank of constraints. **/
-constexpr double Settled = 1e-5, SettlingRank = 1e-10;
-constexpr int NumSettlings = 2;
-/** How far forces that do not turn along may lead, of a body's size: an unbalance does. **/
-constexpr double LaterGap = 5e-3;
+/** The rank of constraints that share what forces are missing. **/
+constexpr double SettlingRank = 1e-10;
 
 /** The equations at one moment of the motion, in the solver's numbering. **/
 struct Instant : SteadyMotion::Balance {
@@ -47,7 +37,7 @@ bool isUnsettled(const Instant& instant) {
     if (instant.motion.isAtRest()) return false;
     const VectorXd uDot = Map<const VectorXd>(instant.point.uDot.data(), instant.M.rows());
     const VectorXd& more = instant.moreUDot;
-    return more.dot(instant.M * more) > square(Settled) * uDot.dot(instant.M * uDot);
+    return more.dot(instant.M * more) > square(Steadiness::Settled) * uDot.dot(instant.M * uDot);
 }
 
 /** Accelerations and matrices at a point's t, q, u and z. **/
@@ -60,31 +50,9 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
     step.calcAccelerations(point.t, point.q, point.u, point.uDot, point.lambda);
     instant.motion = SteadyMotion(equations, state, point.t, point.q, point.u, point.q);
 
-    // What the State has besides the steady motion stays as it is in Simbody's axes.
+    instant.motion.addBesides(point.q, point.u, point.uDot);
+    instant.moreUDot = instant.motion.getAccelerationsBesides();
     std::vector<double> u(n), uDot(n);
-    instant.motion.calcSpeeds(point.q, u, uDot);
-    std::vector<double> moreU(n), moreUDot(n);
-    for (size_t i = 0; i < n; ++i) {
-        moreU[i] = point.u[i] - u[i];
-        moreUDot[i] = point.uDot[i] - uDot[i];
-    }
-    instant.moreUDot = Map<const VectorXd>(moreUDot.data(), Eigen::Index(n));
-    const auto calcSpeeds = [&](const std::vector<double>& q) {
-        instant.motion.calcSpeeds(q, u, uDot);
-        for (size_t i = 0; i < n; ++i) {
-            u[i] += moreU[i];
-            uDot[i] += moreUDot[i];
-        }
-        for (int b = 0; b < equations.getTopology().numFlexible; ++b) {
-            const size_t q0 = size_t(equations.getBlock(b).firstQ),
-                         u0 = size_t(equations.getBlock(b).firstU);
-            const Rotation turn = ~rotationOf(&q[q0]) * rotationOf(&point.q[q0]);
-            for (const auto& [total, more] : {std::pair(&u, &moreU), std::pair(&uDot, &moreUDot)}) {
-                const Vec3 fixed = Vec3::getAs(more->data() + u0);
-                Vec3::updAs(total->data() + u0) += turn * fixed - fixed;
-            }
-        }
-    };
 
     const Topology& topology = equations.getTopology();
     for (int k = 0; k < int(topology.frictions.size()); ++k)
@@ -103,7 +71,7 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
         return differentiateByQ(equations, scales, point.t, point.q, point.u,
                                 [&](const std::vector<double>& q, VectorXd& r) {
                                     if (observer) observer();
-                                    calcSpeeds(q);
+                                    instant.motion.calcSpeeds(q, u, uDot);
                                     equations.realize(point.t, q.data(), u.data());
                                     equations.calcResidual(q.data(), u.data(), uDot.data(),
                                                            point.lambda.data(), r.data());
@@ -114,11 +82,9 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
         // Forces that the motion has yet to spread through the bodies: those that it will have.
         const VectorXd lambda = Map<const VectorXd>(point.lambda.data(), instant.G.rows()),
                        missing = instant.M * instant.moreUDot;
-        for (size_t i = 0; i < n; ++i) {
-            point.uDot[i] -= moreUDot[i];
-            moreUDot[i] = 0;
-        }
-        for (int pass = 0; pass < NumSettlings; ++pass) {
+        Map<VectorXd>(point.uDot.data(), missing.size()) -= instant.moreUDot;
+        instant.motion.dropAccelerationsBesides();
+        for (int pass = 0; pass < Steadiness::NumSettlings; ++pass) {
             const VectorXd forces = missing - instant.K * instant.motion.calcDeparture(instant);
             if (lambda.size() > 0)
                 Map<VectorXd>(point.lambda.data(), lambda.size()) =
@@ -141,7 +107,7 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
         differentiateByQ(equations, scales, point.t, point.q, point.u,
                          [&](const std::vector<double>& q, VectorXd& f) {
                              if (observer) observer();
-                             calcSpeeds(q);
+                             instant.motion.calcSpeeds(q, u, uDot);
                              f.resize(Eigen::Index(2 * n));
                              f << Map<const VectorXd>(u.data(), Eigen::Index(n)),
                                  Map<const VectorXd>(uDot.data(), Eigen::Index(n)) / rate;
@@ -149,7 +115,13 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
     const MatrixXd dX = derivatives.topRows(Eigen::Index(n));
     instant.speedsByQ = dX;
     instant.accelerationsByQ = rate * derivatives.bottomRows(Eigen::Index(n));
-    instant.accelerationsByU = 2 * dX - calcRateMatrix(equations, scales, point);
+    instant.accelerationsByU = 2 * dX;
+    const std::vector<MatrixXd> A = calcRateBlocks(equations, scales, point);
+    for (int b = 0; b < topology.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        instant.accelerationsByU.block(block.firstU, block.firstU, block.numU, block.numU) -=
+            A[size_t(b)];
+    }
     instant.D += instant.M * instant.accelerationsByU;
 }
 
@@ -186,53 +158,18 @@ void putMatrices(const Instant& instant, const MatrixXd& T, Linearization& resul
 MatrixXd calcCarried(Evaluation& equations, const CoordinateScales& scales, const Instant& now,
                      const Instant& later, double duration) {
     const int n = equations.getTopology().numU;
-    const std::vector<double>&q = now.point.q, &laterQ = later.point.q;
-    const double t = now.point.t;
-    const auto carry = [&](int column, double h) {
-        std::vector<double> delta(size_t(n), 0), moved = q;
-        delta[size_t(column)] = h;
-        if (equations.getTopology().needsSimbody)
-            equations.realize(t, q.data(), now.point.u.data());
-        equations.getBlocks().moveQ(delta.data(), moved.data());
-        moved = now.motion.flow(moved, duration);
-        for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
-            const Block& block = equations.getBlock(b);
-            block.alignQ(&laterQ[size_t(block.firstQ)], &moved[size_t(block.firstQ)]);
-        }
-        return VectorXd(Map<const VectorXd>(moved.data(), equations.getTopology().numQ));
-    };
-    MatrixXd changes = MatrixXd::Zero(equations.getTopology().numQ, n),
-             N(equations.getTopology().numQ, n);
-    for (const int column : listFreeSpeeds(equations)) {
-        const double h = scales.step[size_t(column)];
-        changes.col(column) = (carry(column, h) - carry(column, -h)) / (2 * h);
+    const std::vector<int> free = listFreeSpeeds(equations);
+    MatrixXd units = MatrixXd::Zero(n, Eigen::Index(free.size()));
+    VectorXd steps(units.cols());
+    for (size_t k = 0; k < free.size(); ++k) {
+        units(free[k], Eigen::Index(k)) = 1;
+        steps[Eigen::Index(k)] = scales.step[size_t(free[k])];
     }
-    std::vector<double> unit(size_t(n), 0);
-    equations.realize(t, laterQ.data(), unit.data());
-    for (int i = 0; i < n; ++i) {
-        unit[size_t(i)] = 1;
-        equations.getBlocks().calcQDot(laterQ.data(), unit.data(), N.col(i).data());
-        unit[size_t(i)] = 0;
-    }
-    MatrixXd carried = solveLeastSquares(N, changes);
+    const MatrixXd ofFree = now.motion.carry(now.point.q, duration, later.point.q, units, steps);
+    MatrixXd carried = MatrixXd::Zero(n, n);
+    for (size_t k = 0; k < free.size(); ++k) carried.col(free[k]) = ofFree.col(Eigen::Index(k));
     later.motion.close(carried);
     return carried;
-}
-
-/** Whether motions that constraints allow are other ones where they are carried to. **/
-bool turnsMotions(const Linearization& linear, const MatrixXd& carried, const MatrixXd& G) {
-    constexpr double Turned = 0.1;
-    VectorXd metres = VectorXd::Zero(carried.rows()), sizes = metres;
-    for (int i = 0; i < int(sizes.size()); ++i) {
-        if (linear.isHeld[unsigned(i)] || !(linear.metres[i] > 0)) continue;
-        metres[i] = linear.metres[i];
-        sizes[i] = 1 / metres[i];
-    }
-    const MatrixXd motions = TangentSpace(G * sizes.asDiagonal()).getBasis();
-    if (motions.cols() == 0) return false;
-    const MatrixXd change =
-        metres.asDiagonal() * (carried * (sizes.asDiagonal() * motions)) - motions;
-    return change.colwise().norm().maxCoeff() > Turned;
 }
 
 /** Frequencies of what moves back and forth, the highest first. **/
@@ -243,27 +180,6 @@ std::vector<Real> listFrequencies(const Linearization& linear, Real lowest) {
     return frequencies;
 }
 
-/** Whether time itself turns the system. **/
-bool isDriven(Evaluation& equations, const SolutionPoint& point) {
-    for (int i = 0; i < equations.getTopology().numU; ++i)
-        if (equations.getTopology().isPrescribed[size_t(i)] && point.u[size_t(i)] != 0) return true;
-    const std::vector<double> none(point.u.size(), 0);
-    std::vector<double> errors(point.lambda.size(), 0);
-    equations.realize(point.t, point.q.data(), none.data());
-    equations.calcVelocityErrors(errors.data());
-    return std::any_of(errors.begin(), errors.end(), [](double error) { return error != 0; });
-}
-
-/** Where the motion is a radian later. **/
-void moveOn(Evaluation& equations, const SteadyMotion& motion, SolutionPoint& point) {
-    const double duration = 1 / motion.getRate();
-    if (isDriven(equations, point)) point.t += duration;
-    point.q = motion.flow(point.q, duration);
-    motion.calcSpeeds(point.q, point.u, point.uDot);
-    equations.prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
-    equations.realize(point.t, point.q.data(), point.u.data());
-}
-
 /** Compares with the matrices a radian later. **/
 std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scales,
                              const Instant& now, const MatrixXd& T, const Linearization& result,
@@ -272,22 +188,25 @@ std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scal
     if (now.motion.isAtRest()) return "";
     const double lowest = 1e-3 * rate / (2 * Pi);
     const std::vector<Real> frequencies = listFrequencies(result, lowest);
-    if (frequencies.empty() || rate < SmallTurn * 2 * Pi * frequencies.back()) return "";
+    if (frequencies.empty() || rate < Steadiness::SmallTurn * 2 * Pi * frequencies.back())
+        return "";
 
-    std::string departure = now.motion.findDeparture(scales, now, SmallGap);
+    std::string departure =
+        now.motion.describeDeparture(scales, now.motion.calcDeparture(now), Steadiness::SmallGap);
     if (!departure.empty()) return departure;
     const double duration = 1 / rate;
     Instant later;
     SolutionPoint& point = later.point = now.point;
-    moveOn(equations, now.motion, point);
+    now.motion.moveOn(point);
     std::vector<double> errors(point.lambda.size(), 0);
     equations.calcPositionErrors(errors.data());
     for (size_t k = 0; k < errors.size(); ++k)
-        if (!(std::abs(errors[k]) <= SmallGap))
+        if (!(std::abs(errors[k]) <= Steadiness::SmallGap))
             return equations.getTopology().describeConstraint(int(k)) +
                    " does not let its bodies continue their present motion";
     linearize(equations, scales, result.state, observer, later);
-    departure = later.motion.findDeparture(scales, later, LaterGap);
+    departure = later.motion.describeDeparture(scales, later.motion.calcDeparture(later),
+                                               Steadiness::LaterGap);
     if (!departure.empty()) return departure;
     const MatrixXd carried = calcCarried(equations, scales, now, later, duration);
 
@@ -296,7 +215,8 @@ std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scal
     const MatrixXd gaps = later.G * carried * sizes.asDiagonal() *
                           TangentSpace(now.G * sizes.asDiagonal()).getBasis();
     for (Eigen::Index k = 0; k < gaps.rows(); ++k)
-        if (!(gaps.row(k).norm() <= SmallGap * (later.G.row(k) * sizes.asDiagonal()).norm()))
+        if (!(gaps.row(k).norm() <=
+              Steadiness::SmallGap * (later.G.row(k) * sizes.asDiagonal()).norm()))
             return equations.getTopology().describeConstraint(int(k)) +
                    " does not let displaced bodies continue their present motion";
 
@@ -309,13 +229,9 @@ std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scal
     const std::vector<Real> others = listFrequencies(between, lowest);
     for (size_t k = 0; k < std::min(frequencies.size(), others.size()); ++k) {
         const double change = std::abs(square(others[k]) - square(frequencies[k]));
-        if (change <= 2 * SmallChange * square(frequencies[k]) + square(lowest)) continue;
-        std::ostringstream text;
-        text << "the equations of small motions change as the motion goes on: a natural frequency "
-                "of "
-             << frequencies[k] << " Hz is " << others[k]
-             << " Hz with the mean of their coefficients over a radian";
-        return text.str();
+        if (change <= 2 * Steadiness::SmallChange * square(frequencies[k]) + square(lowest))
+            continue;
+        return describeChange(frequencies[k], others[k]);
     }
     return "";
 }
@@ -377,14 +293,12 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     if (now.motion.isAtRest()) return result;
     Instant later;
     SolutionPoint& after = later.point = now.point;
-    moveOn(equations, now.motion, after);
+    now.motion.moveOn(after);
     later.motion = SteadyMotion(equations, result.state, after.t, after.q, after.u, after.q);
     const MatrixXd carried = calcCarried(equations, scales, now, later, 1 / now.motion.getRate());
     equations.realize(after.t, after.q.data(), after.u.data());
-    const MatrixXd inGround =
-        calcSimbodyNumbering(equations, after.q.data()) * carried * T.transpose();
-    result.carried = toSimbody(inGround);
-    result.isSeenTurning = turnsMotions(result, inGround, now.G * T.transpose());
+    result.carried =
+        toSimbody(calcSimbodyNumbering(equations, after.q.data()) * carried * T.transpose());
     result.later = result.state;
     equations.getBlocks().putIntoState(after.t, after.q.data(), after.u.data(), *result.later);
     system.realize(*result.later, Stage::Velocity);

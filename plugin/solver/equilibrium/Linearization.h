@@ -59,9 +59,6 @@ struct Linearization : OperatingPoint {
     /** Of a State with speeds: the same motion a radian later, realized to Stage::Velocity. **/
     std::optional<SimTK::State> later;
     SimTK::Matrix carried;  ///< n×n: what δ become until then, as the motion carries them along
-    /** Whether it turns what joints let move: frequencies are those that an observer who turns along
-    sees. **/
-    bool isSeenTurning = false;
     /** n: displacement that a unit of each δ causes, at worst [m]. **/
     SimTK::Vector metres;
     /** n: nonzero for speeds that a lock or Motion prescribes, at whatever level; their δ is zero

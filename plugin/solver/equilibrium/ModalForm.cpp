@@ -114,8 +114,8 @@ std::vector<std::vector<Eigen::Index>> gatherPoles(const VectorXcd& poles, doubl
         for (Eigen::Index j = 0; j < i; ++j) {
             const double size = std::max(std::abs(poles[i]), std::abs(poles[j]));
             const double leastImag = std::max(NearReal * size, zero);
-            const bool areReal = std::abs(poles[i].imag()) <= leastImag &&
-                                 std::abs(poles[j].imag()) <= leastImag;
+            const bool areReal =
+                std::abs(poles[i].imag()) <= leastImag && std::abs(poles[j].imag()) <= leastImag;
             if (size > zero &&
                 std::abs(poles[i] - poles[j]) > (areReal ? NearRealPole : SamePole) * size)
                 continue;

@@ -37,6 +37,9 @@ constexpr int NearbyIterations = 8;
 constexpr double ZeroStiffness = 1e-12;  ///< of the softest mode's
 /** Of a force's parts: what the residual along a free motion may be by round-off. **/
 constexpr double ZeroForce = 1e-9;
+/** The same along a steady motion, which is known to differences of forces. **/
+constexpr double LoadedSpin = 1e-6;
+constexpr int MostMotionIterations = 20;
 constexpr double SmallestLoadStep = 1.0 / 64;
 /** σ of K + σ·softest·M: the least, so small that it matters to next to nothing. **/
 constexpr double LeastShift = 1e-9, LargestShift = 1e6, ShiftGrowth = 30;
@@ -70,7 +73,7 @@ constexpr double MostPathCurve = 1.5, LeastPathStep = 1e-6, PathSharpness = 1e-6
 /** By how much the loads may grow otherwise than the slopes at both ends of a step foretell, of
 what the steeper one alone does; and how flat it may be, of the steepest so far, to count so. **/
 constexpr double LargestSurprise = 0.05, FlatPath = 0.05;
-constexpr int MostCreepIterations = 12, MostCreepSteps = 1000;
+constexpr int MostCreepIterations = 12, MostCreepSteps = 6000;
 constexpr double CreepAccuracy = 1e-6;
 
 /** @throws std::runtime_error naming a constraint that moves apart. **/
@@ -135,9 +138,10 @@ public:
         : m_settings(settings),
           m_equations(equations),
           m_scales(equations.getBlocks()),
-          // The speeds of a steady motion depend on where all bodies are.
-          m_graph(equations,
-                  motion.isAtRest() ? BlockGraph::Links::OfJoints : BlockGraph::Links::Everywhere),
+          // The speeds of a steady motion may depend on where all bodies are.
+          m_graph(equations, motion.isAtRest() || motion.hasConstantTwists()
+                                 ? BlockGraph::Links::OfJoints
+                                 : BlockGraph::Links::Everywhere),
           m_isHeld(equations.getTopology().isPrescribed),
           m_hasOwnStates(!equations.getTopology().listOwnStates().empty()),
           m_point(start),
@@ -239,6 +243,11 @@ private:
     double calcDistance(const std::vector<double>& from) const;
 
     bool converge(double fraction);
+    /** Of a steady motion, by Newton's iteration as it is, wherever it leads. **/
+    bool convergeToMotion();
+    /** The steady motion itself, scaled, if joints let it be: time's own direction, along which
+    nothing changes. Empty: none. **/
+    VectorXd findSpin(const Tangent& tangent) const;
     /** The part of a correction at which forces along it have nearly gone. **/
     double searchLine(const Tangent& tangent, const VectorXd& delta, const VectorXd& deltaLambda);
     void move(const VectorXd& delta, const VectorXd& deltaLambda);
@@ -318,7 +327,22 @@ private:
 
 void StaticEquilibrium::Search::run() {
     const SolutionPoint start = m_point;
+    std::optional<SolutionPoint> saddle;
+    if (!m_motion.isAtRest()) {
+        if (convergeToMotion()) {
+            const Tangent tangent = calcTangent();
+            factor(tangent, calcZero(tangent));
+            if (m_elimination->countNegative() == 0) return;
+            saddle = m_point;
+        }
+        m_point = start;
+    }
     if (converge(1)) return stayOnBranch(start);
+    if (saddle) {
+        m_point = *saddle;
+        if (convergeToMotion()) return;
+        m_point = start;
+    }
     if (!m_motion.isAtRest() || m_hasOwnStates) {
         // A steady motion, or what a controller holds, is none of least energy, and may be stable
         // at a saddle of it.
@@ -366,6 +390,68 @@ void StaticEquilibrium::Search::run() {
         m_reason = text.str() + reason;
     }
     fail(reached);
+}
+
+VectorXd StaticEquilibrium::Search::findSpin(const Tangent& tangent) const {
+    constexpr double Allowed = 1e-6;  // of how fast its bodies move
+    VectorXd x = VectorXd::Zero(tangent.s.size());
+    double fastest = 0;
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+        if (m_isHeld[size_t(i)]) continue;
+        x[i] = m_point.u[size_t(i)];
+        fastest = std::max(fastest, std::abs(x[i]) * m_scales.metres[size_t(i)]);
+    }
+    const VectorXd gaps = tangent.mass.multiplyG(x);
+    if (!(fastest > 0) || (gaps.size() > 0 && gaps.cwiseAbs().maxCoeff() > Allowed * fastest))
+        return {};
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+        if (tangent.s[i] > 0) x[i] /= tangent.s[i];
+    return x.normalized();
+}
+
+bool StaticEquilibrium::Search::convergeToMotion() {
+    setFraction(1);
+    m_motion.setFactor(1);
+    for (int iteration = 0; iteration < MostMotionIterations; ++iteration) {
+        const Tangent tangent = calcTangent();
+        ++numIterations;
+        if (!tangent.isFinite) return false;
+        const Eigen::Index n = tangent.s.size(), m = tangent.g.size();
+        const double sigma = std::max(LeastShift, calcZero(tangent));
+        BlockMatrix<double> A = tangent.K;
+        A.addMass(tangent.mass, sigma * tangent.softest);
+        m_elimination->factor(A, tangent.s, TangentElimination<double>::Symmetry::General);
+        const VectorXd& rowScale = m_elimination->getRowScale();
+        VectorXd y(n + m);
+        y << -tangent.s.cwiseProduct(tangent.r), -rowScale.cwiseProduct(tangent.g);
+        m_elimination->solveScaled(y);
+        bool isLoaded = false;
+        const VectorXd spin = findSpin(tangent);
+        if (spin.size() > 0) {
+            // Goes along with what joints bear of it: of pieces that turn as one, the forces
+            // between them turn along.
+            VectorXd turned = VectorXd::Zero(n + m);
+            const VectorXd inert = multiplyMass(tangent, spin);
+            turned.head(n) = inert;
+            m_elimination->solveScaled(turned);
+            y -= y.head(n).dot(inert) / turned.head(n).dot(inert) * turned;
+            isLoaded =
+                std::abs(spin.dot(tangent.s.cwiseProduct(tangent.r))) > LoadedSpin * m_forceScale;
+        }
+        const VectorXd delta = tangent.s.cwiseProduct(y.head(n)),
+                       deltaLambda = rowScale.cwiseProduct(y.tail(m));
+        m_error = m > 0 ? tangent.g.cwiseAbs().maxCoeff() : 0;
+        if (limitStep(delta) < 1) return false;
+        move(delta, deltaLambda);
+        if (m_change > m_settings.m_tolerance || m_error > m_settings.m_constraintTolerance)
+            continue;
+        if (isLoaded) return false;
+        ++numLoadSteps;
+        VectorXd r;
+        evaluate(m_point.q, r);
+        return true;
+    }
+    return false;
 }
 
 bool StaticEquilibrium::Search::runNearby() {
@@ -811,7 +897,7 @@ double StaticEquilibrium::Search::searchLine(const Tangent& tangent, const Vecto
 bool StaticEquilibrium::Search::creep(double longest, int mostSteps) {
     m_fraction = 1;
     m_equations.updSimbody().setLoadFraction(1);
-    double sigma = FirstDamping;
+    double sigma = FirstDamping, boldness = 8;
     for (int step = 0; step < mostSteps && sigma < LargestDamping; ++step) {
         const SolutionPoint before = m_point;
         VectorXd gone = VectorXd::Zero(m_scales.metres.size());
@@ -853,11 +939,17 @@ bool StaticEquilibrium::Search::creep(double longest, int mostSteps) {
         if (!hasArrived || share > 1) {
             m_point = before;
             if (!m_point.z.empty()) m_equations.setZ(m_point.z.data());
-            sigma *= share > 0 ? std::min(8.0, 1.5 * share) : 8;
+            // What was too much at once is tried in smaller parts.
+            sigma *= share > 0 ? std::min(8.0, 1.5 * share) : boldness;
+            if (!hasArrived) boldness = std::max(1.2, std::sqrt(boldness));
         } else if (sigma <= LastDamping) {
             return true;
         } else {
-            sigma /= std::min(iteration <= 4 ? 8.0 : iteration <= 7 ? 2.0 : 1.0, 0.8 / share);
+            sigma /= std::min(iteration <= 4   ? boldness
+                              : iteration <= 7 ? std::sqrt(boldness)
+                                               : 1.0,
+                              0.8 / share);
+            boldness = std::min(8.0, 1.1 * boldness);
         }
     }
     return false;

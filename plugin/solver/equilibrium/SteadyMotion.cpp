@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/solver/equilibrium/TangentElimination.h"
 
 namespace simflex {
 
@@ -23,12 +24,20 @@ constexpr double TurnStep = 5e-3;
 constexpr double TurnCost = 1e4;
 /** What speeds that a State was given leave, of the fastest [m/s, rad/s]. **/
 constexpr double SmallError = 1e-7;
+/** The same of twists that are kept as they are. **/
+constexpr double TwistError = 1e-9;
 constexpr double ClosureRank = 1e-10, ClosedLoop = 1e-15;
 constexpr int NumClosings = 12, NumFlowPieces = 16;
 /** Displacements at which it is tried whether loops need closing [m], and what may come of them.
  * **/
 constexpr double TrialStep = 1e-4, TrialError = 1e-5;
 constexpr int NumTrials = 3;
+
+double measure(const std::vector<double>& speeds) {
+    double largest = 0;
+    for (const double speed : speeds) largest = std::max(largest, std::abs(speed));
+    return largest;
+}
 
 /** (ω, v) of the point at Ground's origin from that of the point at p, and back. **/
 SpatialVec toOrigin(const SpatialVec& V, const Vec3& p) {
@@ -73,17 +82,48 @@ SteadyMotion::SteadyMotion(Evaluation& equations, const State& state, double t,
     putTwists(calcTwists(given, m_u), q, m_u);
     equations.realize(t, q.data(), m_u.data());
     m_links = listLinks(equations);
-    if (isDriven) followMotions(q);
-    equations.realize(t, q.data(), m_u.data());
-    equations.calcVelocityErrors(m_errors.data());
+    const auto calcLargestError = [&] {
+        equations.realize(t, q.data(), m_u.data());
+        equations.calcVelocityErrors(m_errors.data());
+        const double fastest = measure(m_u);
+        return measure(m_errors) / (1 + fastest);
+    };
+    if (isDriven) {
+        const std::vector<double> before = m_u;
+        followJoints(q);
+        if (calcLargestError() > SmallError) {
+            m_u = before;
+            m_equations->realize(t, q.data(), m_u.data());
+            followMotions(q);
+        }
+    }
+    if (calcLargestError() <= SmallError) {
+        const std::vector<double> before = m_u, errors = m_errors;
+        if (!isDriven) followJoints(q);
+        if (calcLargestError() <= TwistError) {
+            takeTwists(q);
+            m_hasConstantTwists = isAtRest() || canKeepTwists(q);
+        }
+        m_errors = errors;
+        if (m_hasConstantTwists) {
+            m_reaches.clear();
+            return;
+        }
+        m_u = before;
+    }
     if (!m_errors.empty()) {
         prepareClosing(q);
         closeLoops(q, m_u);
-        equations.realize(t, q.data(), m_u.data());
     }
+    takeTwists(q);
+    if (!isAtRest() && m_closing.size() > 0 && keepsConstraints(q)) m_closing.resize(0, 0);
+}
+
+void SteadyMotion::takeTwists(const std::vector<double>& q) {
+    m_equations->realize(m_t, q.data(), m_u.data());
     m_twists = calcTwists(q, m_u);
     findReaches();
-
+    m_rate = 0;
     Real fastest = 0;
     for (size_t r = 0; r < m_roots.size(); ++r) {
         m_rate = std::max(m_rate, m_twists[r][0].norm());
@@ -93,7 +133,62 @@ SteadyMotion::SteadyMotion(Evaluation& equations, const State& state, double t,
     for (const double speed : m_u) m_rate = std::max(m_rate, std::abs(speed));
     if (m_rate == 0) m_rate = fastest;
     if (m_rate < SlowestRate) m_rate = 0;
-    if (!isAtRest() && m_closing.size() > 0 && keepsConstraints(q)) m_closing.resize(0, 0);
+}
+
+bool SteadyMotion::canKeepTwists(const std::vector<double>& q) const {
+    Evaluation& equations = *m_equations;
+    SteadyMotion constant = *this;
+    constant.m_reaches.clear();
+    std::vector<double> u, byJoints;
+    constant.calcX(q, u);
+    const CoordinateScales scales(equations.getBlocks());
+    const std::vector<double> none(std::max(u.size(), m_errors.size()), 0);
+    VectorXd r(Eigen::Index(u.size()));
+    equations.realize(m_t, q.data(), u.data());
+    equations.calcResidual(q.data(), u.data(), none.data(), none.data(), r.data());
+    const BlockGraph graph(equations, BlockGraph::Links::OfJoints);
+    const BlockMass mass(equations);
+    const Eigen::Index n = r.size();
+    VectorXd sizes = VectorXd::Zero(n);
+    for (const int i : listFreeSpeeds(equations)) sizes[i] = 1 / scales.metres[size_t(i)];
+    BlockMatrix<double> ofSizes(graph);
+    for (size_t b = 0; b < graph.sizes.size(); ++b)
+        for (Eigen::Index i = 0; i < graph.sizes[b]; ++i) {
+            const double size = sizes[graph.firstU[b] + i];
+            ofSizes.at(int(b), int(b))(i, i) = size > 0 ? 1 / square(size) : 1;
+        }
+    TangentElimination<double> elimination(graph, mass);
+    elimination.factor(ofSizes, sizes, TangentElimination<double>::Symmetry::Symmetric);
+    MatrixXd displaced(n, NumTrials);
+    for (int trial = 0; trial < NumTrials; ++trial)
+        for (Eigen::Index i = 0; i < n; ++i)
+            displaced(i, trial) = sizes[i] * std::cos((1.3 + 0.2 * trial) * double(i) + trial);
+    elimination.close(displaced);
+    for (int trial = 0; trial < NumTrials; ++trial) {
+        const double size = equations.getBlocks().calcDisplacement(displaced.col(trial).data());
+        if (!(size > 0)) continue;
+        const VectorXd delta = TrialStep / size * displaced.col(trial);
+        VectorXd errors[2];
+        for (const int side : {0, 1}) {
+            if (equations.getTopology().needsSimbody) equations.realize(m_t, q.data(), m_u.data());
+            const VectorXd own = side == 0 ? VectorXd(-delta) : delta;
+            std::vector<double> moved = q;
+            equations.getBlocks().moveQ(own.data(), moved.data());
+            constant.calcX(moved, u);
+            equations.realize(m_t, moved.data(), u.data());
+            errors[side].resize(mass.numMultipliers);
+            equations.calcVelocityErrors(errors[side].data());
+            calcX(moved, byJoints);
+            for (size_t i = 0; i < u.size(); ++i)
+                if (std::abs(byJoints[i] - u[i]) * scales.metres[i] >
+                    TrialError * TrialStep * m_rate)
+                    return false;
+        }
+        if (mass.numMultipliers > 0 &&
+            (errors[1] - errors[0]).lpNorm<Eigen::Infinity>() > TrialError * TrialStep * m_rate)
+            return false;
+    }
+    return true;
 }
 
 bool SteadyMotion::keepsConstraints(const std::vector<double>& q) const {
@@ -138,7 +233,7 @@ void SteadyMotion::findRoots(const State& state) {
     const SimbodyMatterSubsystem& matter = equations.getTopology().system->getMatterSubsystem();
     for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
         const MobilizedBody& mobod = matter.getMobilizedBody(i);
-        Root root{0, false, 0, 0, 0, {}};
+        Root root{equations.getTopology().findBlock(i), false, 0, 0, 0, {}};
         int nq;
         if (!equations.getBlocks().findRigidSlots(equations.getTopology(), i, root.q0, nq,
                                                   root.u0) ||
@@ -147,10 +242,10 @@ void SteadyMotion::findRoots(const State& state) {
             continue;
         root.p0 = root.q0 + nq - 3;
         root.X_GF = mobod.getInboardFrame(state);
-        for (int b = 0; b < equations.getTopology().numBlocks(); ++b)
-            if (equations.getBlock(b).firstU <= root.u0) root.block = b;
         m_roots.push_back(root);
     }
+    m_rootOf.assign(size_t(equations.getTopology().numBlocks()), -1);
+    for (size_t r = m_roots.size(); r-- > 0;) m_rootOf[size_t(m_roots[r].block)] = int(r);
 }
 
 Rotation SteadyMotion::calcAxes(const Root& root, const std::vector<double>& q) const {
@@ -182,12 +277,6 @@ void SteadyMotion::putTwists(const Twists& twists, const std::vector<double>& q,
     }
 }
 
-int SteadyMotion::findRoot(int block) const {
-    for (size_t r = 0; r < m_roots.size(); ++r)
-        if (m_roots[r].block == block) return int(r);
-    return -1;
-}
-
 SpatialVec SteadyMotion::calcTwist(const Link& link, int side, const Twists& twists) const {
     const FrameMotion& frame = *link.motions[side];
     const SpatialVec own = toOrigin(frame.V, frame.X.p());
@@ -196,6 +285,7 @@ SpatialVec SteadyMotion::calcTwist(const Link& link, int side, const Twists& twi
 }
 
 void SteadyMotion::findReaches() {
+    m_reaches.clear();
     std::stable_sort(m_links.begin(), m_links.end(),
                      [](const auto& a, const auto& b) { return a.numEquations > b.numEquations; });
     const Twists none(m_roots.size(), SpatialVec(Vec3(0), Vec3(0)));
@@ -232,7 +322,77 @@ bool SteadyMotion::findDriven(const std::vector<double>& q) const {
         if (!m_equations->getTopology().isPrescribed[i]) driven[i] = 0;
     m_equations->realize(m_t, q.data(), driven.data());
     m_equations->calcVelocityErrors(errors.data());
-    return std::any_of(errors.begin(), errors.end(), [](double error) { return error != 0; });
+    return measure(errors) > 0;
+}
+
+void SteadyMotion::followJoints(const std::vector<double>& q) {
+    const Topology& topology = m_equations->getTopology();
+    const JointTerms& terms = m_equations->getJoints();
+    takeTwists(q);
+    m_equations->realize(m_t, q.data(), m_u.data());
+    std::vector<int> order(m_roots.size(), -1);
+    for (size_t k = 0; k < m_reaches.size(); ++k) order[size_t(m_reaches[k].root)] = int(k);
+    const auto findOrder = [&](int block) {
+        const int root = findRoot(block);
+        return root < 0 ? -1 : order[size_t(root)];
+    };
+    // Of each root, joints with those before it.
+    std::vector<std::vector<int>> jointsOf(m_reaches.size());
+    for (int j = 0; j < int(topology.joints.size()); ++j) {
+        const std::vector<FrameRef>& sides = topology.joints[size_t(j)].sides;
+        if (sides.size() != 2 || sides[0].block == sides[1].block) continue;
+        const int last = std::max(findOrder(sides[0].block), findOrder(sides[1].block));
+        if (last >= 0) jointsOf[size_t(last)].push_back(j);
+    }
+    for (size_t k = 0; k < m_reaches.size(); ++k) {
+        const Reach& reach = m_reaches[k];
+        const Link& link = m_links[size_t(reach.link)];
+        const Transform& X_GF = link.motions[reach.inboard]->X;
+        int numRows = 0;
+        for (const int j : jointsOf[k]) numRows += topology.joints[size_t(j)].numRows();
+        SpatialVec& twist = m_twists[size_t(reach.root)];
+        const auto setRelative = [&](const SpatialVec& S) {
+            twist = SpatialVec(Vec3(0), Vec3(0));
+            twist = calcTwist(link, reach.inboard, m_twists) +
+                    toOrigin({X_GF.R() * S[0], X_GF.R() * S[1]}, X_GF.p()) -
+                    calcTwist(link, 1 - reach.inboard, m_twists);
+        };
+        const auto calcErrors = [&](const SpatialVec& S) {
+            setRelative(S);
+            VectorXd errors(numRows);
+            int row = 0;
+            for (const int j : jointsOf[k]) {
+                const Topology::Joint& joint = topology.joints[size_t(j)];
+                FrameMotion moving[2];
+                const FrameMotion* frames[] = {&moving[0], &moving[1]};
+                for (const int side : {0, 1}) {
+                    moving[side] = *terms.getMotions(j)[size_t(side)];
+                    const int root = findRoot(joint.sides[size_t(side)].block);
+                    if (root >= 0)
+                        moving[side].V += fromOrigin(m_twists[size_t(root)], moving[side].X.p());
+                }
+                joint.record->equations->calcErrorDots(terms.getDrive(j), frames,
+                                                       errors.data() + row);
+                row += joint.numRows();
+            }
+            return errors;
+        };
+        SpatialVec S = reach.S;
+        if (numRows > 0) {
+            const SpatialVec none(Vec3(0), Vec3(0));
+            const VectorXd atNone = calcErrors(none);
+            MatrixXd slopes(numRows, 6);
+            for (int i = 0; i < 6; ++i) {
+                SpatialVec unit = none;
+                unit[i / 3][i % 3] = 1;
+                slopes.col(i) = calcErrors(unit) - atNone;
+            }
+            const VectorXd change = solveLeastSquares(slopes, calcErrors(S), ClosureRank);
+            for (int i = 0; i < 6; ++i) S[i / 3][i % 3] -= change[i];
+        }
+        setRelative(S);
+    }
+    putTwists(m_twists, q, m_u);
 }
 
 void SteadyMotion::followMotions(const std::vector<double>& q) {
@@ -337,9 +497,8 @@ VectorXd SteadyMotion::calcDeparture(const Balance& balance) const {
     return Z * (modes.vectors * y);
 }
 
-std::string SteadyMotion::findDeparture(const CoordinateScales& scales, const Balance& balance,
-                                        double allowed) const {
-    const VectorXd delta = calcDeparture(balance);
+std::string SteadyMotion::describeDeparture(const CoordinateScales& scales, const VectorXd& delta,
+                                            double allowed) const {
     for (int b = 0; b < m_equations->getTopology().numBlocks(); ++b) {
         const Block& block = m_equations->getBlock(b);
         const double departure = block.calcDisplacement(delta.data() + block.firstU);
@@ -375,15 +534,44 @@ SteadyMotion::Twists SteadyMotion::calcX(const std::vector<double>& q,
     return twists;
 }
 
+void SteadyMotion::addBesides(const std::vector<double>& q, const std::vector<double>& u,
+                              const std::vector<double>& uDot) {
+    const Eigen::Index n = Eigen::Index(u.size());
+    m_qBesides.clear();
+    std::vector<double> ownU(u.size()), ownUDot(u.size());
+    calcSpeeds(q, ownU, ownUDot);
+    m_qBesides = q;
+    m_uBesides = Map<const VectorXd>(u.data(), n) - Map<const VectorXd>(ownU.data(), n);
+    m_uDotBesides = Map<const VectorXd>(uDot.data(), n) - Map<const VectorXd>(ownUDot.data(), n);
+}
+
 void SteadyMotion::calcSpeeds(const std::vector<double>& q, std::vector<double>& u,
                               std::vector<double>& uDot) const {
     std::fill(u.begin(), u.end(), 0.0);
     std::fill(uDot.begin(), uDot.end(), 0.0);
-    if (isAtRest()) return;
+    if (!isAtRest()) calcOwnSpeeds(q, u, uDot);
+    if (m_qBesides.empty()) return;
+    const Evaluation& equations = *m_equations;
+    for (const auto& [total, more] :
+         {std::pair(&u, &m_uBesides), std::pair(&uDot, &m_uDotBesides)}) {
+        for (size_t i = 0; i < u.size(); ++i) (*total)[i] += (*more)[Eigen::Index(i)];
+        for (int b = 0; b < equations.getTopology().numFlexible; ++b) {
+            const size_t q0 = size_t(equations.getBlock(b).firstQ),
+                         u0 = size_t(equations.getBlock(b).firstU);
+            const Vec3 fixed = Vec3::getAs(more->data() + u0);
+            if (fixed == Vec3(0)) continue;
+            const Rotation turn = ~rotationOf(&q[q0]) * rotationOf(&m_qBesides[q0]);
+            Vec3::updAs(total->data() + u0) += turn * fixed - fixed;
+        }
+    }
+}
+
+void SteadyMotion::calcOwnSpeeds(const std::vector<double>& q, std::vector<double>& u,
+                                 std::vector<double>& uDot) const {
     const Twists twists = calcX(q, u);
+    Twists rates(m_roots.size(), SpatialVec(Vec3(0), Vec3(0)));
     // Along a straight path with X: what that leaves out is of even order in time.
     const double duration = TurnStep / m_rate;
-    Twists rates(m_roots.size(), SpatialVec(Vec3(0), Vec3(0)));
     const auto addDifference = [&](int place, double weight) {
         std::vector<double> speeds[2];
         Twists ends[2];
@@ -400,8 +588,10 @@ void SteadyMotion::calcSpeeds(const std::vector<double>& q, std::vector<double>&
         for (size_t r = 0; r < rates.size(); ++r)
             rates[r] += weight / duration * (ends[1][r] - ends[0][r]);
     };
-    addDifference(1, 8.0 / 12);
-    addDifference(2, -1.0 / 12);
+    if (!m_hasConstantTwists) {
+        addDifference(1, 8.0 / 12);
+        addDifference(2, -1.0 / 12);
+    }
     // Of roots from the twists, which are often constant.
     for (size_t r = 0; r < m_roots.size(); ++r) {
         const Root& root = m_roots[r];
@@ -457,6 +647,80 @@ std::vector<double> SteadyMotion::flow(const std::vector<double>& q, double dura
         Vec3::updAs(delta.data() + root.u0 + 3) = ~root.X_GF.R() * (moves[r] * p - p);
     }
     return move();
+}
+
+bool SteadyMotion::isTimed(const SolutionPoint& point) const {
+    Evaluation& equations = *m_equations;
+    for (int i = 0; i < equations.getTopology().numU; ++i)
+        if (equations.getTopology().isPrescribed[size_t(i)] && point.u[size_t(i)] != 0) return true;
+    const std::vector<double> none(point.u.size(), 0);
+    std::vector<double> errors(point.lambda.size(), 0);
+    equations.realize(point.t, point.q.data(), none.data());
+    equations.calcVelocityErrors(errors.data());
+    return measure(errors) > 0;
+}
+
+void SteadyMotion::moveOn(SolutionPoint& point) const {
+    const double duration = 1 / m_rate;
+    if (isTimed(point)) point.t += duration;
+    point.q = flow(point.q, duration);
+    SteadyMotion own = *this;
+    own.m_qBesides.clear();
+    own.calcSpeeds(point.q, point.u, point.uDot);
+    m_equations->prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
+    m_equations->realize(point.t, point.q.data(), point.u.data());
+}
+
+MatrixXd SteadyMotion::carry(const std::vector<double>& q, double duration,
+                             const std::vector<double>& laterQ, const MatrixXd& delta,
+                             const VectorXd& steps) const {
+    Evaluation& equations = *m_equations;
+    const Topology& topology = equations.getTopology();
+    const auto carryPart = [&](Eigen::Index column, double h) {
+        std::vector<double> moved = q;
+        const VectorXd part = h * delta.col(column);
+        if (topology.needsSimbody) equations.realize(m_t, q.data(), m_u.data());
+        equations.getBlocks().moveQ(part.data(), moved.data());
+        moved = flow(moved, duration);
+        for (int b = 0; b < topology.numBlocks(); ++b) {
+            const Block& block = equations.getBlock(b);
+            block.alignQ(&laterQ[size_t(block.firstQ)], &moved[size_t(block.firstQ)]);
+        }
+        return VectorXd(Map<const VectorXd>(moved.data(), topology.numQ));
+    };
+    MatrixXd changes(topology.numQ, delta.cols());
+    for (Eigen::Index j = 0; j < delta.cols(); ++j)
+        changes.col(j) = (carryPart(j, steps[j]) - carryPart(j, -steps[j])) / (2 * steps[j]);
+    // Speeds of these rates; N is each block's own.
+    std::vector<double> unit(m_u.size(), 0), qDot(q.size());
+    equations.realize(m_t, laterQ.data(), unit.data());
+    std::vector<MatrixXd> N;
+    int largest = 0;
+    for (int b = 0; b < topology.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        N.push_back(MatrixXd::Zero(block.numQ, block.numU));
+        largest = std::max(largest, block.numU);
+    }
+    for (int i = 0; i < largest; ++i) {
+        for (int b = 0; b < topology.numBlocks(); ++b) {
+            const Block& block = equations.getBlock(b);
+            if (i > 0 && i <= block.numU) unit[size_t(block.firstU + i - 1)] = 0;
+            if (i < block.numU) unit[size_t(block.firstU + i)] = 1;
+        }
+        equations.getBlocks().calcQDot(laterQ.data(), unit.data(), qDot.data());
+        for (int b = 0; b < topology.numBlocks(); ++b) {
+            const Block& block = equations.getBlock(b);
+            if (i < block.numU)
+                N[size_t(b)].col(i) = Map<const VectorXd>(&qDot[size_t(block.firstQ)], block.numQ);
+        }
+    }
+    MatrixXd carried(Eigen::Index(m_u.size()), delta.cols());
+    parallelFor(topology.numBlocks(), equations.getBlocks().numThreads, [&](int b) {
+        const Block& block = equations.getBlock(b);
+        carried.middleRows(block.firstU, block.numU) =
+            solveLeastSquares(N[size_t(b)], changes.middleRows(block.firstQ, block.numQ));
+    });
+    return carried;
 }
 
 }  // namespace simflex

@@ -376,57 +376,79 @@ StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& sca
     return tangent;
 }
 
-MatrixXd calcRateMatrix(Evaluation& equations, const CoordinateScales& scales,
-                        const SolutionPoint& point) {
-    const int numU = equations.getTopology().numU, numQ = equations.getTopology().numQ;
-    MatrixXd A = MatrixXd::Zero(numU, numU);
+std::vector<MatrixXd> calcRateBlocks(Evaluation& equations, const CoordinateScales& scales,
+                                     const SolutionPoint& point) {
+    const Topology& topology = equations.getTopology();
+    const int numQ = topology.numQ;
+    std::vector<MatrixXd> A;
+    for (int b = 0; b < topology.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        A.push_back(MatrixXd::Zero(block.numU, block.numU));
+        if (b >= topology.numFlexible) continue;
+        // ω is that in the body.
+        const double* omega = &point.u[size_t(block.firstU)];
+        A.back().topLeftCorner<3, 3>() << 0, -omega[2], omega[1], omega[2], 0, -omega[0], -omega[1],
+            omega[0], 0;
+    }
+    // Of rigid trees, all of them at a time: N is each one's own.
+    struct Tree {
+        size_t number;
+        const Block* block;
+        double duration;  ///< of a flow at its own speed for differences
+        MatrixXd N, bracket;
+    };
+    std::vector<Tree> trees;
+    std::vector<double> own(point.u.size(), 0), unit(point.u.size(), 0);
+    int largest = 0;
+    for (int b = topology.numFlexible; b < topology.numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        const double speed = block.calcDisplacement(point.u.data() + block.firstU);
+        if (!(speed > 0)) continue;
+        std::copy_n(point.u.begin() + block.firstU, block.numU, own.begin() + block.firstU);
+        // A ten-thousandth of the time it takes to move by itself.
+        trees.push_back({size_t(b), &block,
+                         CoordinateScales::StepFraction * scales.lengths[size_t(b)] / speed,
+                         MatrixXd(block.numQ, block.numU), MatrixXd(block.numQ, block.numU)});
+        largest = std::max(largest, block.numU);
+    }
     const auto calcQDot = [&](const std::vector<double>& q, const std::vector<double>& u) {
         equations.realize(point.t, q.data(), point.u.data());
         VectorXd qDot(numQ);
         equations.getBlocks().calcQDot(q.data(), u.data(), qDot.data());
         return qDot;
     };
-    /** Derivative of N(q)u along N(q)v. **/
+    /** Derivative of N(q)u along N(q)v. @param h  by coordinate; 0: none **/
     const auto differentiate = [&](const std::vector<double>& u, const std::vector<double>& v,
-                                   double h) {
+                                   const VectorXd& h) {
         const VectorXd along = calcQDot(point.q, v);
         VectorXd derivative = VectorXd::Zero(numQ);
         for (int k = 0; k < 4; ++k) {
             std::vector<double> q = point.q;
-            for (int i = 0; i < numQ; ++i) q[size_t(i)] += DifferencePlaces[k] * h * along[i];
-            derivative += DifferenceWeights[k] / h * calcQDot(q, u);
+            for (int i = 0; i < numQ; ++i) q[size_t(i)] += DifferencePlaces[k] * h[i] * along[i];
+            derivative += DifferenceWeights[k] * calcQDot(q, u);
         }
+        for (int i = 0; i < numQ; ++i) derivative[i] = h[i] > 0 ? derivative[i] / h[i] : 0;
         return derivative;
     };
-    for (int b = 0; b < equations.getTopology().numFlexible; ++b) {
-        // ω is that in the body.
-        const size_t first = size_t(equations.getBlock(b).firstU);
-        A.block<3, 3>(Eigen::Index(first), Eigen::Index(first)) << 0, -point.u[first + 2],
-            point.u[first + 1], point.u[first + 2], 0, -point.u[first], -point.u[first + 1],
-            point.u[first], 0;
-    }
-    for (int b = equations.getTopology().numFlexible; b < equations.getTopology().numBlocks();
-         ++b) {
-        const Block& block = equations.getBlock(b);
-        std::vector<double> own(size_t(numU), 0), unit(size_t(numU), 0);
-        std::copy_n(point.u.begin() + block.firstU, block.numU, own.begin() + block.firstU);
-        const double speed = block.calcDisplacement(point.u.data() + block.firstU);
-        if (!(speed > 0)) continue;
-        // A flow at the block's own speed for a ten-thousandth of the time it takes to move by
-        // itself.
-        const double duration = CoordinateScales::StepFraction * scales.lengths[size_t(b)] / speed;
-        MatrixXd N(block.numQ, block.numU), bracket(block.numQ, block.numU);
-        for (int i = 0; i < block.numU; ++i) {
-            const size_t column = size_t(block.firstU + i);
+    for (int i = 0; i < largest; ++i) {
+        VectorXd durations = VectorXd::Zero(numQ), steps = durations;
+        for (const Tree& tree : trees) {
+            if (i >= tree.block->numU) continue;
+            const size_t column = size_t(tree.block->firstU + i);
             unit[column] = 1;
-            N.col(i) = calcQDot(point.q, unit).segment(block.firstQ, block.numQ);
-            bracket.col(i) =
-                (differentiate(unit, own, duration) - differentiate(own, unit, scales.step[column]))
-                    .segment(block.firstQ, block.numQ);
-            unit[column] = 0;
+            durations.segment(tree.block->firstQ, tree.block->numQ).setConstant(tree.duration);
+            steps.segment(tree.block->firstQ, tree.block->numQ).setConstant(scales.step[column]);
         }
-        A.block(block.firstU, block.firstU, block.numU, block.numU) = solveLeastSquares(N, bracket);
+        const VectorXd N = calcQDot(point.q, unit), bracket = differentiate(unit, own, durations) -
+                                                              differentiate(own, unit, steps);
+        for (Tree& tree : trees) {
+            if (i >= tree.block->numU) continue;
+            tree.N.col(i) = N.segment(tree.block->firstQ, tree.block->numQ);
+            tree.bracket.col(i) = bracket.segment(tree.block->firstQ, tree.block->numQ);
+            unit[size_t(tree.block->firstU + i)] = 0;
+        }
     }
+    for (const Tree& tree : trees) A[tree.number] = solveLeastSquares(tree.N, tree.bracket);
     equations.realize(point.t, point.q.data(), point.u.data());
     return A;
 }

@@ -72,9 +72,9 @@ struct StateTangent {
 StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& scales,
                               const SolutionPoint& point);
 
-/** A(u) with δ̇ = δu − A δ: A δ = N⁻¹(Ṅ δ − ∂(N u)/∂q N δ), zero where q̇ = u. **/
-Eigen::MatrixXd calcRateMatrix(Evaluation& equations, const CoordinateScales& scales,
-                               const SolutionPoint& point);
+/** A(u) with δ̇ = δu − A δ: A δ = N⁻¹(Ṅ δ − ∂(N u)/∂q N δ), zero where q̇ = u; of each block. **/
+std::vector<Eigen::MatrixXd> calcRateBlocks(Evaluation& equations, const CoordinateScales& scales,
+                                            const SolutionPoint& point);
 
 /** Says which body forces lead away from where it is, by more than 1e-4 of its size, and how far;
 empty if none.
