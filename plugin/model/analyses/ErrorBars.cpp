@@ -29,6 +29,9 @@ void dropErrors(Results& results) {
     }
 }
 
+/** Of the error that is allowed, what modes are advised for: what they leave is an estimate. **/
+constexpr double AdvisedShare = 0.7;
+
 bool isLinear(const Results::Analysis& analysis) {
     return analysis.type == "linear";
 }
@@ -212,7 +215,7 @@ std::vector<ModeAdvice> ErrorBarRun::advise(const ModelRun& run, const Results& 
                 if (!(whole > TrustedError * largest)) continue;
                 size_t taken = 0;
                 while (taken < leftOut.displacements.size() &&
-                       leftOut.calcRest(taken) * error > TrustedError * whole)
+                       leftOut.calcRest(taken) * error > AdvisedShare * TrustedError * whole)
                     ++taken;
                 const bool isEnough = taken < leftOut.displacements.size();
                 advice.push_back(

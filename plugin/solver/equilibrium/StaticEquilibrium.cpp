@@ -15,6 +15,7 @@
 #include "simflex/body/Assembly.h"
 #include "simflex/solver/BlockEliminationSolver.h"
 #include "simflex/solver/equations/StateImage.h"
+#include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/equilibrium/SteadyMotion.h"
 #include "simflex/solver/equilibrium/TangentElimination.h"
 
@@ -167,6 +168,11 @@ public:
 
     /** Raises the loads to their full size. @throws as solve(). **/
     void run();
+    /** Of a steady motion: the one next to where it begins, which may be no minimum of energy.
+    @returns false if there is none near **/
+    bool runToMotion();
+    /** At such a one: in how many ways stiffness drives it on. **/
+    int numNegative = 0;
     /** @returns whether it is where it began, all but **/
     bool runNearby();
 
@@ -327,22 +333,7 @@ private:
 
 void StaticEquilibrium::Search::run() {
     const SolutionPoint start = m_point;
-    std::optional<SolutionPoint> saddle;
-    if (!m_motion.isAtRest()) {
-        if (convergeToMotion()) {
-            const Tangent tangent = calcTangent();
-            factor(tangent, calcZero(tangent));
-            if (m_elimination->countNegative() == 0) return;
-            saddle = m_point;
-        }
-        m_point = start;
-    }
     if (converge(1)) return stayOnBranch(start);
-    if (saddle) {
-        m_point = *saddle;
-        if (convergeToMotion()) return;
-        m_point = start;
-    }
     if (!m_motion.isAtRest() || m_hasOwnStates) {
         // A steady motion, or what a controller holds, is none of least energy, and may be stable
         // at a saddle of it.
@@ -390,6 +381,18 @@ void StaticEquilibrium::Search::run() {
         m_reason = text.str() + reason;
     }
     fail(reached);
+}
+
+bool StaticEquilibrium::Search::runToMotion() {
+    const SolutionPoint start = m_point;
+    if (m_motion.isAtRest() || !convergeToMotion()) {
+        m_point = start;
+        return false;
+    }
+    const Tangent tangent = calcTangent();
+    factor(tangent, calcZero(tangent));
+    numNegative = m_elimination->countNegative();
+    return true;
 }
 
 VectorXd StaticEquilibrium::Search::findSpin(const Tangent& tangent) const {
@@ -1444,6 +1447,21 @@ bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
     Evaluation& equations = *start.equations;
     m_system.realize(start.assembled, Stage::Velocity);
     Search search(*this, equations, start.assembled, start.point, start.motion);
+    if (search.runToMotion()) {
+        const SolutionPoint placed = start.point;
+        finish(search, start);
+        if (search.numNegative == 0 || !fallsAway(search.numNegative)) return true;
+        // Where gyroscopic forces do not hold it, there may be a lower one.
+        start.point = placed;
+        Search lower(*this, equations, start.assembled, placed, start.motion);
+        try {
+            lower.run();
+        } catch (const std::runtime_error&) {
+            return true;
+        }
+        finish(lower, start);
+        return true;
+    }
     if (reach == Reach::Anywhere)
         search.run();
     else if (!equations.getTopology().listOwnStates().empty() ||
@@ -1451,6 +1469,19 @@ bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
         return false;
     finish(search, start);
     return true;
+}
+
+bool StaticEquilibrium::fallsAway(int numNegative) const {
+    try {
+        const std::vector<Eigenmode> modes =
+            calcSlowestEigenmodes(m_system, m_state, 2 * numNegative + 2, EigenMethod::Automatic,
+                                  m_observer);
+        return std::any_of(modes.begin(), modes.end(), [](const Eigenmode& mode) {
+            return mode.dampingRatio == -1 && !mode.isUncertain();
+        });
+    } catch (const std::logic_error&) {
+        return false;  // no modes about it
+    }
 }
 
 void StaticEquilibrium::finish(Search& search, Start& start) {

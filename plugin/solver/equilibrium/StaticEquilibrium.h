@@ -79,6 +79,9 @@ public:
 
     /** As solve() at the State's speeds: joints keep their relative twists and mobilizers their u,
     what nothing links to Ground its own twist (see setSteadyRotation()); modal speeds are zero.
+    It is the one next to the State, if Newton's iteration finds it, as of a shaft that turns
+    faster than it vibrates; but one that falls away from itself, as a conical pendulum that hangs
+    straight down, gives way to a lower one.
     @throws std::runtime_error also if these speeds move a joint apart, naming it. **/
     void solveSteadyMotion(const SimTK::State& state);
 
@@ -161,6 +164,9 @@ private:
     struct Start;
     Start begin(const SimTK::State& state, Speeds speeds);
     void finish(Search& search, Start& start);
+    /** Whether a steady motion that stiffness drives on, in so many ways, goes away from itself:
+    gyroscopic forces may hold it. **/
+    bool fallsAway(int numNegative) const;
     void keep(const Start& start, SimTK::State& state, SimTK::Vector& multipliers);
     SimTK::State assemble(const SimTK::State& state) const;
 
