@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "simflex/body/Joint.h"
+#include "simflex/forces/Bushing.h"
 #include "simflex/solver/CampbellDiagram.h"
 #include "support/TestFolder.h"
 
@@ -108,6 +110,31 @@ TEST(Campbell, ASpeedThatFailsIsNamedAndLosesNoOther) {
         EXPECT_EQ(std::string(error.what()),
                   "calcCampbellDiagram(): there are no modes at any of the 2 speeds; at the first, "
                   "20 modes are asked for, there are 2");
+    }
+}
+
+TEST(Campbell, WhirlsOfWhatTurnsGoThroughZero) {
+    // A puck on a table, held by isotropic springs, that turns with its axes: λ = i(ω ∓ Ω), in
+    // steps so long that neither frequencies nor shapes alone would tell.
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const Real mass = 2, stiffness = 800, omega = std::sqrt(stiffness / mass);
+    const MobilizedBody::Free body(
+        matter.Ground(), Transform(),
+        Body::Rigid(MassProperties(mass, Vec3(0), Inertia(0.02, 0.02, 0.03))), Transform());
+    Bushing(flexible, Attachment(matter.Ground()), Attachment(body),
+            Bushing::diagonal(Vec6(0, 0, 0, stiffness, stiffness, stiffness)), Mat66(0));
+    Joint::Planar(flexible, Attachment(matter.Ground()), Attachment(body));
+    State state = system.realizeTopology();
+    const std::vector<Real> speeds{1, 12, 35, 90, 300};
+    const CampbellDiagram diagram = calcCampbellDiagram(speeds, 2, [&](Real speed, int count) {
+        body.setUToFitAngularVelocity(state, Vec3(0, 0, speed));
+        return calcSlowestEigenmodes(system, state, count);
+    });
+    for (size_t i = 0; i < speeds.size(); ++i) {
+        EXPECT_NEAR(2 * Pi * diagram.branches[0].frequency[i], std::abs(omega - speeds[i]), 1e-6);
+        EXPECT_NEAR(2 * Pi * diagram.branches[1].frequency[i], omega + speeds[i], 1e-6);
     }
 }
 

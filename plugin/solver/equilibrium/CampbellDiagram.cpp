@@ -13,11 +13,25 @@ using namespace SimTK;
 
 namespace {
 
+/** A mode of a branch. Of a conjugate pair either may be told; in axes that turn, a whirl becomes
+the other one as the speed passes its frequency. **/
+struct BranchMode {
+    Eigenmode mode;
+    bool isConjugate = false;
+    Real assurance = 1;
+    Real slope = 0;  ///< of its frequency over the speed, as far as it is known
+
+    /** With the direction of the whirl. **/
+    Real getSigned() const { return isConjugate ? -mode.frequency : mode.frequency; }
+    Complex getShape(int i) const { return isConjugate ? std::conj(mode.shape[i]) : mode.shape[i]; }
+};
+
 /** Shapes have modal mass 1. **/
-Real calcModalAssurance(const Eigenmode& before, const Eigenmode& now) {
+Real calcModalAssurance(const BranchMode& before, const Eigenmode& now, bool isConjugate) {
     Complex product = 0;
     for (int i = 0; i < now.momentum.size(); ++i)
-        product += std::conj(before.shape[i]) * now.momentum[i];
+        product += std::conj(before.getShape(i)) *
+                   (isConjugate ? std::conj(now.momentum[i]) : now.momentum[i]);
     return std::min(Real(1), std::norm(product));
 }
 
@@ -26,37 +40,38 @@ size_t countConsidered(size_t numModes) {
     return 3 * numModes + 4;
 }
 
-/** A branch's mode at a speed. **/
-struct BranchPair {
-    Eigenmode mode;
-    Real assurance;
-};
-
-/** The modes that continue those of the speed before: the surest pairs first, among equals the
-nearer frequencies. **/
-std::vector<BranchPair> follow(std::vector<Eigenmode> modes, const std::vector<Eigenmode>& last,
-                               size_t numModes) {
+/** The modes that continue those of the speed before, which is `step` back: the surest pairs first,
+among equals those nearer to where their frequencies lead. **/
+std::vector<BranchMode> follow(std::vector<Eigenmode> modes, const std::vector<BranchMode>& last,
+                               Real step, size_t numModes) {
     modes.erase(std::remove_if(modes.begin(), modes.end(),
                                [](const Eigenmode& mode) { return mode.isRigidMotion(); }),
                 modes.end());
     if (modes.size() < numModes)
         throw std::runtime_error(std::to_string(numModes) + " modes are asked for, there are " +
                                  std::to_string(modes.size()));
-    std::vector<BranchPair> pairs;
+    std::vector<BranchMode> branches;
     if (last.empty()) {
-        for (size_t k = 0; k < numModes; ++k) pairs.push_back({modes[k], 1});
-        return pairs;
+        for (size_t k = 0; k < numModes; ++k) branches.push_back({modes[k]});
+        return branches;
     }
     struct Candidate {
         Real assurance, distance;
         size_t branch, mode;
+        bool isConjugate;
     };
     std::vector<Candidate> candidates;
     const size_t considered = std::min(modes.size(), countConsidered(numModes));
     for (size_t k = 0; k < numModes; ++k)
         for (size_t i = 0; i < considered; ++i)
-            candidates.push_back({calcModalAssurance(last[k], modes[i]),
-                                  std::abs(modes[i].frequency - last[k].frequency), k, i});
+            for (const bool isConjugate : {false, true}) {
+                if (isConjugate && !modes[i].isSeenTurning) continue;
+                const BranchMode now{modes[i], isConjugate};
+                candidates.push_back(
+                    {calcModalAssurance(last[k], modes[i], isConjugate),
+                     std::abs(now.getSigned() - last[k].getSigned() - step * last[k].slope), k, i,
+                     isConjugate});
+            }
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const Candidate& a, const Candidate& b) {
                          const long first = std::lround(100 * a.assurance),
@@ -65,13 +80,16 @@ std::vector<BranchPair> follow(std::vector<Eigenmode> modes, const std::vector<E
                          return a.distance < b.distance;
                      });
     std::vector<char> hasMode(numModes, 0), isTaken(considered, 0);
-    pairs.resize(numModes);
+    branches.resize(numModes);
     for (const Candidate& candidate : candidates) {
         if (hasMode[candidate.branch] || isTaken[candidate.mode]) continue;
         hasMode[candidate.branch] = isTaken[candidate.mode] = 1;
-        pairs[candidate.branch] = {modes[candidate.mode], candidate.assurance};
+        BranchMode& branch = branches[candidate.branch];
+        branch = {modes[candidate.mode], candidate.isConjugate, candidate.assurance};
+        branch.slope =
+            step != 0 ? (branch.getSigned() - last[candidate.branch].getSigned()) / step : 0;
     }
-    return pairs;
+    return branches;
 }
 
 }  // namespace
@@ -85,23 +103,26 @@ CampbellDiagram calcCampbellDiagram(
     CampbellDiagram diagram;
     diagram.speeds = speeds;
     diagram.branches.resize(size_t(numModes));
-    std::vector<Eigenmode> last;
+    std::vector<BranchMode> last;
+    Real lastSpeed = 0;
     for (const Real speed : speeds) {
-        std::vector<BranchPair> pairs;
+        std::vector<BranchMode> now;
         diagram.failures.emplace_back();
         try {
-            pairs = follow(calcModes(speed, int(countConsidered(size_t(numModes)))), last,
-                           size_t(numModes));
+            now = follow(calcModes(speed, int(countConsidered(size_t(numModes)))), last,
+                         speed - lastSpeed, size_t(numModes));
         } catch (const std::exception& error) {
             diagram.failures.back() = error.what();
         }
-        if (!pairs.empty()) last.clear();
+        if (!now.empty()) {
+            last = now;
+            lastSpeed = speed;
+        }
         for (size_t k = 0; k < diagram.branches.size(); ++k) {
             CampbellDiagram::Branch& branch = diagram.branches[k];
-            branch.frequency.push_back(pairs.empty() ? NaN : pairs[k].mode.frequency);
-            branch.dampingRatio.push_back(pairs.empty() ? NaN : pairs[k].mode.dampingRatio);
-            branch.modalAssurance.push_back(pairs.empty() ? NaN : pairs[k].assurance);
-            if (!pairs.empty()) last.push_back(pairs[k].mode);
+            branch.frequency.push_back(now.empty() ? NaN : now[k].mode.frequency);
+            branch.dampingRatio.push_back(now.empty() ? NaN : now[k].mode.dampingRatio);
+            branch.modalAssurance.push_back(now.empty() ? NaN : now[k].assurance);
         }
     }
     if (last.empty())

@@ -5,6 +5,8 @@ assurance criterion),
 
     MAC = |x₁ᴴ M x₂|² / (x₁ᴴMx₁ · x₂ᴴMx₂)      M between them: that of the later one
 
+or by the conjugate of it, with the sign of its whirl: in axes that turn, ω − Ω goes through zero.
+
     const CampbellDiagram diagram = calcCampbellDiagram(speeds, 6, [&](Real speed, int count) {
         matter.getMobilizedBody(rotor).setOneU(state, 0, speed);
         return calcSlowestEigenmodes(system, state, count);

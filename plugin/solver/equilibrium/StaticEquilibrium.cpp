@@ -14,8 +14,8 @@
 #include "simflex/base/Progress.h"
 #include "simflex/body/Assembly.h"
 #include "simflex/solver/BlockEliminationSolver.h"
-#include "simflex/solver/equations/StateImage.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/equations/StateImage.h"
 #include "simflex/solver/equilibrium/SteadyMotion.h"
 #include "simflex/solver/equilibrium/TangentElimination.h"
 
@@ -1473,9 +1473,8 @@ bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
 
 bool StaticEquilibrium::fallsAway(int numNegative) const {
     try {
-        const std::vector<Eigenmode> modes =
-            calcSlowestEigenmodes(m_system, m_state, 2 * numNegative + 2, EigenMethod::Automatic,
-                                  m_observer);
+        const std::vector<Eigenmode> modes = calcSlowestEigenmodes(
+            m_system, m_state, 2 * numNegative + 2, EigenMethod::Automatic, m_observer);
         return std::any_of(modes.begin(), modes.end(), [](const Eigenmode& mode) {
             return mode.dampingRatio == -1 && !mode.isUncertain();
         });
