@@ -6,6 +6,7 @@
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
+#include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/JointFriction.h"
 #include "simflex/forces/ModalDamping.h"
@@ -50,7 +51,8 @@ struct Hanging {
     FlexibleBodySubsystem flexible{system, matter};
     State state;
 
-    Hanging(int count, Real damping, Real ofBushing) {
+    /** @param follower  of a force on the last link's end, across it, which turns along [N] **/
+    Hanging(int count, Real damping, Real ofBushing, Real follower = 0) {
         Force::Gravity(forces, matter, -YAxis, Gravity);
         test::PointMassPartOptions options;
         options.numModes = 34;
@@ -72,6 +74,10 @@ struct Hanging {
             Bushing(flexible, links[0].interface("B"), links.back().interface("B"), stiffness,
                     ofBushing * stiffness);
         }
+        if (follower > 0)
+            AttachmentForce(flexible, links.back().interface("B"),
+                            SpatialVec(Vec3(0), Vec3(0, follower, 0)),
+                            AttachmentForce::Axes::Attachment);
         state = system.realizeTopology();
         const auto &from = part->getInterface("A").position, &to = part->getInterface("B").position;
         const Rotation down(-0.5 * Pi + 0.1, ZAxis);
@@ -97,6 +103,23 @@ TEST(SlowestEigenmodes, FoundByBlockEliminationAreThoseOfDenseMatrices) {
                                      expected = calcSlowestEigenmodes(model.system, model.state,
                                                                       Count, EigenMethod::Dense);
         expectSame(found, expected);
+    }
+}
+
+TEST(SlowestEigenmodes, OfWhatIsPushedByAForceThatTurnsAlongAreThoseOfDenseMatrices) {
+    constexpr int Count = 15;
+    for (const Real damping : {0.0, 0.05}) {
+        SCOPED_TRACE(damping);
+        const Hanging model(4, damping, 0, 0.5);
+        const Linearization linear = calcLinearization(model.system, model.state);
+        Real skew = 0;
+        for (int i = 0; i < linear.K.nrow(); ++i)
+            for (int j = 0; j < i; ++j)
+                skew = std::max(skew, std::abs(linear.K(i, j) - linear.K(j, i)));
+        EXPECT_GT(skew, 0.1);
+        expectSame(calcSlowestEigenmodes(model.system, model.state, Count, EigenMethod::Blocks),
+                   calcSlowestEigenmodes(model.system, model.state, Count, EigenMethod::Dense),
+                   1e-6);
     }
 }
 

@@ -332,7 +332,6 @@ void ModelRun::runEigen(const ModelValue& analysis) {
 void ModelRun::runCampbell(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const ModelValue wanted = analysis.get("count");
-    int count = wanted.isGiven() ? wanted.getInteger() : UsualBranches;
     const std::vector<double> speeds = analysis.get("speeds").getNumbers();
     const std::string parameter = analysis.get("parameter").getText();
     const std::vector<std::string> known = m_model->getFile().get("parameters").getKeys();
@@ -349,26 +348,36 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
         for (const Eigenmode& mode : modes) isSeenTurning |= mode.isSeenTurning;
         return modes;
     };
-    std::optional<std::vector<Eigenmode>> first;
-    if (!wanted.isGiven()) try {
-            // As many as there are: a rotor on two springs has two.
-            first = calcModes(speeds.front(), 4 * UsualBranches);
-            const auto numElastic =
-                std::count_if(first->begin(), first->end(),
-                              [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
-            count = std::clamp(int(numElastic), 1, UsualBranches);
-        } catch (const std::exception&) {
-            stopIfAsked();
-            done = 0;  // it fails once more, and is told
-        }
     try {
-        diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count,
-                                      [&](Real speed, int considered) {
-                                          if (!first) return calcModes(speed, considered);
-                                          std::vector<Eigenmode> modes = std::move(*first);
-                                          first.reset();
-                                          return modes;
-                                      });
+        if (wanted.isGiven()) {
+            diagram =
+                calcCampbellDiagram({speeds.begin(), speeds.end()}, wanted.getInteger(), calcModes);
+        } else {
+            // As many branches as there are: a rotor on two springs has two.
+            std::vector<std::vector<Eigenmode>> all;
+            std::vector<std::exception_ptr> failures(speeds.size());
+            int count = UsualBranches;
+            for (size_t k = 0; k < speeds.size(); ++k) {
+                all.emplace_back();
+                try {
+                    all[k] = calcModes(speeds[k], 4 * UsualBranches);
+                    const auto numElastic =
+                        std::count_if(all[k].begin(), all[k].end(),
+                                      [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
+                    if (numElastic > 0) count = std::min(count, int(numElastic));
+                } catch (const Cancelled&) {
+                    throw;
+                } catch (const std::exception&) {
+                    failures[k] = std::current_exception();
+                }
+            }
+            size_t next = 0;
+            diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real, int) {
+                const size_t k = next++;
+                if (failures[k]) std::rethrow_exception(failures[k]);
+                return std::move(all[k]);
+            });
+        }
     } catch (const std::exception& error) {
         stopIfAsked();
         if (isRigidTwin()) return leaveOut(name, error.what());

@@ -217,6 +217,9 @@ std::vector<ModeAdvice> ErrorBarRun::advise(const ModelRun& run, const Results& 
                 while (taken < leftOut.displacements.size() &&
                        leftOut.calcRest(taken) * error > AdvisedShare * TrustedError * whole)
                     ++taken;
+                if (taken == leftOut.displacements.size() && taken > 0 &&
+                    leftOut.calcRest(taken - 1) * error <= TrustedError * whole)
+                    --taken;
                 const bool isEnough = taken < leftOut.displacements.size();
                 advice.push_back(
                     {name, column.name, leftOut.modes, isEnough ? leftOut.modes + int(taken) : 0});

@@ -17,8 +17,7 @@ using Eigen::VectorXd;
 
 BlockLinearization::BlockLinearization(const MultibodySystem& system, const State& state,
                                        std::function<void()> observer)
-    : m_system(system),
-      m_state(state),
+    : m_state(state),
       m_observer(std::move(observer)),
       m_equations((system.realize(m_state, Stage::Velocity), system), m_state,
                   Topology::Setting::Linearize),
@@ -46,9 +45,8 @@ BlockLinearization::BlockLinearization(const MultibodySystem& system, const Stat
                 if (m_start.u[size_t(i)] != 0)
                     m_obstacle = "'" + block.name + "' moves, but does not turn";
         }
-    m_graph.emplace(m_equations, m_motion.isAtRest() || m_motion.hasConstantTwists()
-                                     ? BlockGraph::Links::OfJoints
-                                     : BlockGraph::Links::Everywhere);
+    m_graph.emplace(m_equations, m_motion.isLocal() ? BlockGraph::Links::OfJoints
+                                                    : BlockGraph::Links::Everywhere);
 }
 
 void BlockLinearization::accelerate(SolutionPoint& point) {
@@ -63,15 +61,24 @@ void BlockLinearization::calcNow(Instant& now) {
     linearize(now);
 }
 
-void BlockLinearization::calcLater(const Instant& now, Instant& later, VectorXd& errors) {
+std::string BlockLinearization::calcLater(const Instant& now, Instant& later) {
+    const Topology& topology = m_equations.getTopology();
     later.point = now.point;
     now.motion.moveOn(later.point);
-    errors.resize(m_equations.getTopology().numMultipliers);
+    VectorXd errors(topology.numMultipliers);
     m_equations.calcPositionErrors(errors.data());
+    for (Eigen::Index k = 0; k < errors.size(); ++k)
+        if (!(std::abs(errors[k]) <= Steadiness::SmallGap))
+            return topology.describeConstraint(int(k)) +
+                   " does not let its bodies continue their present motion";
     accelerate(later.point);
     later.motion = SteadyMotion(m_equations, m_state, later.point.t, later.point.q, later.point.u,
                                 later.point.q);
+    if (later.motion.isAtRest()) return "a radian later it is at rest";
+    if (now.motion.isLocal() && !later.motion.isLocal())
+        return "a radian later its bodies no longer keep their twists";
     linearize(later);
+    return "";
 }
 
 void BlockLinearization::measure(Instant& instant) const {

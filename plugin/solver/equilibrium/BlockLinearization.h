@@ -42,8 +42,8 @@ public:
 
     /** At the State. **/
     void calcNow(Instant& now);
-    /** The same motion a radian later; constraints have what their errors are there. **/
-    void calcLater(const Instant& now, Instant& later, Eigen::VectorXd& errors);
+    /** The same motion a radian later. @returns why there is none; empty if there is **/
+    std::string calcLater(const Instant& now, Instant& later);
 
     /** Where the forces lead that accelerate bodies besides the motion, held by springs and
     inertia; and what joints bear of them. **/
@@ -65,7 +65,6 @@ private:
     void linearize(Instant& instant);
     void measure(Instant& instant) const;
 
-    const SimTK::MultibodySystem& m_system;
     SimTK::State m_state;
     std::function<void()> m_observer;
     Evaluation m_equations;

@@ -183,6 +183,14 @@ auto BlockMatrix<Scalar>::expand(size_t b, size_t k) const -> Matrix {
 }
 
 template <class Scalar>
+BlockMatrix<Scalar> BlockMatrix<Scalar>::expandModes() const {
+    BlockMatrix result(*graph);
+    for (size_t b = 0; b < columns.size(); ++b)
+        for (size_t k = 0; k < columns[b].size(); ++k) result.columns[b][k] = expand(b, k);
+    return result;
+}
+
+template <class Scalar>
 void BlockMatrix<Scalar>::addMass(const BlockMass& mass, Scalar factor) {
     for (size_t b = 0; b < columns.size(); ++b) {
         Matrix& own = at(int(b), int(b));

@@ -52,6 +52,8 @@ struct BlockMatrix {
     Eigen::VectorXd calcCoordinateScale(const Eigen::VectorXd& scale, size_t block) const;
     /** A block by speeds: that of a column's k-th neighbour. **/
     Matrix expand(size_t column, size_t k) const;
+    /** The same with all modes as they are. **/
+    BlockMatrix expandModes() const;
     void addMass(const BlockMass& mass, Scalar factor);
     /** @pre neither has shapes, and both have this graph **/
     void add(const BlockMatrix& other, Scalar factor);
@@ -83,7 +85,7 @@ BlockMatrix<double> differentiateByQ(
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate,
     int firstBlock = 0);
 
-/** The same at rest, u = u̇ = 0: what flexible bodies' coordinates change is found where they act,
+/** The same; at rest, u = u̇ = 0, what flexible bodies' coordinates change is found where they act,
 in the frames of joints and force elements, whatever the number of modes, and in loads of their own.
 Rigid trees, and all where Simbody has a say, by differences of r.
 @param mass  at the point **/
@@ -92,8 +94,9 @@ BlockMatrix<double> calcStiffness(
     const BlockMass& mass, const SolutionPoint& point,
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate);
 
-/** ∂r/∂u at a point at rest, zero in columns of prescribed speeds: of modes by themselves, and what
-force elements do in their frames; where Simbody has a say, or friction, by differences of r.
+/** ∂r/∂u at a point, zero in columns of prescribed speeds: of modes by themselves, and what force
+elements do in their frames; where something moves, Simbody has a say, or friction, by differences
+of r.
 @param mass  at the point
 @param observer  called before every evaluation of r **/
 BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateScales& scales,

@@ -8,8 +8,9 @@
 #include "simflex/body/Assembly.h"
 #include "simflex/solver/StateSpace.h"
 #include "simflex/solver/equations/StateImage.h"
-#include "simflex/solver/equilibrium/ModeScaling.h"
+#include "simflex/solver/equilibrium/ModeReport.h"
 #include "simflex/solver/equilibrium/SecondOrderPencil.h"
+#include "simflex/solver/equilibrium/SimbodyMatrix.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
 #include "simflex/solver/equilibrium/SlowModes.h"
 
@@ -270,19 +271,29 @@ double calcStiffestRate(const ReducedPencil& pencil) {
     return pencil.rate * std::sqrt(eigen.values.cwiseAbs().maxCoeff());
 }
 
-Eigenmode makeMode(const Linearization& linear, const ReducedPencil& pencil,
-                   const PencilMode& pair) {
-    const VectorXcd shape = pencil.basis * pair.y;
-    const Eigen::Index n = shape.size();
-    const auto multiply = [&](const Matrix& A) {
-        VectorXcd product = VectorXcd::Zero(n);
-        for (int j = 0; j < int(n); ++j)
-            for (int i = 0; i < int(n); ++i) product[i] += A(i, j) * shape[j];
+std::vector<Eigenmode> makeModes(const Linearization& linear, const ReducedPencil& pencil,
+                                 const std::vector<PencilMode>& pairs) {
+    const Eigen::Index count = Eigen::Index(pairs.size());
+    Eigen::MatrixXcd Y(pencil.basis.cols(), count);
+    for (Eigen::Index k = 0; k < count; ++k) Y.col(k) = pairs[size_t(k)].y;
+    const auto multiply = [](const MatrixXd& A, const Eigen::MatrixXcd& X) {
+        Eigen::MatrixXcd product(A.rows(), X.cols());
+        product.real() = A * X.real();
+        product.imag() = A * X.imag();
         return product;
     };
-    Eigenmode mode = makeEigenmode(pencil.rate * pair.nu, shape, multiply(linear.M), linear.metres);
-    mode.isSeenTurning = linear.later && isTurned(shape, multiply(linear.carried), linear.metres);
-    return mode;
+    const Eigen::MatrixXcd shapes = multiply(pencil.basis, Y),
+                           momenta = multiply(toDense(linear.M), shapes);
+    Eigen::MatrixXcd later;
+    if (linear.later) later = multiply(toDense(linear.carried), shapes);
+    std::vector<Eigenmode> modes;
+    for (Eigen::Index k = 0; k < count; ++k) {
+        modes.push_back(makeEigenmode(pencil.rate * pairs[size_t(k)].nu, shapes.col(k),
+                                      momenta.col(k), linear.metres));
+        modes.back().isSeenTurning =
+            linear.later && isTurned(shapes.col(k), later.col(k), linear.metres);
+    }
+    return modes;
 }
 
 }  // namespace
@@ -303,8 +314,7 @@ std::vector<Eigenmode> calcEigenmodes(const Linearization& linearization) {
     std::stable_sort(pairs.begin(), pairs.end(), [](const PencilMode& a, const PencilMode& b) {
         return std::abs(a.nu) < std::abs(b.nu);
     });
-    std::vector<Eigenmode> modes;
-    for (const PencilMode& pair : pairs) modes.push_back(makeMode(linearization, pencil, pair));
+    std::vector<Eigenmode> modes = makeModes(linearization, pencil, pairs);
     const double stiffest =
         pencil.numStates > 0 ? calcStiffestRate(pencil) / (2 * Pi) : modes.back().frequency;
     const double noise =

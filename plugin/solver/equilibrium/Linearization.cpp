@@ -5,7 +5,7 @@
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/Eigenmodes.h"
-#include "simflex/solver/equilibrium/ModeScaling.h"
+#include "simflex/solver/equilibrium/ModeReport.h"
 #include "simflex/solver/equilibrium/SimbodyMatrix.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
 #include "simflex/solver/equilibrium/SteadyMotion.h"

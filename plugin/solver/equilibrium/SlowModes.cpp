@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <sstream>
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/ParallelFor.h"
 #include "simflex/solver/equilibrium/BlockLinearization.h"
-#include "simflex/solver/equilibrium/ModeScaling.h"
+#include "simflex/solver/equilibrium/ModeReport.h"
 #include "simflex/solver/equilibrium/SecondOrderPencil.h"
 #include "simflex/solver/equilibrium/TangentElimination.h"
 
@@ -36,8 +35,9 @@ mode's ω², what holds free motions where there is one. **/
 constexpr double SlowestChange = 1e-6, HeldBesides = 1e-9;
 /** Of a steady motion's rate: the shift of its pencil. **/
 constexpr double ShiftOfRate = 0.1;
-/** Of scaled matrices: damping and follower forces that count. **/
-constexpr double LeastDamping = 1e-11;
+/** Of scaled matrices: damping and follower forces that count, and those for which K is not
+symmetric, which differences leave a little of. **/
+constexpr double LeastDamping = 1e-11, LeastSkew = 1e-8;
 
 /** Rows of tall matrices that are multiplied at a time. **/
 constexpr Eigen::Index TallPiece = 4096;
@@ -144,8 +144,8 @@ private:
     }
     /** Roots of round-off: of what is free there are two. **/
     bool isAboutZero(Complex lambda) const {
-        return std::norm(lambda) <= 1e-2 * m_shift ||
-               std::abs(lambda) <= NearZero * m_now.motion.getRate();
+        return m_now.motion.isAtRest() ? std::norm(lambda) <= 1e-2 * m_shift
+                                       : std::abs(lambda) <= NearZero * m_now.motion.getRate();
     }
     /** By about the slowest ω²; returns how many are less than `zero`. **/
     int chooseShift(double zero, double least);
@@ -160,12 +160,13 @@ private:
     void refine(const Blocks& K, const Blocks& D, double rate, int wanted,
                 std::vector<PencilMode>& modes);
     std::vector<Eigenmode> calcAtRest(int wanted);
-    std::vector<Eigenmode> calcMoving(int wanted);
+    /** Of what moves, or is pushed by forces that turn along. **/
+    std::vector<Eigenmode> calcGeneral(int wanted);
     /** Compares with the equations a radian later, and tells which modes turn along.
     @param shapes  real and imaginary parts of the last modes
     @throws std::invalid_argument if the motion is not steady **/
     void requireSteadiness(const MatrixXd& shapes, std::vector<Eigenmode>& modes);
-    std::string findUnsteadiness(const MatrixXd& shapes, const MatrixXd& carried, double lowest);
+    std::string findUnsteadiness(const MatrixXd& shapes, MatrixXd carried, double lowest);
     /** In Simbody's numbering. **/
     VectorXcd toSimbody(const std::vector<double>& q, const VectorXcd& x) const;
     Eigenmode makeMode(Complex lambda, const VectorXcd& x) const;
@@ -202,9 +203,14 @@ std::vector<Eigenmode> SlowModes::Search::calc(int wanted) {
     m_elimination.emplace(m_linear.getGraph(), *m_now.mass);
     m_elimination->setNumThreads(m_threads);
     findMetres();
-    if (!m_now.motion.isAtRest()) return calcMoving(wanted);
-    refuseImbalance();
-    return calcAtRest(wanted);
+    if (m_now.motion.isAtRest()) {
+        refuseImbalance();
+        if (m_now.K->findSkew(m_now.scale) <= LeastSkew) return calcAtRest(wanted);
+        m_now.K = m_now.K->expandModes();
+        if (m_now.D) m_now.D = m_now.D->expandModes();
+    }
+    if (!m_now.D) m_now.D.emplace(m_linear.getGraph());
+    return calcGeneral(wanted);
 }
 
 void SlowModes::Search::refuseImbalance() {
@@ -521,7 +527,7 @@ void SlowModes::Search::refine(const Blocks& K, const Blocks& D, double rate, in
                 double largest = 0;
                 for (const Eigen::Index part : {re, re + 1}) {
                     const double error = corrections[part - re] / size;
-                    largest = std::max(largest, error);
+                    largest = std::isfinite(error) ? std::max(largest, error) : Infinity;
                     if (!(error > DampedAccuracy)) continue;
                     lacking.col(numLacking++) = rest.col(part);
                     if (numLacking < lacking.cols()) continue;
@@ -534,8 +540,11 @@ void SlowModes::Search::refine(const Blocks& K, const Blocks& D, double rate, in
         }
         if (worst <= DampedAccuracy) return;
         extend(lacking.leftCols(numLacking));
-        if (m_count == before) return;
+        if (m_count == before) return;  // there are no more
     }
+    throw std::runtime_error("calcSlowestEigenmodes(): " + std::to_string(wanted) +
+                             " damped or gyroscopic modes do not converge in " +
+                             std::to_string(m_count) + " directions");
 }
 
 VectorXcd SlowModes::Search::toSimbody(const std::vector<double>& q, const VectorXcd& x) const {
@@ -616,14 +625,15 @@ std::vector<Eigenmode> SlowModes::Search::calcAtRest(int wanted) {
     return modes;
 }
 
-std::vector<Eigenmode> SlowModes::Search::calcMoving(int wanted) {
+std::vector<Eigenmode> SlowModes::Search::calcGeneral(int wanted) {
     const Blocks K = takePart(*m_now.K, 1), D = takePart(*m_now.D, -1);
     // What is free, to what differences leave of the motion.
     double fastest = 0;
     for (const double speed : m_now.point.u) fastest = std::max(fastest, std::abs(speed));
     const double zero = ZeroOfSoftest * m_now.softest + square(SlowestMotion * fastest),
-                 rate = ShiftOfRate * m_now.motion.getRate();
-    const int numFree = chooseShift(zero, std::max(LeastModeShift * m_now.softest, square(rate)));
+                 least = ShiftOfRate * m_now.motion.getRate();
+    const int numFree = chooseShift(zero, std::max(LeastModeShift * m_now.softest, square(least)));
+    const double rate = std::sqrt(m_shift);
     const int most = wanted + 2 * MostRigidMotions;
     MatrixXd X = makeFresh(1.3, 1);
     span(most + most / 2 + numFree + 2 * KrylovBlock, X);
@@ -658,25 +668,41 @@ std::vector<Eigenmode> SlowModes::Search::calcMoving(int wanted) {
     others.add(D, -1);
     if (rate * others.findLargest(m_now.scale) > LeastDamping ||
         m_now.K->findSkew(m_now.scale) > LeastDamping) {
-        MatrixXd shapes(m_now.scale.size(), 2 * Eigen::Index(found.size()));
-        for (Eigen::Index k = 0; k < Eigen::Index(found.size()); ++k) {
-            const VectorXcd x = m_space.leftCols(found[size_t(k)].y.size()) * found[size_t(k)].y;
-            shapes.col(2 * k) = x.real();
-            shapes.col(2 * k + 1) = x.imag();
-        }
-        m_count = 0;
         factor(*m_now.K, *m_now.D, rate);
-        extend(shapes);
-        refine(*m_now.K, *m_now.D, rate, wanted + 2 * int(free.cols()), found);
+        const int sought = wanted + 2 * int(free.cols());
+        refine(*m_now.K, *m_now.D, rate, sought, found);
+        // What damping brings forward from among the faster ones, a fresh direction sees.
+        for (int attempt = 0; attempt < MostCounts; ++attempt) {
+            X = makeFresh(1.7 + attempt, 3);
+            for (int pass = 0; pass < 2; ++pass) X = solve(multiplyM(X));
+            extend(X);
+            const std::vector<PencilMode> before = found;
+            refine(*m_now.K, *m_now.D, rate, sought, found);
+            const auto isSame = [](const PencilMode& one, const PencilMode& other) {
+                return std::abs(std::abs(one.nu) - std::abs(other.nu)) <=
+                       NearRate * std::abs(other.nu) + 1e-300;
+            };
+            if (std::equal(found.begin(), found.end(), before.begin(), before.end(), isSame)) break;
+        }
     }
     std::vector<Eigenmode> modes;
     for (Eigen::Index k = 0; k < free.cols(); ++k)
         modes.push_back(makeMode(0, free.col(k).cast<Complex>()));
     MatrixXd shapes(m_now.scale.size(), 2 * Eigen::Index(found.size()));
     Eigen::Index numShapes = 0;
+    const MatrixXd freeMass = multiplyM(free);
+    const auto isFree = [&](const VectorXcd& x) {
+        const VectorXcd rest = x - free.cast<Complex>() * (freeMass.transpose() * x);
+        const auto measure = [&](const VectorXcd& y) {
+            return y.real().dot(m_now.mass->multiply(y.real())) +
+                   y.imag().dot(m_now.mass->multiply(y.imag()));
+        };
+        return measure(rest) < 1e-2 * measure(x);
+    };
     int skipped = 0;
     for (const PencilMode& mode : found) {
-        if (skipped < 2 * free.cols() && isAboutZero(mode.nu)) {
+        if (skipped < 2 * free.cols() && isAboutZero(mode.nu) &&
+            isFree(m_space.leftCols(mode.y.size()) * mode.y)) {
             ++skipped;
             continue;
         }
@@ -686,7 +712,7 @@ std::vector<Eigenmode> SlowModes::Search::calcMoving(int wanted) {
         shapes.col(numShapes++) = x.real();
         shapes.col(numShapes++) = x.imag();
     }
-    requireSteadiness(shapes.leftCols(numShapes), modes);
+    if (!m_now.motion.isAtRest()) requireSteadiness(shapes.leftCols(numShapes), modes);
     finish(modes, wanted + int(free.cols()));
     return modes;
 }
@@ -708,7 +734,7 @@ void SlowModes::Search::requireSteadiness(const MatrixXd& shapes, std::vector<Ei
     }
     SolutionPoint after = m_now.point;
     m_now.motion.moveOn(after);
-    MatrixXd carried = m_now.motion.carry(m_now.point.q, 1 / rate, after.q, shapes, steps);
+    const MatrixXd carried = m_now.motion.carry(m_now.point.q, 1 / rate, after.q, shapes, steps);
 
     const size_t numFree = modes.size() - size_t(shapes.cols() / 2);
     double slowest = Infinity;
@@ -729,7 +755,7 @@ void SlowModes::Search::requireSteadiness(const MatrixXd& shapes, std::vector<Ei
     if (!unsteady.empty()) refuseUnsteadiness(unsteady);
 }
 
-std::string SlowModes::Search::findUnsteadiness(const MatrixXd& shapes, const MatrixXd& carried,
+std::string SlowModes::Search::findUnsteadiness(const MatrixXd& shapes, MatrixXd carried,
                                                 double lowest) {
     const Topology& topology = m_linear.getEquations().getTopology();
     const CoordinateScales& scales = m_linear.getScales();
@@ -741,16 +767,13 @@ std::string SlowModes::Search::findUnsteadiness(const MatrixXd& shapes, const Ma
     std::string departure = findDeparture(m_now, Steadiness::SmallGap);
     if (!departure.empty()) return departure;
     BlockLinearization::Instant later;
-    VectorXd errors;
-    m_linear.calcLater(m_now, later, errors);
-    for (Eigen::Index k = 0; k < errors.size(); ++k)
-        if (!(std::abs(errors[k]) <= Steadiness::SmallGap))
-            return topology.describeConstraint(int(k)) +
-                   " does not let its bodies continue their present motion";
+    const std::string obstacle = m_linear.calcLater(m_now, later);
+    if (!obstacle.empty()) return obstacle;
     departure = findDeparture(later, Steadiness::LaterGap);
     if (!departure.empty()) return departure;
 
-    VectorXd sizes = VectorXd::Zero(shapes.rows()), rows = VectorXd::Zero(errors.size());
+    later.motion.close(carried);
+    VectorXd sizes = VectorXd::Zero(shapes.rows()), rows = VectorXd::Zero(topology.numMultipliers);
     for (const int i : listFreeSpeeds(m_linear.getEquations()))
         sizes[i] = 1 / scales.metres[size_t(i)];
     for (size_t b = 0; b < later.mass->Gt.size(); ++b)
@@ -802,11 +825,12 @@ std::string SlowModes::Search::findUnsteadiness(const MatrixXd& shapes, const Ma
         return frequencies;
     };
     const std::vector<double> frequencies = list(0), others = list(0.5);
-    for (size_t k = std::min(frequencies.size(), others.size()); k-- > 0;) {
-        const double change = std::abs(square(others[k]) - square(frequencies[k]));
-        if (change <= 2 * Steadiness::SmallChange * square(frequencies[k]) + square(lowest))
-            continue;
-        return describeChange(frequencies[k], others[k]);
+    // The fastest first: a slow one may be told in one list alone.
+    for (size_t k = 1; k <= std::min(frequencies.size(), others.size()); ++k) {
+        const double own = frequencies[frequencies.size() - k], other = others[others.size() - k];
+        const double change = std::abs(square(other) - square(own));
+        if (change > 2 * Steadiness::SmallChange * square(own) + square(lowest))
+            return describeChange(own, other);
     }
     return "";
 }

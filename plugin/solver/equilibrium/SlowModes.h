@@ -7,7 +7,8 @@ At rest, the undamped ones of slowest |ω² + σ|, σ small, by block Lanczos it
 slower ones (Sylvester). What damping makes of them is found in the space that they span; each
 mode's residual, through the same elimination, widens it until they fulfil the damped equations.
 
-In a steady motion the conservative part of the equations comes first,
+In a steady motion, and where forces turn along with a body, the conservative part of the equations
+comes first,
 
     H(ω) = K_s − ω²M + iωD_a,    K_s symmetric, D_a antisymmetric
 

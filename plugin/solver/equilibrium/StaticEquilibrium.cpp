@@ -16,6 +16,7 @@
 #include "simflex/solver/BlockEliminationSolver.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/equations/StateImage.h"
+#include "simflex/solver/equilibrium/SimbodyNumbering.h"
 #include "simflex/solver/equilibrium/SteadyMotion.h"
 #include "simflex/solver/equilibrium/TangentElimination.h"
 
@@ -41,6 +42,8 @@ constexpr double ZeroForce = 1e-9;
 /** The same along a steady motion, which is known to differences of forces. **/
 constexpr double LoadedSpin = 1e-6;
 constexpr int MostMotionIterations = 20;
+/** Among which a steady motion that falls away shows itself, besides some for each way down. **/
+constexpr int MoreModes = 20;
 constexpr double SmallestLoadStep = 1.0 / 64;
 /** σ of K + σ·softest·M: the least, so small that it matters to next to nothing. **/
 constexpr double LeastShift = 1e-9, LargestShift = 1e6, ShiftGrowth = 30;
@@ -140,9 +143,8 @@ public:
           m_equations(equations),
           m_scales(equations.getBlocks()),
           // The speeds of a steady motion may depend on where all bodies are.
-          m_graph(equations, motion.isAtRest() || motion.hasConstantTwists()
-                                 ? BlockGraph::Links::OfJoints
-                                 : BlockGraph::Links::Everywhere),
+          m_graph(equations,
+                  motion.isLocal() ? BlockGraph::Links::OfJoints : BlockGraph::Links::Everywhere),
           m_isHeld(equations.getTopology().isPrescribed),
           m_hasOwnStates(!equations.getTopology().listOwnStates().empty()),
           m_point(start),
@@ -173,6 +175,10 @@ public:
     bool runToMotion();
     /** At such a one: in how many ways stiffness drives it on. **/
     int numNegative = 0;
+    /** One of least energy. @returns false if none is found **/
+    bool runLower();
+    /** "'rod'" of the body that moves most in a motion δ. **/
+    std::string nameMostMoved(const VectorXd& delta) const;
     /** @returns whether it is where it began, all but **/
     bool runNearby();
 
@@ -304,8 +310,6 @@ private:
     bool canBrake() const { return m_goesDownhill && m_motion.isAtRest(); }
     /** The part of δ that may be gone; m_change is how far all of it leads. **/
     double limitStep(VectorXd delta);
-    /** "'rod'" of the body that moves most in a motion δ. **/
-    std::string nameMostMoved(const VectorXd& delta) const;
     [[noreturn]] void fail(double fraction);
 
     const StaticEquilibrium& m_settings;
@@ -383,10 +387,19 @@ void StaticEquilibrium::Search::run() {
     fail(reached);
 }
 
+bool StaticEquilibrium::Search::runLower() {
+    const SolutionPoint start = m_point;
+    if (converge(1)) return true;
+    m_point = start;
+    return false;
+}
+
 bool StaticEquilibrium::Search::runToMotion() {
     const SolutionPoint start = m_point;
-    if (m_motion.isAtRest() || !convergeToMotion()) {
+    if (m_motion.isAtRest()) return false;
+    if (!convergeToMotion()) {
         m_point = start;
+        m_forceScale = 0;
         return false;
     }
     const Tangent tangent = calcTangent();
@@ -415,7 +428,8 @@ VectorXd StaticEquilibrium::Search::findSpin(const Tangent& tangent) const {
 bool StaticEquilibrium::Search::convergeToMotion() {
     setFraction(1);
     m_motion.setFactor(1);
-    for (int iteration = 0; iteration < MostMotionIterations; ++iteration) {
+    for (int iteration = 0; iteration < std::min(MostMotionIterations, m_mostIterations);
+         ++iteration) {
         const Tangent tangent = calcTangent();
         ++numIterations;
         if (!tangent.isFinite) return false;
@@ -1449,17 +1463,19 @@ bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
     Search search(*this, equations, start.assembled, start.point, start.motion);
     if (search.runToMotion()) {
         const SolutionPoint placed = start.point;
-        finish(search, start);
-        if (search.numNegative == 0 || !fallsAway(search.numNegative)) return true;
-        // Where gyroscopic forces do not hold it, there may be a lower one.
-        start.point = placed;
-        Search lower(*this, equations, start.assembled, placed, start.motion);
-        try {
-            lower.run();
-        } catch (const std::runtime_error&) {
-            return true;
+        start.point = search.getPoint();
+        const std::string falling = describeFall(start, search);
+        if (!falling.empty()) {
+            // Where gyroscopic forces do not hold it, there may be a lower one.
+            start.point = placed;
+            Search lower(*this, equations, start.assembled, placed, start.motion);
+            if (lower.runLower()) {
+                finish(lower, start);
+                return true;
+            }
         }
-        finish(lower, start);
+        finish(search, start);
+        if (!falling.empty()) m_unstableMotions.push_back(falling);
         return true;
     }
     if (reach == Reach::Anywhere)
@@ -1471,16 +1487,35 @@ bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
     return true;
 }
 
-bool StaticEquilibrium::fallsAway(int numNegative) const {
+std::string StaticEquilibrium::describeFall(const Start& start, Search& search) {
+    if (search.numNegative == 0) return "";
+    State state;
+    Vector multipliers;
+    keep(start, state, multipliers);
+    bool isStopped = false;
+    const auto observer = [&] {
+        try {
+            if (m_observer) m_observer();
+        } catch (...) {
+            isStopped = true;
+            throw;
+        }
+    };
     try {
-        const std::vector<Eigenmode> modes = calcSlowestEigenmodes(
-            m_system, m_state, 2 * numNegative + 2, EigenMethod::Automatic, m_observer);
-        return std::any_of(modes.begin(), modes.end(), [](const Eigenmode& mode) {
-            return mode.dampingRatio == -1 && !mode.isUncertain();
-        });
-    } catch (const std::logic_error&) {
-        return false;  // no modes about it
+        for (const Eigenmode& mode :
+             calcSlowestEigenmodes(m_system, state, MoreModes + 4 * search.numNegative,
+                                   EigenMethod::Automatic, observer)) {
+            if (mode.dampingRatio != -1 || mode.isUncertain()) continue;
+            Vector shape(mode.shape.size());
+            for (int i = 0; i < shape.size(); ++i) shape[i] = mode.shape[i].real();
+            State scratch = state;
+            return search.nameMostMoved(takeFromSimbody(*start.equations, scratch, shape)) +
+                   " falls away from it";
+        }
+    } catch (const std::exception&) {
+        if (isStopped) throw;  // else there are no modes about it
     }
+    return "";
 }
 
 void StaticEquilibrium::finish(Search& search, Start& start) {

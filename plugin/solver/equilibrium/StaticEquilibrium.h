@@ -133,8 +133,8 @@ public:
     SimTK::Vector getMultipliers(const Joint& joint) const;  ///< [N, N m]
     /** Motions that nothing holds and no load drives: each the body that moves most in it. **/
     const std::vector<std::string>& getFreeMotions() const { return m_freeMotions; }
-    /** Motions in which it falls away at the least push, of an equilibrium at rest: each the body
-    that moves most in it. **/
+    /** Motions in which it falls away at the least push, of an equilibrium at rest, or the fastest
+    of a steady motion: each the body that moves most in it. **/
     const std::vector<std::string>& getUnstableMotions() const { return m_unstableMotions; }
     int getNumIterations() const { return m_numIterations; }
     int getNumLoadSteps() const { return m_numLoadSteps; }
@@ -164,9 +164,9 @@ private:
     struct Start;
     Start begin(const SimTK::State& state, Speeds speeds);
     void finish(Search& search, Start& start);
-    /** Whether a steady motion that stiffness drives on, in so many ways, goes away from itself:
-    gyroscopic forces may hold it. **/
-    bool fallsAway(int numNegative) const;
+    /** Says what goes away from a steady motion that stiffness drives on; empty where gyroscopic
+    forces hold it. **/
+    std::string describeFall(const Start& start, Search& search);
     void keep(const Start& start, SimTK::State& state, SimTK::Vector& multipliers);
     SimTK::State assemble(const SimTK::State& state) const;
 

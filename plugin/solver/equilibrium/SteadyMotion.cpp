@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include "simflex/base/DenseAlgebra.h"
@@ -294,25 +295,41 @@ void SteadyMotion::findReaches() {
         const int root = findRoot(block);
         return root < 0 || isReached[size_t(root)];
     };
+    std::vector<std::vector<int>> linksOf(m_roots.size());
+    std::set<int> open;  // links with one side that is reached
+    const auto look = [&](int link) {
+        const Link& it = m_links[size_t(link)];
+        if (isKnown(it.blocks[0]) != isKnown(it.blocks[1]))
+            open.insert(link);
+        else
+            open.erase(link);
+    };
+    for (int link = 0; link < int(m_links.size()); ++link) {
+        for (const int block : m_links[size_t(link)].blocks)
+            if (findRoot(block) >= 0) linksOf[size_t(findRoot(block))].push_back(link);
+        look(link);
+    }
+    size_t next = 0;  // that may not be reached yet
     for (size_t count = 0; count < m_roots.size(); ++count) {
-        const auto found = std::find_if(m_links.begin(), m_links.end(), [&](const auto& link) {
-            return isKnown(link.blocks[0]) != isKnown(link.blocks[1]);
-        });
-        if (found == m_links.end()) {
-            *std::find(isReached.begin(), isReached.end(), char(0)) = 1;
-            continue;
+        int root = -1;
+        if (open.empty()) {
+            while (isReached[next]) ++next;
+            root = int(next);
+        } else {
+            Reach reach;
+            reach.link = *open.begin();
+            const Link& link = m_links[size_t(reach.link)];
+            reach.inboard = isKnown(link.blocks[0]) ? 0 : 1;
+            root = reach.root = findRoot(link.blocks[1 - reach.inboard]);
+            const Transform& X_GF = link.motions[reach.inboard]->X;
+            const SpatialVec S = fromOrigin(
+                calcTwist(link, 1 - reach.inboard, none) - calcTwist(link, reach.inboard, none),
+                X_GF.p());
+            reach.S = {~X_GF.R() * S[0], ~X_GF.R() * S[1]};
+            m_reaches.push_back(reach);
         }
-        Reach reach;
-        reach.link = int(found - m_links.begin());
-        reach.inboard = isKnown(found->blocks[0]) ? 0 : 1;
-        reach.root = findRoot(found->blocks[1 - reach.inboard]);
-        const Transform& X_GF = found->motions[reach.inboard]->X;
-        const SpatialVec S = fromOrigin(
-            calcTwist(*found, 1 - reach.inboard, none) - calcTwist(*found, reach.inboard, none),
-            X_GF.p());
-        reach.S = {~X_GF.R() * S[0], ~X_GF.R() * S[1]};
-        isReached[size_t(reach.root)] = 1;
-        m_reaches.push_back(reach);
+        isReached[size_t(root)] = 1;
+        for (const int link : linksOf[size_t(root)]) look(link);
     }
 }
 

@@ -64,6 +64,8 @@ public:
 
     /** Whether every body keeps its twist, in Ground, where it is displaced. **/
     bool hasConstantTwists() const { return m_hasConstantTwists; }
+    /** Whether X of a body depends on its own place alone. **/
+    bool isLocal() const { return isAtRest() || m_hasConstantTwists; }
 
     /** By how much each constraint would move apart at the speeds given [m/s, rad/s]. **/
     const std::vector<double>& getErrors() const { return m_errors; }

@@ -1,4 +1,4 @@
-#include "simflex/solver/equilibrium/ModeScaling.h"
+#include "simflex/solver/equilibrium/ModeReport.h"
 
 #include <sstream>
 
