@@ -229,7 +229,7 @@ SchemaForm analysis() {
                 .such("[12.5]"),
             SchemaKey("count", {integer(1, 100000)}, "Number of frequencies.")
                 .only({"eigen", "campbell"})
-                .orElseNote("10 (eigen), 6 (campbell)")
+                .orElseNote("10 (eigen), up to 6 (campbell)")
                 .such("10"),
             SchemaKey("participation", {boolean()},
                       "Tells the effective mass of each mode for base excitation along x, y and z.")
