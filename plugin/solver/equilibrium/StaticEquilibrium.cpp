@@ -434,7 +434,7 @@ bool StaticEquilibrium::Search::convergeToMotion() {
         ++numIterations;
         if (!tangent.isFinite) return false;
         const Eigen::Index n = tangent.s.size(), m = tangent.g.size();
-        const double sigma = std::max(LeastShift, calcZero(tangent));
+        const double sigma = calcZero(tangent);
         BlockMatrix<double> A = tangent.K;
         A.addMass(tangent.mass, sigma * tangent.softest);
         m_elimination->factor(A, tangent.s, TangentElimination<double>::Symmetry::General);
