@@ -763,11 +763,6 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
                 HasSubstr("a probe has the name 'x' already"));
     EXPECT_EQ(findMistake(kWheel + "connectors: {m: {type: motor, joint: axle, law: -angle}}\n"),
               "nothing");
-    EXPECT_THAT(
-        findMistake(kWheel + "  length: {expression: 2*angle}\n"
-                             "connectors: {s: {type: actuator, law: length,\n"
-                             "  between: [{on: ground, position: [0, 0, 1]}, wheel]}}\n"),
-        HasSubstr("'length' is a variable of the connector and also the name of a probe"));
     const std::string spring =
         "connectors: {s: {type: spring, between: [{on: ground, position: [0, 1, 0]}, mass],\n"
         "  law: 'angle'}}\n";
@@ -780,8 +775,8 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
                           "events: {t: {when: t > 1}}"})
         EXPECT_THAT(findMistake(t + std::string("\n")), HasSubstr("'t' is the time wherever")) << t;
     EXPECT_THAT(findMistake(withForce("-2*g", "  g: {rate: {body: mass}}\n")),
-                HasSubstr("'g' is a parameter, constant, table or function and a probe, state or "
-                          "event: rename one"));
+                HasSubstr("'g' is a word of formulas and a probe: write probes.g for the latter, "
+                          "or rename one"));
     EXPECT_THAT(findMistake(kSlide + "motions: {lead: {between: [ground, mass], position: x}}\n"),
                 HasSubstr("; it is a quantity of the motion, and this is a function of time "
                           "alone"));
@@ -792,12 +787,76 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
                             withForce("m(x)")),
                 HasSubstr("loads.push.force.0: the table 'm' has two arguments, here it gets 1"));
     EXPECT_THAT(findMistake("parameters: {v: 3}\n" + withForce("-2*v")),
-                HasSubstr("'v' is a parameter, constant, table or function and a probe, state or "
-                          "event: rename one"));
+                HasSubstr("'v' is a parameter and a probe: write parameters.v or probes.v, or "
+                          "rename one"));
     EXPECT_THAT(findMistake(kSlide + "events: {e: {when: x}}\n"),
                 HasSubstr("it must be a comparison, such as 'gap < 0'"));
     EXPECT_THAT(findMistake(kSlide + "events: {e: {when: x < 0, do: [{release: pivot}]}}\n"),
                 HasSubstr("there is no joint or motion 'pivot'"));
+}
+
+/** 1 kg on a joint at 1 m/s or rad/s, under the law of a connector, which stands at the end. **/
+struct LawOfItsOwn {
+    std::string connector, joint;
+    std::vector<std::string> own;
+};
+const std::vector<LawOfItsOwn> kLawsOfTheirOwn{
+    {"type: spring, between: [ground, a], ", "slider, axis: x", {"length", "rate"}},
+    {"type: actuator, between: [ground, a], ", "slider, axis: x", {"length", "rate"}},
+    {"type: motor, joint: j, ", "slider, axis: x", {"length", "rate"}},
+    {"type: torsion_spring, between: [ground, a], ", "pin, axis: z", {"angle", "speed"}},
+    {"type: motor, joint: j, ", "pin, axis: z", {"angle", "speed"}}};
+
+TEST_F(LawsTest, OwnQuantitiesOfALawWinOverEveryOtherName) {
+    const std::vector<std::pair<std::string, std::string>> others{
+        {"parameters", "0.3"},
+        {"probes", "{function: 0.3}"},
+        {"inputs", "0.3"},
+        {"states", "{rate: 1, initial: 0.3}"},
+        {"events", "{when: t > 0.01}"}};
+    for (const LawOfItsOwn& of : kLawsOfTheirOwn)
+        for (const std::string& word : of.own)
+            for (const auto& [section, entry] : others) {
+                std::vector<std::string> notes;
+                const auto move = [&, &key = section, &value = entry](const std::string& name,
+                                                                      const std::string& law) {
+                    std::string text =
+                        "simflex: 1\nbodies: {a: {mass: 1, inertia: [1, 1, 1], "
+                        "place: {position: [0.5, 0, 0]}}}\n"
+                        "joints: {j: {type: " +
+                        of.joint + ", between: [ground, a]}}\nconnectors: {c: {" + of.connector +
+                        "law: '" + law + "'}}\ninitial: {rates: {j: 1}}\nprobes: {q: {rate: j}}\n";
+                    const std::string other = name + ": " + value;
+                    if (key == "probes")
+                        text.insert(text.find("{q:") + 1, other + ", ");
+                    else
+                        text += key + ": {" + other + "}\n";
+                    writeModel(text);
+                    ModelOptions options;
+                    notes.clear();
+                    options.listener.note = [&](const std::string& note) { notes.push_back(note); };
+                    Session session(loadModelText(folder / "model.yaml"), options);
+                    session.runTo(0.02, 0.02);
+                    return get(session, "q");
+                };
+                SCOPED_TRACE(of.connector + word + " and " + section);
+                const double right = move("other", "-20*" + word + " + 10*other");
+                EXPECT_THAT(notes, ::testing::IsEmpty());
+                const double found = move(word, "-20*" + word + " + 10*" + section + "." + word);
+                EXPECT_NEAR(found, right, 1e-12);
+                EXPECT_GT(std::abs(right - 1), 1e-3);
+                EXPECT_THAT(notes, ::testing::ElementsAre(HasSubstr(
+                                       "connectors.c.law: '" + word +
+                                       "' is the connector's own; write " + section + "." + word)));
+                // What other connectors have for their own is the other's here.
+                if (word != of.own[0]) continue;
+                const std::string foreign = word == "length" ? "speed" : "rate";
+                EXPECT_NEAR(move(foreign, "-20*" + word + " + 10*" + foreign), right, 1e-12);
+                EXPECT_THAT(notes, ::testing::ElementsAre(
+                                       HasSubstr("'" + foreign + "' is " + section + "." + foreign +
+                                                 " here: this connector's own quantities are '" +
+                                                 of.own[0] + "' and '" + of.own[1] + "'")));
+            }
 }
 
 /** 2 kg on a slide along x, gravity as on an incline. **/

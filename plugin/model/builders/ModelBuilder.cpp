@@ -48,6 +48,7 @@ std::unique_ptr<ModelSystem> ModelBuilder::build() const {
     addLoads(m_file, m_frames, signals, *system);
     addConnectors(m_file, m_frames, m_placement, signals, *system);
     addEvents(m_file, signals, *system);
+    for (const std::string& note : signals.getNotes()) m_options.listener.tellNote(note);
     if (m_options.extend) m_options.extend(*system);
     system->system.realizeTopology();
     return system;

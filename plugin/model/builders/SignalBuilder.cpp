@@ -468,15 +468,18 @@ Signal SignalBuilder::makeMargin(const ModelValue& condition) {
 }
 
 Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Value what) {
-    const VariableFormula formula(value);
+    std::vector<std::string> own;
+    for (const auto& local : locals) own.push_back(local.first);
+    const VariableFormula formula(value, own);
+    noteSharedWords(formula, value, own);
     if (what == Value::Margin && !formula.isComparison())
         value.fail("it must be a comparison, such as 'gap < 0', or several with && and ||");
     std::vector<Signal> arguments;
     std::vector<std::string> units;
-    for (const std::string& name : formula.getUsed()) {
-        const auto local = locals.find(name);
+    for (size_t i = 0; i < formula.getUsed().size(); ++i) {
+        const auto local = locals.find(formula.getUsed()[i]);
+        const std::string& name = formula.getQuantities()[i];
         units.push_back(findUnit(name, local != locals.end()));
-        if (local != locals.end()) checkOwnName(name, value);
         arguments.push_back(local != locals.end() ? local->second : find(name, value));
     }
     formula.checkUnits(value, units);
@@ -531,25 +534,32 @@ std::string SignalBuilder::findUnit(const std::string& name, bool isLocal) const
     return "";
 }
 
-void SignalBuilder::checkOwnName(const std::string& name, const ModelValue& law) const {
-    const ModelValue probes = m_file.get("probes");
-    if (probes.has(name)) {
-        // A motor and a probe may mean the same coordinate.
-        const std::string path = law.getPath();  // connectors.NAME.law
-        const size_t begin = path.find('.') + 1;
-        const ModelValue probe = probes.get(name),
-                         joint = m_file.get("connectors")
-                                     .get(path.substr(begin, path.rfind('.') - begin))
-                                     .get("joint");
-        const char* key = name == "angle" || name == "length" ? "coordinate" : "rate";
-        if (probe.has(key) && joint.isGiven() && isSameCoordinate(probe.get(key), joint)) return;
-    } else if (!m_file.get("inputs").has(name) && !m_file.get("states").has(name) &&
-               !m_file.get("events").has(name)) {
-        return;
+bool SignalBuilder::isOfSameCoordinate(const std::string& probeName, const ModelValue& law) const {
+    const ModelValue probe = m_file.get("probes").get(probeName);
+    if (!probe.isGiven()) return false;
+    const std::string path = law.getPath();  // connectors.NAME.law
+    const size_t begin = path.find('.') + 1;
+    const ModelValue joint =
+        m_file.get("connectors").get(path.substr(begin, path.rfind('.') - begin)).get("joint");
+    const char* key = probeName == "angle" || probeName == "length" ? "coordinate" : "rate";
+    return probe.has(key) && joint.isGiven() && isSameCoordinate(probe.get(key), joint);
+}
+
+void SignalBuilder::noteSharedWords(const VariableFormula& formula, const ModelValue& law,
+                                    const std::vector<std::string>& own) {
+    for (const VariableFormula::SharedWord& shared : formula.getSharedWords()) {
+        std::string others;
+        for (const std::string& other : shared.others)  // a motor and a probe may mean the same
+            if (other.compare(0, 7, "probes.") != 0 || !isOfSameCoordinate(shared.word, law))
+                others += (others.empty() ? "" : " and ") + other;
+        if (others.empty()) continue;
+        std::string known;
+        for (const std::string& name : own) known += (known.empty() ? "'" : " and '") + name + "'";
+        m_notes.push_back(
+            law.getPlace() + ": " + law.getPath() + ": '" + shared.word + "' is " +
+            (shared.isOwn ? "the connector's own; write " + others + " for what else has this name"
+                          : others + " here: this connector's own quantities are " + known));
     }
-    law.fail("'" + name +
-             "' is a variable of the connector and also the name of a probe, input, state or "
-             "event: rename the latter");
 }
 
 Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {

@@ -21,6 +21,8 @@ derivatives, and the states' equations.
 namespace simflex {
 namespace model {
 
+class VariableFormula;
+
 class SignalBuilder {
 public:
     using Locals = std::map<std::string, Signal>;
@@ -53,6 +55,9 @@ public:
     Signal makeCoordinate(const ModelValue& joint);
     Signal makeCoordinateRate(const ModelValue& joint);
 
+    /** On words of laws that mean something and are the names of something else. **/
+    const std::vector<std::string>& getNotes() const { return m_notes; }
+
 private:
     class StateEntry;
 
@@ -62,7 +67,10 @@ private:
     /** How a formula is evaluated: itself, or its margin. **/
     enum class Value { Own, Margin };
     Signal compile(const ModelValue& formula, const Locals& locals, Value value = Value::Own);
-    void checkOwnName(const std::string& name, const ModelValue& law) const;
+    /** A probe whose name is an own quantity of a motor's law, and that measures just this. **/
+    bool isOfSameCoordinate(const std::string& probeName, const ModelValue& law) const;
+    void noteSharedWords(const VariableFormula& formula, const ModelValue& law,
+                         const std::vector<std::string>& own);
     Signal find(const std::string& name, const ModelValue& law);
     /** Empty if it is not known. **/
     std::string findUnit(const std::string& name, bool isLocal) const;
@@ -78,6 +86,7 @@ private:
     std::vector<std::unique_ptr<StateEntry>> m_states;
     std::vector<Sampling> m_samplings;
     std::vector<std::string> m_open;  ///< probes and states that are being made
+    std::vector<std::string> m_notes;
 };
 
 /** The joint's name and number of a joint or {joint:, coordinate:}. **/

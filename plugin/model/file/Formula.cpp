@@ -18,9 +18,15 @@ formula::Formula readFormula(const std::string& text, const formula::Scope& scop
     } catch (const SyntaxError& error) {
         if (error.unknown.empty()) throw;
         std::vector<std::string> known = variables;
-        for (const auto& constant : scope.constants) known.push_back(constant.first);
-        for (const auto& table : scope.tables) known.push_back(table.first);
-        for (const auto& table : scope.surfaces) known.push_back(table.first);
+        const bool hasSection = error.unknown.find('.') != std::string::npos;
+        const auto add = [&](const auto& entries) {
+            for (const auto& entry : entries)
+                if (hasSection || entry.first.find('.') == std::string::npos)
+                    known.push_back(entry.first);
+        };
+        add(scope.constants);
+        add(scope.tables);
+        add(scope.surfaces);
         for (const auto& function : scope.functions) known.push_back(function.first);
         for (const std::string& function : formula::getFunctionNames()) known.push_back(function);
         const std::string proposal = proposeName(error.unknown, known);

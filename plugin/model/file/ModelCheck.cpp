@@ -9,6 +9,7 @@ Checks what was read against the schema. **/
 #include <stdexcept>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/model/file/LawWords.h"
 #include "simflex/model/file/ModelNode.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/file/ScalarCheck.h"
@@ -159,35 +160,7 @@ private:
                 if (const YamlTree* child = tree.find(name); child && isGiven(*child))
                     check(*child, findSchemaKey(form, name)->forms, findSchemaKey(form, name), name,
                           name);
-            // So do names of what laws depend on.
-            for (const char* section : {"probes", "inputs", "states", "controllers", "events"})
-                if (const YamlTree* child = tree.find(section))
-                    for (const YamlTree::Entry& entry : child->entries)
-                        if (isName(entry.key, false) &&
-                            (!isFormulaWord(entry.key) || isTaken(entry.key)) &&
-                            entry.key.find('-') == std::string::npos)
-                            (isTaken(entry.key) ? m_newFile->ambiguous : m_newFile->quantities)
-                                .push_back(entry.key);
-            if (const YamlTree* states = tree.find("states"))
-                for (const YamlTree::Entry& entry : states->entries)
-                    if (const YamlTree* space = entry.value.find("state_space"))
-                        if (const YamlTree* outputs = space->find("outputs"))
-                            for (const YamlTree& output : outputs->items)
-                                if (isName(output.scalar, false))
-                                    m_newFile->quantities.push_back(entry.key + "." +
-                                                                    output.scalar);
-            if (const YamlTree* controllers = tree.find("controllers"))
-                for (const YamlTree::Entry& entry : controllers->entries)
-                    if (const YamlTree* outputs = entry.value.find("outputs")) {
-                        std::vector<std::string> names;
-                        for (const YamlTree& output : outputs->items)
-                            names.push_back(output.scalar);
-                        for (const YamlTree::Entry& output : outputs->entries)
-                            names.push_back(output.key);
-                        for (const std::string& name : names)
-                            if (isName(name, false))
-                                m_newFile->quantities.push_back(entry.key + "." + name);
-                    }
+            addLawWords(tree, *m_newFile);
             m_newFile = nullptr;
             throwMistakes();  // or formulas would miss what is wrong here
         }
@@ -293,10 +266,6 @@ private:
             "unknown key '" + shorten(entry.key) + "'" + (proposal.empty() ? "" : "; " + proposal));
     }
 
-    bool isTaken(const std::string& name) const {
-        return m_newFile->scope.constants.count(name) > 0 || m_newFile->scope.hasTable(name);
-    }
-
     // --- Entries ---
 
     void checkEntries(const YamlTree& tree, Node& node) {
@@ -321,7 +290,9 @@ private:
         node.entries.emplace_back(entry.key, child);
         if (!m_newFile || m_mistakes.size() > numMistakes) return;
         if (node.path == "parameters")
-            m_newFile->scope.constants[entry.key] = child->expression.calcValue(0);
+            m_newFile->scope.constants[entry.key] =
+                m_newFile->scope.constants["parameters." + entry.key] =
+                    child->expression.calcValue(0);
         if (node.path == "tables") addTable(child);
     }
 
@@ -344,8 +315,8 @@ private:
                  "letter or _");
         if (entry.key == "ground")
             fail("'ground' is the name of the inertial frame; choose another");
-        if (entry.key == "t" &&
-            (path == "probes.t" || path == "inputs.t" || path == "states.t" || path == "events.t"))
+        if (entry.key == "t" && (path == "probes.t" || path == "inputs.t" || path == "states.t" ||
+                                 path == "controllers.t" || path == "events.t"))
             fail("'t' is the time wherever formulas may name this; choose another name");
         if (!form.hasWords) return;
         if (isFormulaWord(entry.key))
@@ -378,12 +349,13 @@ private:
         const auto interpolation = readInterpolation(table);
         const auto extrapolation = readExtrapolation(table);
         const auto addCurve = [&](const std::vector<double>& x, const std::vector<double>& y) {
-            m_newFile->scope.tables[node->name] =
+            m_newFile->scope.tables[node->name] = m_newFile->scope.tables["tables." + node->name] =
                 std::make_shared<formula::Table>(node->name, x, y, interpolation, extrapolation);
         };
         const auto addSurface = [&](formula::SurfaceTable surface) {
             m_newFile->scope.surfaces[node->name] =
-                std::make_shared<formula::SurfaceTable>(std::move(surface));
+                m_newFile->scope.surfaces["tables." + node->name] =
+                    std::make_shared<formula::SurfaceTable>(std::move(surface));
         };
         try {
             if (table.has("file")) {

@@ -2,6 +2,7 @@
 /** @file
 What a ModelValue refers to. Only for the files of this folder. **/
 
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -19,8 +20,9 @@ namespace model {
 struct ModelFile {
     std::string path;
     formula::Scope scope;
-    std::vector<std::string> quantities;  ///< probes, states and events, which laws may name
-    std::vector<std::string> ambiguous;   ///< those of them that are parameters or tables, too
+    /** Words of laws and the quantity that each means: x, place.x, probes.x; see LawWords.h. **/
+    std::map<std::string, std::string> words;
+    std::map<std::string, std::string> ambiguous;  ///< that could mean two things, and the cure
 };
 
 struct ModelValue::Node {
@@ -43,9 +45,6 @@ struct ModelValue::Node {
     [[noreturn]] void fail(const std::string& message) const;
     [[noreturn]] void failAt(int position, const std::string& message) const;
 };
-
-/** What a law may name besides the time: quantities with their components, and locals. **/
-std::vector<std::string> listLawVariables(const ModelFile& file, const SchemaForm& form);
 
 /** Checks `tree` against `forms`. @throws ModelError with up to ten mistakes, one a line. **/
 std::shared_ptr<const ModelValue::Node> checkModelValue(

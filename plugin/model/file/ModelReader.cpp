@@ -8,8 +8,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "simflex/base/AsciiText.h"
 #include "simflex/model/file/Formula.h"
+#include "simflex/model/file/LawWords.h"
 #include "simflex/model/file/ModelNode.h"
 #include "simflex/model/file/NearestName.h"
 
@@ -62,32 +62,6 @@ void checkSetting(const YamlTree& tree, const std::string& setting) {
         "the model has no parameter '" + name + "'" + (proposal.empty() ? "" : "; " + proposal));
 }
 
-struct Word {
-    std::string text;
-    std::size_t position;
-};
-
-/** The names in a formula, but those of functions. **/
-std::vector<Word> findWords(const std::string& formula) {
-    std::vector<Word> words;
-    const auto isWordCharacter = [](char c) {
-        return isLetter(c) || isDigit(c) || c == '_' || c == '.';
-    };
-    for (std::size_t i = 0; i < formula.size();) {
-        const std::size_t begin = i;
-        while (i < formula.size() && isWordCharacter(formula[i])) ++i;
-        if (i == begin) {
-            ++i;
-            continue;
-        }
-        const bool isName = isLetter(formula[begin]) || formula[begin] == '_';
-        const std::size_t next = formula.find_first_not_of(" \t\r\n", i);
-        const bool isFunction = next != std::string::npos && formula[next] == '(';
-        if (isName && !isFunction) words.push_back({formula.substr(begin, i - begin), begin});
-    }
-    return words;
-}
-
 /** Adds the functions of a program to what formulas may name. **/
 void addFunctions(const ModelText& text, formula::Scope& scope) {
     for (const auto& [name, function] : text.functions) {
@@ -115,28 +89,12 @@ void checkFunctions(const ModelText& text, const formula::Scope& scope) {
                                  "' has the name of a parameter or table: rename one of them");
 }
 
-/** A name in the formula of a probe that is a probe and something else could mean either. **/
-void checkProbeNames(const ModelValue& model) {
-    const ModelValue probes = model.get("probes"), parameters = model.get("parameters");
-    for (const std::string& name : probes.getKeys()) {
-        const ModelValue probe = probes.get(name);
-        if (!probe.has("expression")) continue;
-        const ModelValue formula = probe.get("expression");
-        for (const Word& word : findWords(formula.getText())) {
-            const std::string& found = word.text;
-            if (found == name || !probes.has(found)) continue;
-            const bool isTable = model.get("tables").has(found);
-            if (!parameters.has(found) && !isTable && !isFormulaWord(found)) continue;
-            const std::string what = parameters.has(found) ? "a parameter"
-                                     : isTable             ? "a table"
-                                                           : "a word of formulas";
-            formula.getNode().failAt(static_cast<int>(word.position),
-                                     "'" + found + "' is " + what +
-                                         " and a probe: rename one of them, for example the probe "
-                                         "to 'probe_" +
-                                         found + "'");
-        }
-    }
+/** Laws are checked with the numbers, expressions are read when probes are made. **/
+void checkExpressions(const ModelValue& model) {
+    const ModelValue probes = model.get("probes");
+    for (const std::string& name : probes.getKeys())
+        if (probes.get(name).has("expression"))
+            checkLawWords(probes.get(name).get("expression").getNode(), {});
 }
 
 }  // namespace
@@ -198,7 +156,7 @@ ModelValue readModel(const ModelText& text) {
     addFunctions(text, file->scope);
     const ModelValue model(checkModel(file, tree));
     checkFunctions(text, file->scope);
-    checkProbeNames(model);
+    checkExpressions(model);
     return model;
 }
 

@@ -242,42 +242,58 @@ double calcConstant(const ModelValue& model, const std::string& text) {
 
 struct VariableFormula::Shared {
     std::unique_ptr<const formula::Formula> formula;  ///< of t and what is used
-    std::vector<std::string> used;
+    std::vector<std::string> used, quantities;
+    std::vector<SharedWord> sharedWords;
 };
 
-VariableFormula::VariableFormula(const ModelValue& text,
-                                 const std::vector<std::string>& variables) {
-    std::vector<std::string> names{"t"};
-    const formula::Scope& scope = text.getNode().file->scope;
-    for (const std::string& name : variables) {
-        const bool isWord =
-            name.find_first_not_of(
-                "0123456789_.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") ==
-            std::string::npos;
-        if (isWord && !name.empty() && !isFormulaWord(name) && scope.constants.count(name) == 0 &&
-            !scope.hasTable(name) && std::find(names.begin(), names.end(), name) == names.end())
-            names.push_back(name);
-    }
+VariableFormula::VariableFormula(const ModelValue& text, const std::vector<std::string>& own) {
+    const ModelValue::Node& node = text.getNode();
+    const ModelFile& file = *node.file;
+    checkLawWords(node, own);
+    std::vector<std::string> names = listLawVariables(file, *node.form, own);
+    names.insert(names.begin(), "t");
     auto shared = std::make_shared<Shared>();
     try {
-        shared->used = readFormula(text.getText(), scope, names).getUsedVariables();
+        shared->used = readFormula(text.getText(), file.scope, names).getUsedVariables();
         shared->used.erase(std::remove(shared->used.begin(), shared->used.end(), "t"),
                            shared->used.end());
         names = shared->used;
         names.insert(names.begin(), "t");
-        shared->formula =
-            std::make_unique<const formula::Formula>(readFormula(text.getText(), scope, names));
+        shared->formula = std::make_unique<const formula::Formula>(
+            readFormula(text.getText(), file.scope, names));
     } catch (const formula::SyntaxError& error) {
-        text.getNode().failAt(error.position, error.what());
+        node.failAt(error.position, error.what());
+    }
+    for (const std::string& word : shared->used) {
+        const auto found = file.words.find(word);
+        const bool isOwn = std::find(own.begin(), own.end(), word) != own.end();
+        shared->quantities.push_back(isOwn || found == file.words.end() ? word : found->second);
+    }
+    for (const std::string& local : node.form->locals) {
+        std::vector<std::string> others = listNamesakes(file, local);
+        const std::vector<FormulaWord> words = findWords(node.scalar);
+        if (!others.empty() &&
+            std::any_of(words.begin(), words.end(),
+                        [&](const FormulaWord& word) { return word.text == local; }))
+            shared->sharedWords.push_back(
+                {local, std::find(own.begin(), own.end(), local) != own.end(), std::move(others)});
     }
     m_shared = shared;
 }
 
 VariableFormula::VariableFormula(const ModelValue& law)
-    : VariableFormula(law, listLawVariables(*law.getNode().file, *law.getNode().form)) {}
+    : VariableFormula(law, law.getNode().form->locals) {}
 
 const std::vector<std::string>& VariableFormula::getUsed() const {
     return m_shared->used;
+}
+
+const std::vector<std::string>& VariableFormula::getQuantities() const {
+    return m_shared->quantities;
+}
+
+const std::vector<VariableFormula::SharedWord>& VariableFormula::getSharedWords() const {
+    return m_shared->sharedWords;
 }
 
 namespace {

@@ -7,6 +7,7 @@
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/model/file/Formula.h"
+#include "simflex/model/file/LawWords.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/schema/SchemaText.h"
 
@@ -52,7 +53,7 @@ void checkOutput(const Node& node) {
 
 /** True of what would be a law elsewhere. **/
 bool namesQuantities(const std::string& text, const Node& node, const SchemaForm& form) {
-    std::vector<std::string> variables = listLawVariables(*node.file, form);
+    std::vector<std::string> variables = listLawVariables(*node.file, form, form.locals);
     variables.push_back("t");
     try {
         return !readFormula(text, node.file->scope, variables).getUsedVariables().empty();
@@ -72,18 +73,12 @@ void checkNumber(Node& node, const SchemaForm& form) {
     double ignored = 0;
     try {
         if (canMove && form.isLaw && !formula::readPlainNumber(text, ignored)) {
-            std::vector<std::string> variables = listLawVariables(*node.file, form);
+            // Which of the form's own quantities a connector has is known once it is built.
+            checkLawWords(node, form.locals);
+            std::vector<std::string> variables = listLawVariables(*node.file, form, form.locals);
             variables.insert(variables.begin(), "t");
-            const std::vector<std::string>& ambiguous = node.file->ambiguous;
-            variables.insert(variables.end(), ambiguous.begin(), ambiguous.end());
             const std::vector<std::string> used =
                 readFormula(text, node.file->scope, variables).getUsedVariables();
-            for (const std::string& name : used)
-                if (std::find(ambiguous.begin(), ambiguous.end(), name) != ambiguous.end())
-                    node.fail("'" + name +
-                              "' is a parameter, constant, table or function and a probe, state or "
-                              "event: "
-                              "rename one of them");
             node.isLaw = std::any_of(used.begin(), used.end(),
                                      [](const std::string& name) { return name != "t"; });
         }
@@ -164,16 +159,6 @@ bool isName(const std::string& text, bool canHaveDots) {
 
 std::string shorten(const std::string& text) {
     return text.size() > 60 ? text.substr(0, 57) + "..." : text;
-}
-
-std::vector<std::string> listLawVariables(const ModelFile& file, const SchemaForm& form) {
-    std::vector<std::string> names = form.locals;
-    for (const std::string& name : file.quantities) {
-        if (std::find(form.locals.begin(), form.locals.end(), name) != form.locals.end()) continue;
-        names.push_back(name);
-        for (const char* component : {".x", ".y", ".z"}) names.push_back(name + component);
-    }
-    return names;
 }
 
 void failForm(const YamlTree& tree, const Node& node) {

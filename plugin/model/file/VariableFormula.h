@@ -14,16 +14,26 @@ namespace model {
 /** Copies share what was parsed; may be evaluated by several threads at once. **/
 class VariableFormula {
 public:
-    /** @param variables  besides `t`; letters, digits, '_' and '.'; names that formulas cannot have
-        are passed over
+    /** @param own  what the law itself knows besides the time and what the file has; it wins, see
+        LawWords.h. Letters, digits, '_' and '.'
     @throws ModelError pointing into the text. **/
-    VariableFormula(const ModelValue& text, const std::vector<std::string>& variables);
+    VariableFormula(const ModelValue& text, const std::vector<std::string>& own);
 
-    /** A law: its variables are listLawVariables(). **/
+    /** A law that knows all that its form may know of its own. **/
     explicit VariableFormula(const ModelValue& law);
 
-    /** Those that occur; in their order are the values below. **/
+    /** Variables that occur, as written; in their order are the values below. **/
     const std::vector<std::string>& getUsed() const;
+    /** What each means: `place.x` of `probes.place.x`; what is its own, itself. **/
+    const std::vector<std::string>& getQuantities() const;
+    /** A word that laws of this form may have for their own, and that something else is called by,
+    too: `others` are what reaches these, such as parameters.speed. **/
+    struct SharedWord {
+        std::string word;
+        bool isOwn;  ///< it means the law's own; else the first of the others
+        std::vector<std::string> others;
+    };
+    const std::vector<SharedWord>& getSharedWords() const;
     /** NaN where it has none. **/
     double calcValue(double time, const double* values) const;
     /** @name Comparisons, see Formula **/

@@ -53,11 +53,7 @@ bool isWordCharacter(char c) {
 class Parser {
 public:
     Parser(const std::string& text, const Scope& scope, const std::vector<std::string>& variables)
-        : m_text(text), m_scope(scope), m_variables(variables) {
-        m_hasDots = std::any_of(variables.begin(), variables.end(), [](const std::string& name) {
-            return name.find('.') != std::string::npos;
-        });
-    }
+        : m_text(text), m_scope(scope), m_variables(variables) {}
 
     Tree parse() {
         checkCharacters();
@@ -73,7 +69,6 @@ private:
     const std::string& m_text;
     const Scope& m_scope;
     const std::vector<std::string>& m_variables;
-    bool m_hasDots = false;
     Tree m_tree;
     std::size_t m_at = 0, m_end = 0;  ///< of what is read next; of what was read last
     int m_nesting = 0;
@@ -404,13 +399,13 @@ private:
     }
 
     int parseWord(std::size_t begin) {
-        while (m_at < m_text.size() &&
-               (isWordCharacter(m_text[m_at]) || (m_hasDots && m_text[m_at] == '.')))
+        while (m_at < m_text.size() && (isWordCharacter(m_text[m_at]) || m_text[m_at] == '.'))
             ++m_at;
         m_end = m_at;
         const std::string word = m_text.substr(begin, m_at - begin);
+        const bool isCall = m_scope.hasTable(word) && isNext("(");
         const auto variable = std::find(m_variables.begin(), m_variables.end(), word);
-        if (variable != m_variables.end()) {
+        if (variable != m_variables.end() && !isCall) {
             Node node;
             node.operation = Operation::Variable;
             node.variable = static_cast<int>(variable - m_variables.begin());

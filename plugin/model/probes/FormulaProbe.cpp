@@ -76,16 +76,10 @@ Probe makeFunctionProbe(const ProbeSource& source) {
 Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::string>& others,
                           const std::function<Probe(const std::string& name)>& findProbe) {
     const ModelValue text = source.entry.get("expression");
-    std::vector<std::string> variables;
-    for (const std::string& name : others) {
-        variables.push_back(name);
-        for (const char* column : {".x", ".y", ".z"}) variables.push_back(name + column);
-    }
     const auto& states = source.model->getStates();
-    for (const auto& state : states) variables.push_back(state.first);
-    const VariableFormula formula(text, variables);
+    const VariableFormula formula(text);
     std::vector<Column> columns;
-    for (const std::string& name : formula.getUsed()) {
+    for (const std::string& name : formula.getQuantities()) {
         const auto state = states.find(name);
         columns.push_back(state != states.end() ? Column{makeSignal(source, state->second), 0}
                                                 : findColumn(text, name, others, findProbe));

@@ -495,8 +495,8 @@ TEST(ModelReader, NamesOfFormulasThatAreProbesAndSomethingElseAreRefused) {
         "parameters: {load: 2}\ntables: {road: {x: [0, 1], y: [0, 1]}}\n" + probes;
     EXPECT_THAT(refuseRest(known + "  sum: {expression: 1e3 + 2*load}\n"),
                 AllOf(StartsWith("m.yaml:8:29: probes.sum.expression: "),
-                      HasSubstr("'load' is a parameter and a probe: rename one of them"),
-                      HasSubstr("'probe_load'")));
+                      HasSubstr("'load' is a parameter and a probe: write parameters.load or "
+                                "probes.load, or rename one of them")));
     EXPECT_THAT(refuseRest(known + "  sum: {expression: 2*g}\n"),
                 HasSubstr("'g' is a word of formulas and a probe"));
     EXPECT_THAT(refuseRest(known + "  sum: {expression: road - 1}\n"),
@@ -504,6 +504,88 @@ TEST(ModelReader, NamesOfFormulasThatAreProbesAndSomethingElseAreRefused) {
     // What can mean one thing only.
     readRest(known + "  sum: {expression: 'road(t)*load.x + step(t, 0, 0, 1, 1)'}\n");
     readRest("parameters: {load: 2}\nprobes: {load: {expression: 3*load}}\n");
+}
+
+/** All places of laws and expressions, with '@' for the formula. **/
+const std::vector<std::string> kPlacesOfLaws{
+    "loads: {l: {on: a, force: ['@', 0, 0]}}\n",
+    "loads: {l: {on: a, torque: [0, 0, '@']}}\n",
+    "loads: {l: {body: a, nodes: N, pressure: '@'}}\n",
+    "connectors: {c: {type: spring, between: [ground, a], law: '@'}}\n",
+    "connectors: {c: {type: motor, joint: j, law: '@'}}\n",
+    "states: {s: {rate: '@'}}\n",
+    "states: {s: {pid: {input: '@', proportional: 1}}}\n",
+    "states: {s: {state_space: {A: [[0]], B: [[1]], C: [[1]], inputs: ['@'], outputs: [y]}}}\n",
+    "controllers: {s: {fmu: f.fmu, inputs: {u: '@'}, outputs: [y], period: 1}}\n",
+    "events: {e: {when: '@ > 1'}}\n",
+    "events: {e: {when: t > 1, do: [{set: s, to: '@'}]}}\n",
+    "probes: {sum: {expression: '@'}}\n"};
+const std::vector<std::pair<std::string, std::string>> kQuantities{
+    {"probes", "{function: t}"},
+    {"inputs", "1"},
+    {"states", "{rate: 1}"},
+    {"controllers", "{fmu: f.fmu, outputs: [y], period: 1}"},
+    {"events", "{when: t > 1}"}};
+
+TEST(ModelReader, EveryPairOfNamesIsToldApartWhereverFormulasStand) {
+    for (const std::string& place : kPlacesOfLaws)
+        for (const auto& [section, entry] : kQuantities) {
+            const auto write = [&, &key = section, &value = entry](const std::string& others,
+                                                                   const std::string& name,
+                                                                   const std::string& formula) {
+                std::string text = place;
+                text.replace(text.find('@'), 1, formula);
+                const std::string quantity = name + ": " + value;
+                if (text.compare(0, key.size() + 3, key + ": {") == 0)
+                    text.insert(key.size() + 3, quantity + ", ");
+                else
+                    text += key + ": {" + quantity + "}\n";
+                return others + text;
+            };
+            const std::string parameter = "parameters: {load: 2}\n",
+                              table = "tables: {load: {x: [0, 1], y: [0, 1]}}\n",
+                              quantity = section + ".load";
+            SCOPED_TRACE(place + section);
+            readRest(write("", "load", "load"));
+            readRest(write("", "load", quantity));
+            readRest(write("", "load", quantity + ".x"));
+            readRest(write(parameter, "load", "parameters.load + 2*" + quantity));
+            EXPECT_THAT(
+                refuseRest(write(parameter, "load", "1 + load")),
+                AllOf(HasSubstr("'load' is a parameter and a"),
+                      HasSubstr(": write parameters.load or " + quantity + ", or rename one")));
+            readRest(write(table, "load", "load(t) + tables.load(t) + " + quantity));
+            EXPECT_THAT(refuseRest(write(table, "load", "1 + load")),
+                        HasSubstr("'load' is a table and a"));
+            EXPECT_THAT(refuseRest(write("", "g", "1 + g")),
+                        HasSubstr("'g' is a word of formulas and a"));
+            readRest(write("", "g", section + ".g"));
+            readRest(write("", "sin", "sin(t) + " + section + ".sin"));
+            // What is called as a section is.
+            readRest(write("", "probes", "probes.y"));
+            EXPECT_THAT(refuseRest(write("parameters: {y: 1}\n", "parameters", "parameters.y")),
+                        HasSubstr("'parameters.y' could be "));
+        }
+}
+
+TEST(ModelReader, ConstantsAndFunctionsOfTimeKnowParametersWhateverElseIsCalledSo) {
+    for (const auto& [section, entry] : kQuantities)
+        for (const std::string word : {"load", "parameters.load"}) {
+            const ModelValue model =
+                readRest("parameters: {load: 2, twice: 2*" + word + "}\n" + section +
+                         ": {load: " + entry + "}\nbodies: {a: {mass: 3*" + word +
+                         "}}\nmotions: {m: {joint: j, position: '" + word + "*t + twice'}}\n");
+            EXPECT_EQ(model.get("bodies").get("a").get("mass").getNumber(), 6);
+            const Expression position =
+                model.get("motions").get("m").get("position").getExpression();
+            EXPECT_EQ(position.calcValue(5), 14);
+        }
+    EXPECT_THAT(refuseRest("probes: {load: {function: t}}\nbodies: {a: {mass: load}}\n"),
+                HasSubstr("it is a quantity of the motion, and this is a constant"));
+    EXPECT_THAT(refuseRest("parameters: {load: 2}\nbodies: {a: {mass: parameters.lod}}\n"),
+                HasSubstr("did you mean 'parameters.load'?"));
+    EXPECT_THAT(refuseRest("bodies: {a: {mass: parameters.pi}}\n"),
+                HasSubstr("'parameters.pi' is not a parameter"));
 }
 
 TEST(ModelReader, FormulasOfOtherProbesUseNamesAndColumns) {
