@@ -201,6 +201,7 @@ public:
                 const S t[] = {operand(0), operand(1), operand(2), operand(3), operand(4)};
                 for (const S& x : t)
                     if (hasNoValue(x)) return S(NoNumber);
+                if (descends(t[1], t[3])) return S(NoNumber);
                 if (operation == Operation::Ramp) return rise(t, [](const S& s) { return s; });
                 return rise(t, [](const S& s) {
                     return chain(
@@ -210,8 +211,9 @@ public:
                 });
             }
             case Operation::Pulse: {
-                const S t = operand(0);
-                return makeTruth<S>(both(negate(isBelow(t - operand(1))), isBelow(t - operand(2))));
+                const S t = operand(0), begin = operand(1), end = operand(2);
+                if (descends(begin, end)) return S(NoNumber);
+                return makeTruth<S>(both(negate(isBelow(t - begin)), isBelow(t - end)));
             }
         }
         return S(NoNumber);
@@ -243,6 +245,13 @@ private:
     static bool hasNoValue(double x) { return std::isnan(x); }
     static bool hasNoValue(const Jet<double>& x) { return std::isnan(x.value); }
     static bool hasNoValue(const Jet<Interval>&) { return false; }
+
+    /** Times of a step, ramp or pulse in the wrong order. **/
+    static bool descends(double begin, double end) { return begin > end; }
+    static bool descends(const Jet<double>& begin, const Jet<double>& end) {
+        return begin.value > end.value;
+    }
+    static bool descends(const Jet<Interval>&, const Jet<Interval>&) { return false; }
 
     static constexpr bool isOfBounds = std::is_same<S, Jet<Interval>>::value;
 

@@ -135,6 +135,16 @@ std::string Formula::explain(int number, const double* values) const {
             if (std::isnan(evaluate(*m_tree, number, values)) || x == 0)
                 return at + " to the power of " + writeGeneral(calcOperand(1), 9) + in;
             break;
+        case Operation::Step:
+        case Operation::Ramp:
+        case Operation::Pulse: {
+            const bool isPulse = node.operation == Operation::Pulse;
+            const double begin = calcOperand(1), end = calcOperand(isPulse ? 2 : 3);
+            if (begin > end)
+                return "its times must ascend, and " + writeGeneral(end, 9) + " follows " +
+                       writeGeneral(begin, 9) + in;
+            break;
+        }
         case Operation::Lookup:
             return node.table->describeRefusal(x);
         case Operation::LookupTwo:

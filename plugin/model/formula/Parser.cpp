@@ -467,6 +467,13 @@ private:
                 a.number > b.number)
                 fail(what, begin);
         };
+        if (word == "step" || word == "ramp")
+            checkOrder(x[1], x[3],
+                       word == "step"
+                           ? "the times of step(t, t0, y0, t1, y1) must ascend: t0 <= t1"
+                           : "the times of ramp(t, t0, y0, t1, y1) must ascend: t0 <= t1");
+        if (word == "pulse")
+            checkOrder(x[1], x[2], "the times of pulse(t, t0, t1) must ascend: t0 <= t1");
         if (word == "clamp") {
             checkOrder(x[1], x[2], "clamp(x, low, high) has a low above its high");
             return make(Operation::Max, make(Operation::Min, x[0], x[2]), x[1]);

@@ -343,6 +343,28 @@ TEST(Formula, BoundsInAWrongOrderAreRefused) {
     EXPECT_EQ(refuse("clamp(t, 2, 1)"), "clamp(x, low, high) has a low above its high");
 }
 
+TEST(Formula, TimesOfStepsRampsAndPulsesAscend) {
+    for (const std::string name : {"step", "ramp"}) {
+        EXPECT_EQ(refuse(name + "(t, 1, 0, 0.5, 5)"),
+                  "the times of " + name + "(t, t0, y0, t1, y1) must ascend: t0 <= t1");
+        EXPECT_EQ(calc(name + "(t, 1, 0, 1, 5)", 1).value, 5);  // a jump
+    }
+    EXPECT_EQ(refuse("pulse(t, 0.7, 0.2)"), "the times of pulse(t, t0, t1) must ascend: t0 <= t1");
+    // Times that depend on the motion are known when they are asked for.
+    for (const std::string text :
+         {"step(t, x, 0, y, 5)", "ramp(t, x, 0, y, 5)", "pulse(t, x, y)"}) {
+        const Formula formula(text, makeScope(), {"t", "x", "y"});
+        for (const double at : {-1., 0.3, 0.5, 0.7, 2.}) {
+            const double rising[] = {at, 0.2, 0.6}, falling[] = {at, 0.6, 0.2};
+            double slopes[3];
+            EXPECT_TRUE(std::isfinite(formula.calc(rising))) << text;
+            EXPECT_TRUE(std::isnan(formula.calc(falling))) << text;
+            EXPECT_TRUE(std::isnan(formula.calcSlopes(falling, slopes, 3))) << text;
+            EXPECT_EQ(formula.explain(falling), "its times must ascend, and 0.2 follows 0.6");
+        }
+    }
+}
+
 TEST(Formula, FunctionsOfAProgramAreCalledAndDifferentiated) {
     Scope scope = makeScope();
     int numCalls = 0;
