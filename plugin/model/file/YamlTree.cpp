@@ -398,12 +398,29 @@ YamlTree parseYaml(const std::string& text, const std::string& name) {
     }
 }
 
+namespace {
+
+/** YAML, but for formulas with ? : and !, which YAML takes for a map and for a tag. **/
+YamlTree readSettingValue(const std::string& text, const std::string& name) {
+    const std::size_t first = text.find_first_not_of(' ');
+    const bool isPlain = first != std::string::npos && text.find('\n') == std::string::npos &&
+                         std::string("{[\"'|>&*").find(text[first]) == std::string::npos;
+    if (!isPlain || (text[first] != '!' && text.find(" ? ") == std::string::npos))
+        return parseYaml(text, name);
+    YamlTree value;
+    value.kind = YamlTree::Kind::Scalar;
+    value.scalar = text.substr(first, text.find_last_not_of(' ') - first + 1);
+    return value;
+}
+
+}  // namespace
+
 void applySetting(YamlTree& tree, const std::string& setting) {
     const std::string name = "setting '" + setting + "'";
     const std::size_t equals = setting.find('=');
     if (equals == std::string::npos || equals == 0)
         fail({name, 0, 0}, "a setting is written PATH=VALUE, as in solver.accuracy=1e-5");
-    YamlTree value = parseYaml(setting.substr(equals + 1), name);
+    YamlTree value = readSettingValue(setting.substr(equals + 1), name);
     forgetLines(value);
     value.place.file = name;
     YamlTree* target = &tree;

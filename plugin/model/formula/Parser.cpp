@@ -211,6 +211,35 @@ private:
         return m_tree.getRoot();
     }
 
+    /** Comparisons stay comparisons, whose margin is known: !(a < b) is b <= a. **/
+    int addNot(int number, std::size_t begin) {
+        const Node node = m_tree[number];
+        const auto addSwapped = [&](Operation operation) {
+            return add(operation, {node.operands[1], node.operands[0]}, begin);
+        };
+        const auto addBoth = [&](Operation operation) {
+            const int first = addNot(node.operands[0], begin);
+            const int second = addNot(node.operands[1], begin);
+            return add(operation, {first, second}, begin);
+        };
+        switch (node.operation) {
+            case Operation::Less:
+                return addSwapped(Operation::LessOrEqual);
+            case Operation::LessOrEqual:
+                return addSwapped(Operation::Less);
+            case Operation::Equal:
+                return add(Operation::NotEqual, node.operands, begin);
+            case Operation::NotEqual:
+                return add(Operation::Equal, node.operands, begin);
+            case Operation::And:
+                return addBoth(Operation::Or);
+            case Operation::Or:
+                return addBoth(Operation::And);
+            default:
+                return add(Operation::Equal, {number, addNumber(0, begin)}, begin);
+        }
+    }
+
     /** The last node as a Number if it is one. What has no value stays, to tell why. **/
     int fold() {
         Node& node = m_tree.nodes.back();
@@ -344,6 +373,11 @@ private:
     int parseSigned() {
         skipBlanks();
         const std::size_t begin = m_at;
+        if (isNext("!") && !isNext("!=")) {
+            take("!");
+            const Nesting nesting(*this);
+            return addNot(parseSigned(), begin);
+        }
         const bool isMinus = take("-");
         if (isMinus || take("+")) {
             const Nesting nesting(*this);

@@ -3,7 +3,7 @@
 From text to tree.
 
     or:    ? :        of all weakest, from the right
-    then   ||   &&   < <= == != >= >   + -   * /   signs   ^ (from the right)
+    then   ||   &&   < <= == != >= >   + -   * /   signs and !   ^ (from the right)
 
 so that −2^2 is −4 and 2^3^2 is 2^9. **/
 

@@ -481,6 +481,14 @@ TEST(ModelReader, TablesAreChecked) {
                 HasSubstr("a parameter has the name 'a' already"));
 }
 
+TEST(ModelReader, SettingsAreFormulasWithChoicesAndNegations) {
+    for (const auto& [value, number] : std::vector<std::pair<std::string, double>>{
+             {"2 > 1 ? 3 : 4", 3}, {"b > 2 ? 3 : b > 0 ? 4 : 5", 4}, {"!(2 > 1)", 0}, {"!0", 1}}) {
+        const ModelValue model = readRest("parameters: {b: 1, a: 7}\n", {"parameters.a=" + value});
+        EXPECT_EQ(model.get("parameters").get("a").getNumber(), number) << value;
+    }
+}
+
 TEST(ModelReader, ConstantsAsTypedUseTheModelsParameters) {
     const ModelValue model = readRest("parameters: {L: 0.5}\n");
     EXPECT_DOUBLE_EQ(calcConstant(model, "L/2 + 180*deg"), 0.25 + SimTK::Pi);

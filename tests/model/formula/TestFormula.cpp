@@ -343,6 +343,34 @@ TEST(Formula, BoundsInAWrongOrderAreRefused) {
     EXPECT_EQ(refuse("clamp(t, 2, 1)"), "clamp(x, low, high) has a low above its high");
 }
 
+TEST(Formula, NotTurnsTruthsAround) {
+    const std::vector<std::pair<std::string, std::string>> pairs{
+        {"!(x < y)", "x >= y"},
+        {"!(x <= y)", "x > y"},
+        {"!(x == y)", "x != y"},
+        {"!(x != y)", "x == y"},
+        {"!(x < y && y < 2)", "x >= y || y >= 2"},
+        {"!(x < y || y < 2)", "x >= y && y >= 2"},
+        {"!!(x < y)", "x < y"},
+        {"!x", "x == 0"},
+        {"!x*y + 1", "(x == 0)*y + 1"},
+        {"!x < y", "(x == 0) < y"},
+        {"!3 || !0", "1"}};
+    for (const auto& [text, same] : pairs) {
+        const Formula formula(text, makeScope(), {"x", "y"}), other(same, makeScope(), {"x", "y"});
+        for (const double x : {-1., 0., 1., 3.})
+            for (const double y : {-1., 0., 1., 3.}) {
+                const double values[] = {x, y};
+                EXPECT_EQ(formula.calc(values), other.calc(values)) << text;
+                EXPECT_EQ(formula.isComparison(), other.isComparison()) << text;
+                if (formula.isComparison()) {
+                    EXPECT_EQ(formula.calcMargin(values), other.calcMargin(values)) << text;
+                }
+            }
+    }
+    EXPECT_EQ(refuse("t ! 2"), "an operator '!' has no meaning here");
+}
+
 TEST(Formula, TimesOfStepsRampsAndPulsesAscend) {
     for (const std::string name : {"step", "ramp"}) {
         EXPECT_EQ(refuse(name + "(t, 1, 0, 0.5, 5)"),
