@@ -5,8 +5,11 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "simflex/base/NumberText.h"
+#include "simflex/model/file/LawWords.h"
 #include "simflex/model/file/ModelNode.h"
 #include "simflex/model/file/NearestName.h"
+#include "simflex/model/file/ScalarCheck.h"
 #include "simflex/model/file/VariableFormula.h"
 
 namespace simflex {
@@ -109,7 +112,9 @@ double ModelValue::getNumber() const {
 }
 
 int ModelValue::getInteger() const {
-    const double value = std::round(getNumber());
+    const double number = getNumber(), value = std::round(number);
+    if (std::fabs(number - value) > WholeTolerance)
+        m_node->fail("found " + writeGeneral(number, 9) + "; expected a whole number");
     if (!(std::fabs(value) <= 2147483647.0)) m_node->fail("the number is too large");
     return static_cast<int>(value);
 }

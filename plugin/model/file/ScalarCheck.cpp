@@ -19,8 +19,6 @@ namespace {
 using Form = SchemaForm::Kind;
 using Node = ModelValue::Node;
 
-const double WholeTolerance = 1e-9;
-
 bool isNameCharacter(char c) {
     return isLetter(c) || isDigit(c) || c == '_' || c == '-';
 }

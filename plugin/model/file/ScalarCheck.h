@@ -9,6 +9,9 @@ Checks of single values: numbers, formulas, names, choices. Only for the files o
 namespace simflex {
 namespace model {
 
+/** By how much a whole number may miss, as of a formula. **/
+inline constexpr double WholeTolerance = 1e-9;
+
 /** Checks a scalar against the forms of `node` and sets which it has. **/
 void checkScalar(const YamlTree& tree, ModelValue::Node& node);
 

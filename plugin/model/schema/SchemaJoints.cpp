@@ -103,7 +103,7 @@ SchemaForm joint() {
                 .required()
                 .such("[input, output]"),
             SchemaKey(
-                "teeth", {list({number()}, {2})},
+                "teeth", {list({integer()}, {2})},
                 "Numbers of teeth of the wheels; both rotate in the same sense if one is negative.")
                 .only({"gear"})
                 .required()

@@ -180,6 +180,8 @@ TEST(ModelReader, RangesAndChoicesAreChecked) {
 TEST(ModelReader, KeysThatDoNotGoTogetherAreNamed) {
     EXPECT_THAT(refuseRest("joints: {a: {type: ball, between: [a, b], teeth: [1, 2]}}\n"),
                 HasSubstr("m.yaml:2:43: joints.a.teeth: 'teeth' is for type gear, not for ball"));
+    EXPECT_THAT(refuseRest("joints: {a: {type: gear, wheels: [a, b], teeth: [2.5, 17]}}\n"),
+                HasSubstr("joints.a.teeth.0: found 2.5; expected a whole number"));
     EXPECT_THAT(refuseRest("joints: {a: {type: gear, wheels: [a, b]}}\n"),
                 HasSubstr("'teeth' is missing, which 'gear' needs"));
     EXPECT_THAT(refuseRest("joints: {a: {between: [a, b]}}\n"), HasSubstr("'type' is missing"));
