@@ -9,6 +9,7 @@
 #include "simflex/model/builders/EventBuilder.h"
 #include "simflex/model/builders/LoadBuilder.h"
 #include "simflex/model/builders/ModelGeometry.h"
+#include "simflex/model/file/AngleCheck.h"
 #include "simflex/model/parts/PartBuilder.h"
 
 namespace simflex {
@@ -74,6 +75,7 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
         if (MobilizedBody::Free::isInstanceOf(system.bodies[i].mobod) && !held.count(int(i)))
             m_options.listener.tellNote("body '" + system.bodies[i].name +
                                         "' is held by no joint or connector: it is free");
+    for (const std::string& doubt : listAngleDoubts(m_file)) m_options.listener.tellWarning(doubt);
     const double size = m_placement.calcSize();
     for (const Model::JointEntry& joint : system.joints) {
         const ModelValue value = m_file.get("joints").get(joint.name);

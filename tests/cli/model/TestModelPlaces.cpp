@@ -130,5 +130,28 @@ TEST_F(ModelPlaces, FramesTypedAtAPromptAreFoundOrProposed) {
     }
 }
 
+TEST_F(ModelPlaces, AnglesBeyondAWholeTurnAreWarnedOfAsDegrees) {
+    const std::string degrees =
+        "angles are in radians, and 90 is more than a whole turn: degrees "
+        "are written 90*deg";
+    const std::string body = "bodies:\n  a: {" + brick + ", place: {rotation: ";
+    for (const std::string rotation : {"[90, 0, 0]", "[0, 45*2, 0]", "{axis: x, angle: 90}"}) {
+        warnings.clear();
+        build(body + rotation + "}}\n");
+        EXPECT_THAT(warnings, ::testing::ElementsAre(HasSubstr(degrees))) << rotation;
+        warnings.clear();
+        build("bodies:\n  a: {" + brick + "}\nframes: {f: {on: a, rotation: " + rotation +
+              "}}\njoints: {j: {type: ball, between: [ground, {on: a, rotation: " + rotation +
+              "}]}}\n");
+        EXPECT_THAT(warnings, ::testing::ElementsAre(HasSubstr("frames.f.rotation"),
+                                                     HasSubstr("joints.j.between.1.rotation")))
+            << rotation;
+    }
+    warnings.clear();
+    build(body + "[90*deg, -360*deg, 2*pi]}}\n");
+    build(body + "{quaternion: [90, 0, 0, 1]}}}\n");
+    EXPECT_THAT(warnings, ::testing::IsEmpty());
+}
+
 }  // namespace
 }  // namespace simflex::test
