@@ -19,7 +19,8 @@ using namespace SimTK;
 
 namespace {
 
-constexpr double FarApart = 1e-3;  ///< error of a joint, as a part of the model's size
+constexpr double CoarseAccuracy = 0.1;  ///< of the integration, as a part of the model's size
+constexpr double FarApart = 1e-3;       ///< error of a joint, as a part of the model's size
 
 }  // namespace
 
@@ -63,6 +64,25 @@ State ModelBuilder::makeInitialState(const ModelSystem& system) const {
     return state;
 }
 
+void ModelBuilder::warnOfAccuracy(const ModelSystem& system, double size) const {
+    for (const Model::BodyEntry& body : system.bodies) {
+        const MassProperties& mass = body.mobod.getDefaultMassProperties();
+        double radius = 0;
+        if (body.flexible)
+            radius = body.flexible->getPart().calcRadius();
+        else if (mass.getMass() > 0)
+            radius = std::sqrt(mass.getInertia().trace() / mass.getMass());
+        size = std::max(size, 2 * radius);
+    }
+    const ModelValue accuracy = m_file.get("solver").get("accuracy");
+    if (accuracy.getNumber() > CoarseAccuracy * size)
+        m_options.listener.tellWarning(
+            "the accuracy of " + writeGeneral(accuracy.getNumber(), 3) +
+            " m is no part of the model's size of " + writeGeneral(size, 3) +
+            " m: what moves less than the former is not followed; solver.accuracy is a "
+            "displacement, as 1e-6");
+}
+
 void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) const {
     std::set<int> held;
     for (const std::string section : {"joints", "motions", "connectors"})
@@ -77,6 +97,7 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
                                         "' is held by no joint or connector: it is free");
     for (const std::string& doubt : listAngleDoubts(m_file)) m_options.listener.tellWarning(doubt);
     const double size = m_placement.calcSize();
+    warnOfAccuracy(system, size);
     for (const Model::JointEntry& joint : system.joints) {
         const ModelValue value = m_file.get("joints").get(joint.name);
         if (!value.has("between")) continue;  // gears mesh anyhow

@@ -21,10 +21,13 @@ public:
 
     SimTK::State makeInitialState(const ModelSystem& system) const;
 
-    /** Tells `note` of bodies that nothing holds and `warn` of joints that are apart. **/
+    /** Tells `note` of bodies that nothing holds and `warn` of joints that are apart, of rotations
+    in degrees and of an accuracy as coarse as the model. **/
     void noteDoubts(const ModelSystem& system, const SimTK::State& state) const;
 
 private:
+    void warnOfAccuracy(const ModelSystem& system, double size) const;
+
     ModelValue m_file;
     ModelOptions m_options;
     Parts m_parts;

@@ -153,5 +153,17 @@ TEST_F(ModelPlaces, AnglesBeyondAWholeTurnAreWarnedOfAsDegrees) {
     EXPECT_THAT(warnings, ::testing::IsEmpty());
 }
 
+TEST_F(ModelPlaces, AnAccuracyAsCoarseAsTheModelIsWarnedOf) {
+    const std::string bar = "bodies: {a: {part: bar}}\n",  // about 0.4 m
+        ball = "bodies: {a: {mass: 1, inertia: [0.1, 0.1, 0.1]}}\n";
+    for (const std::string& body : {bar, ball}) {
+        build(body + "solver: {accuracy: 1e-3}\n");
+        EXPECT_THAT(warnings, ::testing::IsEmpty()) << body;
+        build(body + "solver: {accuracy: 1}\n");
+        EXPECT_THAT(warnings, ::testing::ElementsAre(HasSubstr("the accuracy of 1 m is "))) << body;
+        warnings.clear();
+    }
+}
+
 }  // namespace
 }  // namespace simflex::test
