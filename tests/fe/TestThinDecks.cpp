@@ -68,6 +68,24 @@ TEST_P(EveryShell, AsAFlatPlateHasCalculixFrequencies) {
     EXPECT_NEAR(model.calcMass(), 2700 * 0.3 * 0.2 * 0.004, 1e-9);
 }
 
+TEST_P(EveryShell, OfFirstOrderIsToldOf) {
+    const std::string type = GetParam();
+    deck.addPatch(GetParam(), "PLATE", 4, 3, [](double u, double v) -> Point {
+        return {0.2 * u, 0.15 * v, 0};
+    });
+    deck.addShellSection("PLATE", 0.006);
+    const FeModel model = read(deck.text());
+    const bool isLinear = type == "S3" || type == "S4" || type == "S4R";
+    const auto isTold =
+        ::testing::Contains(::testing::AllOf(HasSubstr("shells of first order (" + type + ": "),
+                                             HasSubstr("use second-order shells, S8R or S6")));
+    if (isLinear) {
+        EXPECT_THAT(model.warnings, isTold);
+    } else {
+        EXPECT_THAT(model.warnings, ::testing::Not(::testing::Contains(HasSubstr("first order"))));
+    }
+}
+
 class EveryCurvedShell : public EveryShell {};
 
 TEST_P(EveryCurvedShell, AsACylinderHasCalculixFrequencies) {

@@ -188,6 +188,7 @@ public:
         if (coupling)
             refuseCard(coupling->card, "*COUPLING needs *KINEMATIC or *DISTRIBUTING below it");
         finishSections();
+        warnOfLinearShells();
         readNormals();
         settleAxes();
         expandThin();
@@ -1003,6 +1004,28 @@ private:
                                 " expanded to solids as CalculiX does; the expanded nodes have the "
                                 "numbers from " +
                                 std::to_string(thin.nodes.begin()->first));
+    }
+
+    /** The solids that shells of first order become lock in bending and shear: C3D6 whatever the
+    mesh, C3D8I and C3D8R where they are not rectangular or coarse. **/
+    void warnOfLinearShells() {
+        std::map<std::string, size_t> counts;
+        const ThinElement* first = nullptr;
+        for (const ThinElement& element : m_thin) {
+            const bool isLinear = !findThinType(element.type)->isBeam && element.nodes.size() < 6;
+            if (!isLinear) continue;
+            ++counts[element.type];
+            if (!first) first = &element;
+        }
+        if (!first) return;
+        std::string types;
+        for (const auto& [type, count] : counts)
+            types += (types.empty() ? "" : ", ") + type + ": " + std::to_string(count);
+        m_model.warnings.push_back(
+            first->where + "shells of first order (" + types +
+            ") are too stiff, as in CalculiX: the solids they become lock in bending, and "
+            "frequencies come out up to three times too high; use second-order shells, S8R or S6 "
+            "(of Nastran CQUAD8 or CTRIA6, of Ansys SHELL281)");
     }
 
     /** A shell or beam that ends at one row of nodes of a solid turns there freely. **/
