@@ -123,6 +123,15 @@ Joint JointBuilder::addCoupling(const ModelValue& value, const std::string& type
         const ModelValue wheels = value.get("wheels"), teeth = value.get("teeth");
         const Joint::Coordinate A = readCoordinate(wheels.at(0)), B = readCoordinate(wheels.at(1));
         const double phase = value.get("phase").getNumber();
+        const auto describe = [](const ModelValue& wheel) {
+            return (wheel.isMap() ? wheel.get("joint") : wheel).getText() +
+                   (wheel.has("coordinate") && wheel.get("coordinate").getInteger() > 0
+                        ? " " + std::to_string(wheel.get("coordinate").getInteger())
+                        : "");
+        };
+        if (describe(wheels.at(0)) == describe(wheels.at(1)))
+            wheels.fail("'" + describe(wheels.at(0)) +
+                        "' cannot mesh with itself; name the joints of two wheels");
         return withPlace(value, [&] {
             return Joint::Gear(system.flexible, A, teeth.at(0).getInteger(), B,
                                teeth.at(1).getInteger(), phase, name);

@@ -212,6 +212,10 @@ TEST_F(ModelErrors, OfJointsMotionsLoadsAndConnectorsAreNamedWithTheirPlace) {
         {joint + "connectors: {c: {type: stop, between: [ground, cart], stiffness: 0}}",
          "model.yaml:5:66: connectors.c.stiffness: the stiffness of a stop must be more than 0"},
         {joint + "joints2: {}", "model.yaml:5:1: unknown key 'joints2'; did you mean 'joints'?"},
+        {"joints: {p: {type: pin, between: [ground, cart]}, "
+         "g: {type: gear, wheels: [p, p], teeth: [1, 1]}}",
+         "model.yaml:4:75: joints.g.wheels: 'p' cannot mesh with itself; name the joints of two "
+         "wheels"},
         {"joints: {j: {type: gear, wheels: [j, j], teeth: [1, 2]}}",
          "model.yaml:4:35: joints.j.wheels.0: a joint cannot couple itself"},
         {"joints: {p: {type: pin, between: [ground, cart]}, s: {type: slider, between: [ground, "
