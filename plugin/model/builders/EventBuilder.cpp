@@ -1,5 +1,7 @@
 #include "simflex/model/builders/EventBuilder.h"
 
+#include <limits>
+
 #include "simflex/body/Assembly.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/model/builders/ModelTrigger.h"
@@ -17,8 +19,8 @@ using Action = std::function<bool(State& state)>;
 /** Of a condition's margin: less is round-off, of what is welded, say. **/
 constexpr Real LeastMargin = 1e-9;
 
-/** Waits for its condition to hold, and once it has happened for it to end, so that round-off about
-the margin makes no second event. **/
+/** Waits for its condition to hold by more than round-off, and once it has happened for it to end,
+at once if what it does ends it: round-off about the margin makes no second event. **/
 class ModelEvent : public ModelTrigger {
 public:
     ModelEvent(const ModelSystem& system, const std::string& name, const Signal& margin, int count,
@@ -33,8 +35,8 @@ public:
     Real getValue(const State& state) const override {
         if (m_isOnce && !isWaiting(state)) return -1;
         const Real margin = m_margin.calcValue(m_system.flexible, state);
-        const Real value = (isWaiting(state) ? margin : -margin) - LeastMargin;
-        return value == 0 ? -LeastMargin : value;
+        if (isWaiting(state)) return margin == LeastMargin ? -LeastMargin : margin - LeastMargin;
+        return margin == 0 ? std::numeric_limits<Real>::min() : -margin;
     }
 
     void act(State& state, bool& shouldTerminate) const override {

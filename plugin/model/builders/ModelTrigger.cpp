@@ -12,12 +12,16 @@ namespace {
 
 /** Changes at one time. **/
 constexpr int LongestCascade = 1000;
+/** In which they are located, of the accuracy's time scale: to round-off, as what happens again and
+again would be late by all windows together. **/
+constexpr Real LocalizationWindow = 1e-6;
 
 }  // namespace
 
 ModelTrigger::ModelTrigger(const ModelSystem& system, const std::string& name)
     : TriggeredEventHandler(Stage::Velocity), m_system(system), m_name(name) {
     getTriggerInfo().setTriggerOnFallingSignTransition(false);
+    getTriggerInfo().setRequiredLocalizationTimeWindow(LocalizationWindow);
 }
 
 void ModelTrigger::handleEvent(State& state, Real, bool& shouldTerminate) const {

@@ -151,7 +151,14 @@ void SolutionHistory::combineU(const Weights& weights, std::vector<double>& u) c
     combine(weights, &SolutionPoint::u, &SolutionPoint::uDot, u);
 }
 void SolutionHistory::combineZ(const Weights& weights, std::vector<double>& z) const {
-    combine(weights, &SolutionPoint::z, &SolutionPoint::zDot, z);
+    // The weights add up to 1: of differences from the newest point, zeros make no round-off.
+    const SolutionPoint &newest = (*this)[0], &oldest = (*this)[weights.numPoints - 1];
+    for (size_t i = 0; i < z.size(); ++i) {
+        double difference = weights.derivative * oldest.zDot[i];
+        for (int j = 1; j < weights.numPoints; ++j)
+            difference += weights.value[j] * ((*this)[j].z[i] - newest.z[i]);
+        z[i] = newest.z[i] + difference;
+    }
 }
 
 double SolutionHistory::combineWork(const Weights& weights) const {

@@ -80,6 +80,8 @@ public:
 
     void combineQ(const Weights& weights, std::vector<double>& q) const;
     void combineU(const Weights& weights, std::vector<double>& u) const;
+    /** Weights of a value; what all points have alike, as what only events change, stays the same
+    to the bit. **/
     void combineZ(const Weights& weights, std::vector<double>& z) const;
     double combineWork(const Weights& weights) const;
     /** Polynomial of λ through the newest `points` points; λ has no derivatives. **/
