@@ -7,7 +7,8 @@ Assembly of joints and constraints (private header): implemented in plugin/solve
 namespace simflex {
 
 /** Sets locked and prescribed coordinates, brings positions onto joints and constraints by least
-deformation, then speeds. The State is realized to Stage::Velocity.
+deformation. Then speeds jump, as an impact would leave those of the State: by impulses of joints,
+constraints and prescribed speeds alone. The State is realized to Stage::Velocity.
 @param tolerance  largest position error left [m, rad]
 @throws std::runtime_error naming the worst joint or constraint and its error
 @throws std::invalid_argument that names what cannot be supported (see ImplicitIntegrator) **/

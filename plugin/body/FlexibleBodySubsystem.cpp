@@ -166,21 +166,23 @@ void FlexibleBodySubsystem::closeJoints(State& state, Real tolerance) const {
     system.realizeModel(state);
     requireLinearRange(*this, state, "FlexibleBodySubsystem::closeJoints()");
     const State start = state;
-    own.setWeights(state, Guts::Weights::Assembly);
     try {
+        // As ImplicitIntegrator::initialize() does. What is prescribed has been so before.
         system.prescribe(state);
-        system.project(state, tolerance);
+        const State prescribed = state;
+        bool isProjected = getNumBodies() == 0;
+        if (isProjected) try {
+                system.project(state, tolerance);
+            } catch (const std::exception&) {
+                state = prescribed;
+                isProjected = false;
+            }
+        if (!isProjected) assemble(system, state, tolerance);
     } catch (const std::exception&) {
-        // Rigid motions alone, all but, do not do.
         state = start;
-        try {
-            assemble(system, state, tolerance);
-        } catch (const std::exception&) {
-            state = start;
-            throw;
-        }
+        throw;
     }
-    own.setWeights(state, Guts::Weights::Displacement);
+    own.setDisplacementWeights(state);
     system.realize(state, Stage::Velocity);
     own.startStates(state);
 }
@@ -452,9 +454,7 @@ void FlexibleBodySubsystem::Guts::setHeld(State& state, JointIndex index, Real v
     Value<Real>::updDowncast(updDiscreteVariable(state, m_held.at(size_t(index)))) = value;
 }
 
-void FlexibleBodySubsystem::Guts::setWeights(State& state, Weights weights) const {
-    // (Ω_i ξ_i)²/2 is a mode's strain energy: all of it is dear against rigid motions.
-    constexpr Real StrainFactor = 100;
+void FlexibleBodySubsystem::Guts::setDisplacementWeights(State& state) const {
     const SimbodyMatterSubsystem& matter = getMatter();
     Vector& all = state.updUWeights(matter.getMySubsystemIndex());
     for (const FlexibleBodyRecord& record : m_bodies) {
@@ -468,10 +468,7 @@ void FlexibleBodySubsystem::Guts::setWeights(State& state, Weights weights) cons
         for (MobilizedBodyIndex carrier : record.carriers) {
             const MobilizedBody& mobod = matter.getMobilizedBody(carrier);
             const int first = int(mobod.getFirstUIndex(state)), count = mobod.getNumU(state);
-            for (int k = 0; k < count; ++k, ++i)
-                all[first + k] = weights == Weights::Assembly
-                                     ? StrainFactor * std::sqrt(model.omegaSquared[i])
-                                     : model.displacementPerMode[i];
+            for (int k = 0; k < count; ++k, ++i) all[first + k] = model.displacementPerMode[i];
         }
     }
 }

@@ -78,9 +78,11 @@ public:
     /**@}**/
 
     /** Gets a State ready for one of Simbody's own integrators: sets locked and prescribed
-    coordinates, assembles joints and constraints by least strain energy, makes speeds consistent by
-    rigid motion as far as possible, then sets the speeds' weights in Simbody's error norms and
-    projections so that an accuracy or tolerance means metres for flexible bodies: 1 for
+    coordinates, assembles joints and constraints and makes speeds consistent as
+    ImplicitIntegrator::initialize() does (by least deformation, and as an impact on the joints
+    would; without flexible bodies by Simbody's own projection), so that both begin alike. Then sets
+    the speeds' weights in Simbody's error norms and projections so that an accuracy or tolerance
+    means metres for flexible bodies: 1 for
     translation, the part's radius for rotation, for a mode the largest displacement it causes.
     Weights of other bodies are left alone. States that follow from where the bodies are begin at
     their values. The State is realized to Stage::Velocity.

@@ -153,11 +153,9 @@ public:
     known already. Instead of the subsystem's forces those act that they need. **/
     void setKnownAccelerations(SimTK::State& state, const SimTK::Vector& uDot) const;
 
-    /** What a unit of each speed counts for: Displacement, in metres that it causes; Assembly, the
-     * same for rigid motions, Ω_i times a large factor for modes. **/
-    enum class Weights { Displacement, Assembly };
-    /** Sets the weights of flexible bodies' speeds. Stage::Model. **/
-    void setWeights(SimTK::State& state, Weights weights) const;
+    /** Sets the weights of flexible bodies' speeds, what a unit of each counts for: the metres that
+    it causes. Stage::Model. **/
+    void setDisplacementWeights(SimTK::State& state) const;
 
     SimTK::Real calcPotentialEnergy(const SimTK::State& state) const override;
 

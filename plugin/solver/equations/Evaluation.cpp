@@ -1,6 +1,7 @@
 #include "simflex/solver/equations/Evaluation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -285,6 +286,25 @@ void Evaluation::calcUnclearedResidual(const double* q, const double* u, const d
     m_loads.subtractForces(r);
 }
 
+double Evaluation::calcMomentum(const double* q, const double* u, const double* jump,
+                                const double* impulses, double* momentum) {
+    require(Stage::Velocities, "calcMomentum");
+    const size_t nu = size_t(m_topology->numU);
+    const std::vector<double> none(std::max(nu, size_t(m_topology->numMultipliers)), 0);
+    m_scratch.resize(nu);
+    calcUnclearedResidual(q, u, none.data(), none.data(), m_scratch.data());
+    calcUnclearedResidual(q, u, jump, impulses, momentum);
+    m_stage = Stage::Residual;
+    m_hasInertia = true;
+    double largest = 0;
+    for (size_t i = 0; i < nu; ++i) {
+        largest = std::max({largest, std::abs(momentum[i]), std::abs(m_scratch[i])});
+        momentum[i] -= m_scratch[i];
+    }
+    constexpr double RoundOff = 1e-13;
+    return RoundOff * largest;
+}
+
 bool Evaluation::canHavePower() const {
     const PrescribedMotion* prescribed = m_simbody->getPrescribed();
     return (prescribed && prescribed->canWork()) || m_simbody->getConstraints() ||
@@ -355,7 +375,7 @@ void Evaluation::formNewtonSystem(const NewtonFactors& factors, bool dense, cons
     m_simbody->formColumns(level, system);
 }
 
-void Evaluation::formMassSystem(NewtonSystem& system) {
+void Evaluation::formMassSystem(NewtonSystem& system, MotionLevel level) {
     require(Stage::Residual, "formMassSystem");
     m_joints.updateJacobians();
     for (NewtonSystem::Part& part : system.parts)
@@ -364,10 +384,13 @@ void Evaluation::formMassSystem(NewtonSystem& system) {
         m_blocks->all[size_t(b)]->formMassBlock(system.blocks[size_t(b)]);
         m_joints.formColumns(b, system.blocks[size_t(b)]);
     });
-    m_frictions.form(FrictionTerms::By::Accelerations, system);
+    if (level == MotionLevel::Acceleration)
+        m_frictions.form(FrictionTerms::By::Accelerations, system);
+    else
+        m_frictions.formReleased(system);
     m_loads.clearColumns(system);
     m_simbody->clearDifferencedColumns(system);
-    m_simbody->formColumns(MotionLevel::Acceleration, system);
+    m_simbody->formColumns(level, system);
 }
 
 void Evaluation::addInCouplingForces(const double* uDot, Vector_<SpatialVec>& bodyForces,

@@ -97,6 +97,17 @@ public:
     /** g̈ for the given accelerations. **/
     void calcAccelerationErrors(const double* q, const double* u, const double* uDot,
                                 double* gDotDot);
+    /** M·jump + Gᵀ·impulses: what is left of the balance of momenta where speeds jump and joints
+    give these impulses; the impulses of prescribed speeds in their rows. From residuals of the
+    equations of motion, so that it holds what a step would find of M and G.
+    @returns its round-off **/
+    double calcMomentum(const double* q, const double* u, const double* jump,
+                        const double* impulses, double* momentum);
+    /** True if this speed is prescribed. **/
+    bool isSpeedKnown(size_t u) const {
+        return m_simbody->getPrescribed() &&
+               m_simbody->getPrescribed()->isKnown(MotionLevel::Velocity, u);
+    }
     /** Zero in rows of prescribed speeds. **/
     void calcResidual(const double* q, const double* u, const double* uDot, const double* lambda,
                       double* r);
@@ -143,8 +154,9 @@ public:
 
     /** @name After calcResidual() **/
     /**@{**/
-    /** J = M. **/
-    void formMassSystem(NewtonSystem& system);
+    /** J = M.
+    @param level  as in formNewtonSystem(); friction has no part below Acceleration **/
+    void formMassSystem(NewtonSystem& system, MotionLevel level = MotionLevel::Acceleration);
     /** Adds −ΔM u̇, what Simbody's mass matrix lacks of the flexible bodies'. **/
     void addInCouplingForces(const double* uDot, SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                              SimTK::Vector& mobilityForces);

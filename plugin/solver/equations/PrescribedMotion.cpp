@@ -11,7 +11,7 @@ using namespace SimTK;
 
 namespace {
 
-bool isKnown(Motion::Method method) {
+bool isKnownMethod(Motion::Method method) {
     return method == Motion::Zero || method == Motion::Discrete || method == Motion::Prescribed;
 }
 
@@ -30,7 +30,7 @@ int rankOf(MotionLevel level) {
 }  // namespace
 
 bool PrescribedMotion::isPrescribed(const MobilizedBody& mobod, const State& state) {
-    return mobod.getNumU(state) > 0 && isKnown(mobod.getUDotMotionMethod(state));
+    return mobod.getNumU(state) > 0 && isKnownMethod(mobod.getUDotMotionMethod(state));
 }
 
 bool PrescribedMotion::isUnsupported(const MobilizedBody& mobod, const State& state) {
@@ -51,9 +51,9 @@ PrescribedMotion::PrescribedMotion(const SimbodyMatterSubsystem& matter,
         const MobilizedBody& mobod = matter.getMobilizedBody(mobilizer.body);
         Entry entry;
         entry.mobilizer = mobilizer;
-        entry.level = isKnown(mobod.getQMotionMethod(state))   ? MotionLevel::Position
-                      : isKnown(mobod.getUMotionMethod(state)) ? MotionLevel::Velocity
-                                                               : MotionLevel::Acceleration;
+        entry.level = isKnownMethod(mobod.getQMotionMethod(state))   ? MotionLevel::Position
+                      : isKnownMethod(mobod.getUMotionMethod(state)) ? MotionLevel::Velocity
+                                                                     : MotionLevel::Acceleration;
         // A steady speed is as constant as a locked one.
         entry.isMotion =
             hasActiveMotion(mobod, state) && !Motion::Steady::isInstanceOf(mobod.getMotion());
@@ -204,7 +204,7 @@ void PrescribedMotion::clearErrors(double* errorQ, double* errorU) const {
 void PrescribedMotion::mask(MotionLevel level, int firstU, NewtonSystem::Block& block) const {
     const size_t n = size_t(block.size), m = size_t(block.numColumns());
     for (size_t i = 0; i < n; ++i) {
-        if (m_levelOfU[size_t(firstU) + i] < rankOf(level)) continue;
+        if (!isKnown(level, size_t(firstU) + i)) continue;
         for (size_t column = 0; column < m; ++column) block.Gt[i + column * n] = 0;
         const bool isArrow = block.form == NewtonSystem::Block::Form::Arrow;
         std::vector<double>& matrix = isArrow ? block.head : block.matrix;
@@ -221,6 +221,10 @@ void PrescribedMotion::mask(MotionLevel level, int firstU, NewtonSystem::Block& 
 bool PrescribedMotion::touches(int firstU, int numU) const {
     return std::any_of(m_levelOfU.begin() + firstU, m_levelOfU.begin() + firstU + numU,
                        [](char level) { return level > 0; });
+}
+
+bool PrescribedMotion::isKnown(MotionLevel level, size_t u) const {
+    return m_levelOfU[u] >= rankOf(level);
 }
 
 void PrescribedMotion::visit(Checkpoint& checkpoint) {

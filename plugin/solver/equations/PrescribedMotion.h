@@ -76,6 +76,8 @@ public:
     @param level  what must be known: at Position, only speeds whose q is prescribed too **/
     void mask(MotionLevel level, int firstU, NewtonSystem::Block& block) const;
     bool touches(int firstU, int numU) const;
+    /** True if this speed is prescribed at the level or a deeper one. **/
+    bool isKnown(MotionLevel level, size_t u) const;
 
     /** The values known now. **/
     void visit(Checkpoint& checkpoint);

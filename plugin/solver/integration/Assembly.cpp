@@ -2,6 +2,7 @@
 
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/integration/ImplicitStep.h"
+#include "simflex/solver/integration/Impulse.h"
 
 namespace simflex {
 
@@ -11,13 +12,16 @@ void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::
     Evaluation equations(system, state);
     std::vector<double> q(size_t(equations.getTopology().numQ)),
         u(size_t(equations.getTopology().numU));
+    const SimTK::Real t = state.getTime();
     equations.getBlocks().getFromState(state, q.data(), u.data());
-    equations.prescribe(state.getTime(), 0, nullptr, q.data(), u.data());
-    if (equations.getTopology().numMultipliers > 0) {
-        IntegratorStatistics statistics;
-        ImplicitStep(equations, statistics).assemble(state.getTime(), tolerance, q, u);
-    }
-    equations.getBlocks().putIntoState(state.getTime(), q.data(), u.data(), state);
+    const std::vector<double> before = u;
+    equations.prescribe(t, 0, nullptr, q.data(), u.data());
+    IntegratorStatistics statistics;
+    ImplicitStep step(equations, statistics);
+    if (equations.getTopology().numMultipliers > 0) step.assemble(t, tolerance, q, u);
+    SimTK::State scratch = state;
+    applyImpulse(system, equations, step, t, q, before, u, scratch);
+    equations.getBlocks().putIntoState(t, q.data(), u.data(), state);
     system.realize(state, SimTK::Stage::Velocity);
 }
 

@@ -174,7 +174,7 @@ void ImplicitIntegrator::Implementation::startFromHandlersState() {
     try {
         const double work = m_visible.work, energy = calcEnergy(m_kept);
         buildEquations();  // discrete variables may have changed at any stage
-        takeState(true);
+        takeState(Occasion::Event);
         writeState(m_visible, m_scratch);
         m_visible.work = work + calcEnergy(m_scratch) - energy;
         start();

@@ -132,14 +132,17 @@ private:
     void buildEquations();
     Evaluation& updEquations() { return m_stepper->updEquations(); }
     const Evaluation& getEquations() const { return m_stepper->getEquations(); }
-    /** Takes q, u and z from m_state and assembles if asked.
-    @param forced  also if the constraints hold already **/
-    void takeState(bool project, bool forced = false);
+    enum class Occasion {
+        Start,  ///< of a run: prescribed speeds have been so before
+        Event   ///< the State's speeds are those that the motion had; an impact makes them fit
+    };
+    /** Takes q, u and z from m_state, assembles joints and makes speeds fit, at a start if asked.
+    @param forced  projects by weights also if the constraints hold already **/
+    void takeState(Occasion occasion, bool forced = false);
     bool projectsByWeights() const;
-    /** Projects m_state as SimTK::Integrator does; false if that fails, m_state is what it was
-     * then.
-     * **/
-    bool projectStateByWeights(bool forced);
+    /** Projects m_state as SimTK::Integrator does, at events its positions alone; false if that
+    fails, m_state is what it was then. **/
+    bool projectStateByWeights(Occasion occasion, bool forced);
     /** Handles the Initialization event. **/
     void initializeSystem();
     /** The first step begins at m_visible's t, q, u and z. **/
@@ -223,7 +226,7 @@ private:
     bool m_isKept = false;  ///< m_kept's discrete variables are m_state's
     StateImage m_image;
     SolutionPoint m_visible;
-    SolutionPoint m_trial;  ///< where triggers are evaluated
+    SolutionPoint m_trial;      ///< where triggers are evaluated
 
     SimTK::Vector m_triggersBefore, m_triggersAfter, m_triggerTrial;
     bool m_hasTriggered = false, m_isTimeAdvancePending = false;

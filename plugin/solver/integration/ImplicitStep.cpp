@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <sstream>
 
 #include "simflex/base/Checkpoint.h"
 #include "simflex/base/Chunk.h"
@@ -623,21 +624,98 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
     if (const std::string* flipped = m_equations.getJoints().findFlipped())
         throw std::runtime_error("the joints were assembled with the axes of joint '" + *flipped +
                                  "' opposed; start closer to the wanted position");
-    if (m_system.numMultipliers() > 0) {
-        m_equations.prescribe(t, 0, nullptr, q.data(), u.data());
-        m_equations.realize(t, q.data(), u.data());
-        m_equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), m_system.r.data());
-        const BlockForm form = blockForm;
-        blockForm = BlockForm::Arrow;
-        formAndFactor(1, q, u, uDot, MotionLevel::Velocity);
-        blockForm = form;
-        const double speedError = projectSpeeds(t, q, u);
-        if (!(speedError <= 1e-8 * (1 + findLargest(u)))) {
-            throw std::runtime_error(
-                FailureDiagnosis(m_equations).explainSpeeds(t, m_system.c, describeRedundancies()));
-        }
+    m_equations.prescribe(t, 0, nullptr, q.data(), u.data());
+    invalidateMatrix();
+}
+
+ImplicitStep::Impulse ImplicitStep::applyImpulse(double t, const std::vector<double>& q,
+                                                 const std::vector<double>& before,
+                                                 std::vector<double>& u) {
+    const FlushDenormals flush;
+    // Exact for constraints that are linear in u; a second pass takes round-off up.
+    constexpr int MaxPasses = 3;
+    constexpr double LargestError = 1e-8;
+    std::vector<double> jump(u.size()), multipliers(size_t(m_system.numMultipliers()), 0);
+    for (size_t i = 0; i < u.size(); ++i) jump[i] = u[i] - before[i];
+    const auto calcErrors = [&](const std::vector<double>& speeds) {
+        m_equations.realize(t, q.data(), speeds.data());
+        m_equations.calcVelocityErrors(m_system.c.data());
+        return findLargest(m_system.c);
+    };
+    double error = calcErrors(u);
+    Impulse impulse;
+    if (error <= tolerances.constraintResidual &&
+        findLargest(jump) <= tolerances.constraintResidual * (1 + findLargest(u)))
+        return impulse;
+
+    m_equations.calcMomentum(q.data(), u.data(), jump.data(), multipliers.data(),
+                             m_system.r.data());
+    for (size_t i = 0; i < u.size(); ++i)
+        if (m_equations.isSpeedKnown(i)) m_system.r[i] = 0;
+    m_equations.formMassSystem(m_system, MotionLevel::Velocity);
+    factor();
+    m_solver.solve(m_system);
+    for (int pass = 0;; ++pass) {
+        ++m_statistics.linearSolves;
+        const std::vector<double>& delta = m_solver.getDeltaU();
+        for (size_t i = 0; i < u.size(); ++i) u[i] += delta[i];
+        for (size_t k = 0; k < multipliers.size(); ++k)
+            multipliers[k] += m_solver.getDeltaLambda()[k];
+        error = calcErrors(u);
+        if (error <= tolerances.constraintResidual || pass == MaxPasses) break;
+        m_solver.solveForConstraints(m_system);
     }
     invalidateMatrix();
+    if (!(error <= LargestError * (1 + findLargest(u))))
+        throw std::runtime_error(
+            FailureDiagnosis(m_equations).explainSpeeds(t, m_system.c, describeRedundancies()));
+
+    // (u + before)/2 · (p − GᵀΛ), where G u = −∂g/∂t after and that plus an error before.
+    const std::vector<double> atRest(u.size(), 0);
+    for (size_t k = 0; k < multipliers.size(); ++k)
+        impulse.work -= 0.5 * multipliers[k] * m_system.c[k];
+    calcErrors(before);
+    for (size_t k = 0; k < multipliers.size(); ++k)
+        impulse.work -= 0.5 * multipliers[k] * m_system.c[k];
+    impulse.isDriven = calcErrors(atRest) > 0;
+    for (size_t k = 0; k < multipliers.size(); ++k) impulse.work += multipliers[k] * m_system.c[k];
+    for (size_t i = 0; i < u.size(); ++i)
+        impulse.isDriven = impulse.isDriven || (m_equations.isSpeedKnown(i) && u[i] != 0);
+    impulse.work += checkMomentum(t, q, before, u, multipliers);
+    return impulse;
+}
+
+double ImplicitStep::checkMomentum(double t, const std::vector<double>& q,
+                                   const std::vector<double>& before, const std::vector<double>& u,
+                                   const std::vector<double>& multipliers) {
+    constexpr double LargestRest = 1e-6, LargestOfAll = 1e-9;  // of a block's momentum, of any
+    std::vector<double> jump(u.size()), momentum(u.size()), rest(u.size());
+    const std::vector<double> none(multipliers.size(), 0);
+    for (size_t i = 0; i < u.size(); ++i) jump[i] = u[i] - before[i];
+    m_equations.realize(t, q.data(), u.data());
+    m_equations.calcMomentum(q.data(), u.data(), jump.data(), none.data(), momentum.data());
+    const double roundOff =
+        m_equations.calcMomentum(q.data(), u.data(), jump.data(), multipliers.data(), rest.data());
+    double work = 0;
+    for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
+        const Block& block = m_equations.getBlock(b);
+        const double allowed =
+            LargestRest * findLargest(momentum.data() + block.firstU, block.numU) +
+            LargestOfAll * findLargest(momentum) + roundOff;
+        for (size_t i = size_t(block.firstU); i < size_t(block.firstU + block.numU); ++i) {
+            if (m_equations.isSpeedKnown(i)) {
+                work += 0.5 * (u[i] + before[i]) * rest[i];
+            } else if (!(std::abs(rest[i]) <= allowed)) {
+                std::ostringstream text;
+                text << "speeds that jump at t = " << t << " s do not keep the momentum of '"
+                     << block.name << "': it is off by " << std::abs(rest[i])
+                     << " kg m/s or kg m^2/s. The results would be wrong; this is a mistake of "
+                        "simflex's, or masses differ by too many orders of magnitude";
+                throw std::runtime_error(text.str());
+            }
+        }
+    }
+    return work;
 }
 
 void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,

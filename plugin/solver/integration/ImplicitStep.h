@@ -57,6 +57,11 @@ public:
     @returns false if it cannot. **/
     bool projectStepSpeeds(const StepFormula& formula, SolutionPoint& point, int* worstRow);
 
+    /** True if matrices are formed with all that is in a block now. **/
+    bool useDense() const;
+    /** See BlockEliminationSolver. **/
+    bool hasLateBlocks() const { return m_solver.hasLateBlocks(); }
+
     /** Next solve() forms and factors its matrix anew. **/
     void invalidateMatrix() { m_reuse.forget(); }
 
@@ -84,7 +89,8 @@ public:
     /** True if the last projectPositions() began so far off that couplers may lose their count. **/
     bool mayLoseCount() const { return m_mayLoseCount; }
 
-    /** Moves u onto the velocity constraints in the same norm, and adds to λ what moves it.
+    /** Moves u onto the velocity constraints in the same norm, and adds to λ what moves it: of
+    steps, whose equations these are. Speeds that jump are applyImpulse()'s.
     @returns largest error left; row as above. **/
     double projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
                          int* worstRow = nullptr, std::vector<double>* lambda = nullptr);
@@ -97,10 +103,28 @@ public:
     bool isAssembled(double t, double tolerance, const std::vector<double>& q,
                      const std::vector<double>& u);
 
-    /** Assembles the joints by least deformation (norm M + τ²K, τ = 1 s) and makes u consistent in
-    that norm. Joints whose axes are more than 1 rad from their place are turned there first.
-    @throws std::runtime_error that names the worst joint and its error, in positions or speeds. **/
+    /** Sets prescribed q and u and assembles the joints by least deformation (norm M + τ²K,
+    τ = 1 s). Joints whose axes are more than 1 rad from their place are turned there first. Other
+    speeds stay what they are.
+    @throws std::runtime_error that names the worst joint and its error. **/
     void assemble(double t, double tolerance, std::vector<double>& q, std::vector<double>& u);
+
+    struct Impulse {
+        double work = 0;        ///< that it did: the change of kinetic energy [J]
+        bool isDriven = false;  ///< something moves that a motion, lock or law prescribes
+    };
+    /** Speeds jump as in an impact, to where joints and prescribed speeds have them:
+
+        M (u − before) + GᵀΛ = p,    ġ(q, u) = 0
+
+    with impulses Λ of the joints and p where speeds are prescribed, and nothing else: springs,
+    dampers, motors and stiffness are forces, and those have no time to act. So momentum is kept in
+    every motion that joints leave free. Redundant constraints share Λ in the least-norm way.
+    @param u  at first `before` but for prescribed speeds, which stay
+    @throws std::runtime_error naming the joints if there are no such speeds, or if the equations of
+        motion do not agree that momentum is kept **/
+    Impulse applyImpulse(double t, const std::vector<double>& q, const std::vector<double>& before,
+                         std::vector<double>& u);
 
     /** M u̇ + Gᵀλ = f − b, G u̇ = −Ġu − …: exact accelerations and multipliers. **/
     void calcAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
@@ -152,7 +176,6 @@ protected:
     /** A block's Δu, which is added to u. **/
     void substituteBlock(int b, std::vector<double>& u);
     virtual void useThreads(int threads);
-    bool useDense() const;
     bool mayDifferentiate() const;
     /** Derivatives of rigid trees' forces at this point, where a new matrix wants them.
     @returns true if there are any **/
@@ -204,6 +227,10 @@ protected:
     bool m_mayLoseCount = false;
 
 private:
+    /** Whether M·jump + GᵀΛ is zero where speeds are free, and its work where they are not.
+    @throws std::runtime_error if it is not **/
+    double checkMomentum(double t, const std::vector<double>& q, const std::vector<double>& before,
+                         const std::vector<double>& u, const std::vector<double>& multipliers);
     /** Of a joint whose friction depends on the multipliers of these rows, which are redundant. **/
     std::string describeUndetermined(const std::vector<int>& rows) const;
     /** One iteration for accelerations and multipliers; without friction there is one.

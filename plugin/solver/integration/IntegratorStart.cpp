@@ -2,6 +2,7 @@
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"
+#include "simflex/solver/integration/Impulse.h"
 
 namespace simflex {
 
@@ -81,7 +82,7 @@ void ImplicitIntegrator::Implementation::initialize(const State& state) {
     if (flexible && projectInitialState)
         requireLinearRange(*flexible, m_state, name + "::initialize()");
     const auto start_ = Clock::now();
-    takeState(projectInitialState, true);
+    takeState(Occasion::Start, true);
     initializeSystem();
     updateDiscreteVariablesAtStart();
     start();
@@ -100,7 +101,7 @@ void ImplicitIntegrator::Implementation::initializeSystem() {
             takeLaterVariables(m_state);
         else
             buildEquations();
-        takeState(projectInitialState, true);
+        takeState(Occasion::Start, true);
     } else {
         for (size_t i = 0; i < m_visible.z.size(); ++i) m_visible.z[i] = m_state.getZ()[int(i)];
     }
@@ -113,7 +114,7 @@ bool ImplicitIntegrator::Implementation::projectsByWeights() const {
     return !flexible || flexible->getNumBodies() == 0;
 }
 
-bool ImplicitIntegrator::Implementation::projectStateByWeights(bool forced) {
+bool ImplicitIntegrator::Implementation::projectStateByWeights(Occasion occasion, bool forced) {
     using SimTK::ProjectOptions;
     ProjectOptions options(m_waiting.constraintTolerance);
     if (forced) options.setOption(ProjectOptions::ForceProjection);
@@ -130,10 +131,12 @@ bool ImplicitIntegrator::Implementation::projectStateByWeights(bool forced) {
         // Simbody 3.7 crashes where nothing is free.
         if (!matter.getFreeQIndex(m_state).empty())
             m_system.projectQ(m_state, noErrors, options, results);
-        m_system.prescribeU(m_state);
-        m_system.realize(m_state, Stage::Velocity);
-        if (!matter.getFreeUIndex(m_state).empty())
-            m_system.projectU(m_state, noErrors, options, results);
+        if (occasion == Occasion::Start) {
+            m_system.prescribeU(m_state);
+            m_system.realize(m_state, Stage::Velocity);
+            if (!matter.getFreeUIndex(m_state).empty())
+                m_system.projectU(m_state, noErrors, options, results);
+        }
         m_system.realize(m_state, Stage::Velocity);
         return true;
     } catch (const std::exception&) {
@@ -144,23 +147,34 @@ bool ImplicitIntegrator::Implementation::projectStateByWeights(bool forced) {
     }
 }
 
-void ImplicitIntegrator::Implementation::takeState(bool project, bool forced) {
+void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool forced) {
     // What the start leaves open the first step closes, and counts as its error.
     constexpr Real Closest = 1e-13;  // [m, rad] that round-off allows
     const Real tolerance =
         std::min(m_waiting.constraintTolerance, std::max(settings.constraintTolerance, Closest));
-    const bool isProjected = project && getEquations().getTopology().numMultipliers > 0 &&
-                             projectsByWeights() && projectStateByWeights(forced);
+    const bool project = occasion == Occasion::Event || projectInitialState;
+    const bool hasJoints = getEquations().getTopology().numMultipliers > 0;
+    bool isProjected =
+        project && hasJoints && projectsByWeights() && projectStateByWeights(occasion, forced);
     SolutionPoint& point = m_visible;
     point.t = m_state.getTime();
     m_stepper->enterSmoothSpan(point.t);
     getEquations().getBlocks().getFromState(m_state, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = m_state.getZ()[int(i)];
     updEquations().setZ(point.z.data());
+    // What begins to be prescribed by an event stops what moves; a run begins with it.
+    std::vector<double> before = point.u;
     updEquations().prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
-    if (project && getEquations().getTopology().numMultipliers > 0 &&
-        !(isProjected && m_stepper->updStep().isAssembled(point.t, tolerance, point.q, point.u)))
+    if (project && hasJoints &&
+        !(isProjected && m_stepper->updStep().isAssembled(point.t, tolerance, point.q, point.u))) {
         m_stepper->updStep().assemble(point.t, tolerance, point.q, point.u);
+        isProjected = false;
+    }
+    if (project && !(occasion == Occasion::Start && isProjected)) {
+        if (occasion == Occasion::Start) before = point.u;
+        applyImpulse(m_system, getEquations(), m_stepper->updStep(), point.t, point.q, before,
+                     point.u, m_scratch);
+    }
     getEquations().getBlocks().normalizeQ(point.q.data());
     if (getEquations().getTopology().states.empty()) return;
     updEquations().realize(point.t, point.q.data(), point.u.data());
