@@ -76,6 +76,36 @@ std::array<double, N> integrate(
     return y;
 }
 
+TEST_F(LawsTest, RowsHaveTheForcesOfTheirTimeHoweverFarApart) {
+    // A block on a slope, held by a motion, or by friction: nothing moves, and no step ends there.
+    const std::string block =
+        "gravity: [0, -9.81, 0]\n"
+        "bodies: {block: {mass: 2, inertia: [0.01, 0.01, 0.01]}}\n"
+        "frames: {plane: {on: ground, rotation: [0, 0, 20*deg]}}\n"
+        "loads: {shake: {on: block, force: [0.5*sin(2*pi*t), 0, 0]}}\n";
+    const std::pair<const char*, const char*> holders[] = {
+        {"joints: {guide: {type: slider, between: [plane, block]}}\n"
+         "motions: {hold: {joint: guide, position: 0}}\n"
+         "probes: {force: {driving: hold}}\n",
+         "motion"},
+        {"joints: {guide: {type: slider, between: [plane, block], friction: {coulomb: 0.9}}}\n"
+         "probes: {force: {friction: guide}}\n",
+         "friction"}};
+    for (const auto& [holder, name] : holders)
+        for (const double interval : {1.0, 0.25, 0.0637}) {
+            Session session = start(block + holder);
+            for (int k = 1; k <= 5; ++k) {
+                const double t = k * interval, angle = SimTK::Pi / 9;
+                session.runTo(t, interval);
+                EXPECT_NEAR(std::abs(get(session, "force")),
+                            2 * 9.81 * std::sin(angle) -
+                                0.5 * std::sin(2 * SimTK::Pi * t) * std::cos(angle),
+                            1e-7)
+                    << name << " " << t;
+            }
+        }
+}
+
 TEST_F(LawsTest, AControlledArmMovesAsItsEquationsSay) {
     // 2 kg in the middle of an arm of 0.6 m: (I + m l²) θ'' = τ − m g l cos θ.
     Session session = start(

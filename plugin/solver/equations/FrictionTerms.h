@@ -39,6 +39,8 @@ public:
     void keep();
     /** Back to that. **/
     void recall();
+    /** A point between steps is looked at: until it goes, what contacts do is of that point. **/
+    class Look;
     enum class By {
         Rates,         ///< of a step
         Accelerations  ///< at one moment; rates matter only where they are not zero
@@ -121,6 +123,19 @@ private:
     const JointTerms& m_joints;
     std::vector<Contact> m_contacts;  ///< as in the topology
     std::vector<double> m_diagonals;  ///< by row
+};
+
+class FrictionTerms::Look {
+public:
+    explicit Look(FrictionTerms& frictions)
+        : m_frictions(frictions), m_contacts(frictions.m_contacts) {}
+    ~Look() { m_frictions.m_contacts.swap(m_contacts); }
+    Look(const Look&) = delete;
+    Look& operator=(const Look&) = delete;
+
+private:
+    FrictionTerms& m_frictions;
+    std::vector<Contact> m_contacts;  ///< those of the steps
 };
 
 }  // namespace simflex

@@ -187,6 +187,8 @@ void ImplicitIntegrator::Implementation::startFromHandlersState() {
 }
 
 void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
+    // Who interrupts steps sees what was shown before them.
+    if (stepObserver) balanceVisible();
     if (m_events.hasAutoUpdates() && statistics.stepsTaken > 0)
         updateDiscreteVariables(m_stepper->getNewest());
     try {

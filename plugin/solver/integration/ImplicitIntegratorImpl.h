@@ -62,13 +62,13 @@ public:
     void readCheckpoint(std::istream& stream, const SimTK::State& start);
 
     const SimTK::State& getState();
-    SimTK::Vector calcUDot() const;
+    SimTK::Vector calcUDot();
     std::vector<std::string> describeRedundancies() const {
         return m_stepper->getStep().describeRedundancies();
     }
-    SimTK::Vector calcMultipliers(const Joint* joint) const;
-    SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint) const;
-    SimTK::Vector calcFrictionForces(const Joint& joint) const;
+    SimTK::Vector calcMultipliers(const Joint* joint);
+    SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint);
+    SimTK::Vector calcFrictionForces(const Joint& joint);
     void requireInitialized(const char* method) const;
     /** @throws std::logic_error naming the setter after initialize(). **/
     void requireNotInitialized(const char* method) const;
@@ -199,6 +199,8 @@ private:
     // output
     /** Makes the point at t visible. **/
     void showPoint(double t);
+    /** What is shown has u̇ and λ of its own from now on; costs an evaluation, the first time. **/
+    void balanceVisible();
     void writeState(const SolutionPoint& point, SimTK::State& state) const;
     /** Swaps auto-update variables' values in, those computed at this point. **/
     void updateDiscreteVariables(const SolutionPoint& point);
@@ -226,6 +228,7 @@ private:
     bool m_isKept = false;  ///< m_kept's discrete variables are m_state's
     StateImage m_image;
     SolutionPoint m_visible;
+    bool m_isBalanced = false;  ///< m_visible's u̇ and λ are of its own q, u and loads
     SolutionPoint m_trial;      ///< where triggers are evaluated
 
     SimTK::Vector m_triggersBefore, m_triggersAfter, m_triggerTrial;

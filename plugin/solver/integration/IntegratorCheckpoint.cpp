@@ -197,6 +197,7 @@ void ImplicitIntegrator::Implementation::writeCheckpoint(std::ostream& stream) {
                                "stepTo() or stepOnce() and the next");
     acceptAdvancedState();
     getState();
+    balanceVisible();
     m_image.requireWritable(m_state);
     Checkpoint checkpoint;
     visitModel(checkpoint);
@@ -232,6 +233,7 @@ void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, co
     updEquations().takeVariables(m_events.getAutoUpdates(), m_state);
     m_scratch = m_state;
     m_stateIsCurrent = false;
+    m_isBalanced = true;
     setFinalTime(finalTime);
     m_isInitialized = true;
     if (m_pending == Pending::HandledTrigger) noteTriggeredEvents();

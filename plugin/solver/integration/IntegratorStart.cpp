@@ -70,6 +70,7 @@ void ImplicitIntegrator::Implementation::buildEquations() {
 void ImplicitIntegrator::Implementation::start() {
     m_stepper->start(m_visible);
     m_stateIsCurrent = false;
+    m_isBalanced = true;
     m_hasTriggered = m_isTimeAdvancePending = false;
     if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
 }
@@ -212,6 +213,7 @@ void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history
     m_stepper->startFrom(points, wantedOrder);
     m_visible = points.back();
     m_stateIsCurrent = false;
+    m_isBalanced = true;
     if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
     m_isInitialized = true;
 }

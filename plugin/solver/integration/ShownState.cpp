@@ -1,4 +1,5 @@
 // What is seen of a solution: States, accelerations and multipliers at a time.
+#include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"
 
 namespace simflex {
@@ -19,7 +20,17 @@ void ImplicitIntegrator::Implementation::writeState(const SolutionPoint& point,
 void ImplicitIntegrator::Implementation::showPoint(double t) {
     const auto start_ = Clock::now();
     m_stateIsCurrent = false;
+    m_isBalanced = false;
     m_stepper->calcPoint(t, m_visible);
+    statistics.outputSeconds += secondsSince(start_);
+}
+
+void ImplicitIntegrator::Implementation::balanceVisible() {
+    if (m_isBalanced || !hasSameSystem()) return;
+    const StandardArithmetic standard;
+    const auto start_ = Clock::now();
+    m_stepper->balance(m_visible);
+    m_isBalanced = true;
     statistics.outputSeconds += secondsSince(start_);
 }
 
@@ -38,25 +49,28 @@ std::string ImplicitIntegrator::Implementation::getErrorSource() const {
     return getEquations().getBlock(stepsTaken.worstBlock).name;
 }
 
-Vector ImplicitIntegrator::Implementation::calcUDot() const {
+Vector ImplicitIntegrator::Implementation::calcUDot() {
+    balanceVisible();
     return getEquations().getBlocks().calcSimbodyUDot(m_visible.q.data(), m_visible.uDot.data());
 }
 
-Vector ImplicitIntegrator::Implementation::calcMultipliers(
-    const SimTK::Constraint& constraint) const {
+Vector ImplicitIntegrator::Implementation::calcMultipliers(const SimTK::Constraint& constraint) {
+    balanceVisible();
     const std::pair<int, int> rows =
         getEquations().getTopology().findRows(constraint.getConstraintIndex());
     return Vector(rows.second, m_visible.lambda.data() + rows.first);
 }
 
-Vector ImplicitIntegrator::Implementation::calcMultipliers(const Joint* joint) const {
+Vector ImplicitIntegrator::Implementation::calcMultipliers(const Joint* joint) {
+    balanceVisible();
     if (!joint) return Vector(int(m_visible.lambda.size()), m_visible.lambda.data());
     const int first = getEquations().getTopology().findFirstRow(joint->getIndex());
     if (first < 0) return Vector(joint->getNumEquations(), 0.0);
     return Vector(joint->getNumEquations(), m_visible.lambda.data() + first);
 }
 
-Vector ImplicitIntegrator::Implementation::calcFrictionForces(const Joint& joint) const {
+Vector ImplicitIntegrator::Implementation::calcFrictionForces(const Joint& joint) {
+    balanceVisible();
     const Topology& topology = getEquations().getTopology();
     std::vector<SimTK::Real> forces;
     for (const Topology::Friction& friction : topology.frictions)

@@ -27,6 +27,7 @@ Stepper::Stepper(std::string name, const SimTK::MultibodySystem& system, const S
       m_statistics(statistics),
       m_equations(std::make_unique<Evaluation>(system, state, Topology::Setting::Implicit,
                                                settings.differentiated)),
+      m_balance(*m_equations),
       m_breaks(settings.breaks) {
     if (m_formulas)
         m_step = std::make_unique<ImplicitStep>(*m_equations, m_statistics);
@@ -243,6 +244,18 @@ void Stepper::calcPoint(double t, SolutionPoint& point) {
         point.constraintError = hasError ? m_step->calcPositionError(t, point.q, point.u) : 0;
     }
     m_history.interpolateUDot(nodes.uDot, t, point.uDot);
+}
+
+void Stepper::balance(SolutionPoint& point) {
+    // What was started from is exact.
+    if (m_history.size() < 2 || m_taken.lastLength == 0) return;
+    constexpr double PartOfStep = 0.25;  // about that of Radau's matrix
+    PointBalance::Options options;
+    options.isDense = m_step->useDense();
+    options.isRedundant = m_statistics.redundantConstraints > 0;
+    options.hasLateBlocks = m_step->hasLateBlocks();
+    options.numThreads = m_equations->getBlocks().numThreads;
+    m_balance.calc(PartOfStep * m_taken.lastLength, options, point);
 }
 
 void Stepper::cutLastStep(double end) {

@@ -18,6 +18,7 @@ reports, or who looks on; ImplicitIntegrator::Implementation drives it.
 #include "simflex/solver/integration/BreakTimes.h"
 #include "simflex/solver/integration/ImplicitStep.h"
 #include "simflex/solver/integration/IntegrationScheme.h"
+#include "simflex/solver/integration/PointBalance.h"
 #include "simflex/solver/integration/RadauStep.h"
 #include "simflex/solver/integration/StepController.h"
 
@@ -91,6 +92,9 @@ public:
     double getLastStart() const { return m_history[solvesStages() ? radau::NumStages : 1].t; }
     /** The point at t: interpolated inside the last step, projected onto the joints. **/
     void calcPoint(double t, SolutionPoint& point);
+    /** u̇ and λ of such a point, with the loads there: see PointBalance. calcPoint() leaves those of
+    polynomials. **/
+    void balance(SolutionPoint& point);
 
     double getNextLength() const { return m_nextLength; }
     void setNextLength(double h) { m_nextLength = h; }
@@ -163,6 +167,7 @@ private:
     bool m_hasMemory = false;
     int m_numRedundantAtStart = 0;
 
+    PointBalance m_balance;
     BreakTimes m_breaks;
     SolutionHistory m_history;
     StepController m_controller;
