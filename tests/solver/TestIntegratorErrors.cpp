@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "simflex/body/FlexibleBody.h"
@@ -10,6 +12,7 @@
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/TimeStepper.h"
 #include "support/PointMassPart.h"
 
 namespace simflex {
@@ -122,6 +125,69 @@ TEST(IntegratorErrors, ALoadThatTurnsNaNStopsTheRunAndKeepsTheLastGoodState) {
     EXPECT_TRUE(integrator.getState().getQ().normInf() < Infinity);
     // The last good State is the one just before the load broke.
     EXPECT_NEAR(integrator.getTime(), 0.01, 1e-4);
+}
+
+TEST(IntegratorErrors, AnIntegratorThatWasMovedFromSaysSo) {
+    Model model;
+    const State state = model.system.realizeTopology();
+    BdfIntegrator before(model.system), after(std::move(before));
+    for (const std::function<void()>& use : std::vector<std::function<void()>>{
+             [&] { before.initialize(state); }, [&] { before.stepTo(1); },
+             [&] { before.setAccuracy(1e-3); }, [&] { before.setMaximumOrder(3); },
+             [&] { before.getState(); }, [&] { before.getNumStepsTaken(); },
+             [&] { simflex::TimeStepper(model.system, before).initialize(state); }}) {
+        expectContains(messageOf(use), {"moved from"});
+        EXPECT_THROW(use(), std::logic_error);
+    }
+    after.initialize(state);
+}
+
+TEST(IntegratorErrors, AReporterThatStepsIsRefused) {
+    struct Reporter : PeriodicEventReporter {
+        explicit Reporter(std::function<void()> report)
+            : PeriodicEventReporter(0.03), m_report(std::move(report)) {}
+        void handleEvent(const State&) const override { m_report(); }
+        std::function<void()> m_report;
+    };
+    Model model;
+    std::unique_ptr<BdfIntegrator> integrator;
+    std::function<void()> misuse;
+    model.system.addEventReporter(new Reporter([&] { misuse(); }));
+    const State state = model.system.realizeTopology();
+    for (const std::function<void()>& what : std::vector<std::function<void()>>{
+             [&] { integrator->stepTo(0.2); }, [&] { integrator->stepOnce(); },
+             [&] { integrator->stepTo(0.2, Infinity); }, [&] { integrator->initialize(state); },
+             [&] { integrator->handle([](State&) { return false; }); }}) {
+        integrator = std::make_unique<BdfIntegrator>(model.system);
+        integrator->initialize(state);
+        misuse = what;
+        expectContains(messageOf([&] { integrator->stepTo(0.1); }), {"by a reporter", "stepTo"});
+        // What is wrong is the reporter, not the run.
+        misuse = [] {};
+        integrator->stepTo(0.1);
+        EXPECT_EQ(integrator->getTime(), 0.1);
+    }
+}
+
+TEST(IntegratorErrors, AValueOfTheStateThatIsNotANumberIsNamed) {
+    Model model;
+    MobilizedBody::Ball ball(model.matter.Ground(),
+                             Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))));
+    const State good = model.system.realizeTopology();
+    const int q = int(ball.getFirstQIndex(good)), u = int(ball.getFirstUIndex(good));
+    const auto refuse = [&](const std::function<void(State&)>& spoil,
+                            std::initializer_list<const char*> words) {
+        State state = good;
+        spoil(state);
+        BdfIntegrator integrator(model.system);
+        const std::string message = messageOf([&] { integrator.initialize(state); });
+        expectContains(message, words);
+        expectContains(message, {"initialize()", "in the State"});
+    };
+    refuse([](State& state) { state.setTime(NaN); }, {"the time is not a number"});
+    refuse([&](State& state) { state.updQ()[q + 2] = NaN; }, {"coordinate 2 of mobilized body"});
+    refuse([&](State& state) { state.updU()[u] = Infinity; }, {"speed 0 of", "infinite"});
+    refuse([](State& state) { state.updQ()[3] = NaN; }, {"coordinate 3 of", "boom"});
 }
 
 TEST(IntegratorErrors, AMasslessRigidBodyIsNamed) {

@@ -1,6 +1,7 @@
 #include "simflex/solver/equations/TopologyBuilder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -706,6 +707,35 @@ void requireTopology(const MultibodySystem& system, const State& state, const st
         throw std::invalid_argument(method + ": call realizeTopology() on the system first");
     if (state.getSystemStage() < Stage::Topology)
         throw std::invalid_argument(method + ": an empty State; take one from realizeTopology()");
+    const auto require = [&](Real value, const auto& name) {
+        if (!std::isfinite(value))
+            throw std::invalid_argument(method + ": " + name() + " is " +
+                                        (std::isnan(value) ? "not a number" : "infinite") +
+                                        " in the State");
+    };
+    require(state.getTime(), [] { return std::string("the time"); });
+    if (state.getSystemStage() < Stage::Model) return;
+    const SimbodyMatterSubsystem& matter = system.getMatterSubsystem();
+    const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(system);
+    const FlexibleBodySubsystem::Guts* guts = flexible ? &flexible->getGuts() : nullptr;
+    for (MobilizedBodyIndex i(1); i < matter.getNumBodies(); ++i) {
+        const MobilizedBody& body = matter.getMobilizedBody(i);
+        const auto describeAs = [&](const char* what, int k) {
+            return [guts, what, i, k] {
+                return what + (' ' + std::to_string(k)) + " of " + describe(guts, i);
+            };
+        };
+        for (int k = 0; k < body.getNumQ(state); ++k)
+            require(body.getOneQ(state, k), describeAs("coordinate", k));
+        for (int k = 0; k < body.getNumU(state); ++k)
+            require(body.getOneU(state, k), describeAs("speed", k));
+    }
+    for (SubsystemIndex s(0); s < state.getNumSubsystems(); ++s)
+        for (int k = 0; k < state.getNZ(s); ++k)
+            require(state.getZ(s)[k], [&] {
+                return "variable z[" + std::to_string(k) + "] of '" + state.getSubsystemName(s) +
+                       "'";
+            });
 }
 
 }  // namespace simflex

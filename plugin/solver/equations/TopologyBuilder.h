@@ -82,7 +82,7 @@ private:
 };
 
 /** @throws std::invalid_argument naming `method` if the system has changed since realizeTopology(),
-or the State is empty. **/
+or the State is empty, or has values that are not finite numbers. **/
 void requireTopology(const SimTK::MultibodySystem& system, const SimTK::State& state,
                      const std::string& method);
 

@@ -323,6 +323,7 @@ void ImplicitIntegrator::Implementation::requireSameSystem() const {
 }
 
 void ImplicitIntegrator::Implementation::runTimed(const std::function<void()>& work) {
+    requireNotRunning("stepTo(), stepOnce(), handle() or reinitialize()");
     requireSameSystem();
     const StandardArithmetic standard;
     const auto start_ = Clock::now();

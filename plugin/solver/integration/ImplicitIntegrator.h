@@ -9,7 +9,7 @@ at its end, by Newton's iteration with block Gaussian elimination, together with
 (StabilizedIndex2; q is then projected onto the joints in the norm of the Newton matrix) or with
 the position errors themselves (Index3).
 
-    BdfIntegrator integrator(system);      // or RadauIntegrator, GeneralizedAlphaIntegrator
+    RadauIntegrator integrator(system);    // or BdfIntegrator, GeneralizedAlphaIntegrator
     integrator.setAccuracy(1e-6);
     integrator.initialize(state);   // assembles, finds consistent speeds and accelerations
     integrator.stepTo(0.1);
@@ -407,7 +407,8 @@ public:
 protected:
     class Implementation;
     explicit ImplicitIntegrator(std::unique_ptr<Implementation> implementation);
-    Implementation& updImpl() { return *m_impl; }
+    /** @throws std::logic_error if this integrator was moved from. **/
+    Implementation& updImpl() const;
 
 private:
     friend class TimeStepper;

@@ -70,6 +70,9 @@ public:
     SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint);
     SimTK::Vector calcFrictionForces(const Joint& joint);
     void requireInitialized(const char* method) const;
+    /** @throws std::logic_error naming the method where a reporter, a handler, an observer or a
+    force of a step that is being taken calls it. **/
+    void requireNotRunning(const char* method) const;
     /** @throws std::logic_error naming the setter after initialize(). **/
     void requireNotInitialized(const char* method) const;
     void setFinalTime(SimTK::Real time);

@@ -191,10 +191,7 @@ void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
 }
 
 void ImplicitIntegrator::Implementation::writeCheckpoint(std::ostream& stream) {
-    if (m_isRunning)
-        throw std::logic_error(name +
-                               "::writeCheckpoint() by a reporter or handler: call it between "
-                               "stepTo() or stepOnce() and the next");
+    requireNotRunning("writeCheckpoint()");
     acceptAdvancedState();
     getState();
     balanceVisible();

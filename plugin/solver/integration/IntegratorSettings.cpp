@@ -33,6 +33,13 @@ void ImplicitIntegrator::Implementation::requireInitialized(const char* method) 
     if (!m_isInitialized) throw std::logic_error(name + "::" + method + "() before initialize()");
 }
 
+void ImplicitIntegrator::Implementation::requireNotRunning(const char* method) const {
+    if (m_isRunning)
+        throw std::logic_error(name + "::" + method +
+                               " by a reporter, handler, observer or force of the same "
+                               "integration: call it when stepTo() has returned");
+}
+
 void ImplicitIntegrator::Implementation::requireNotInitialized(const char* method) const {
     if (m_isInitialized)
         throw std::logic_error(name + "::" + method +

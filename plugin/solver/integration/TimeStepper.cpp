@@ -20,7 +20,7 @@ void TimeStepper::setIntegrator(IntegratorRef integrator) {
         m_native = std::make_unique<SimTK::TimeStepper>(*m_system, *native);
         m_native->setReportAllSignificantStates(m_reportsAll);
     } else {
-        if (!integrator.getImplicit()->m_impl->isOf(*m_system))
+        if (!integrator.getImplicit()->updImpl().isOf(*m_system))
             throw std::invalid_argument("TimeStepper: the integrator is of another System");
         m_native.reset();
     }
@@ -50,7 +50,7 @@ void TimeStepper::initialize(const SimTK::State& state) {
 SimTK::Integrator::SuccessfulStepStatus TimeStepper::stepTo(SimTK::Real time) {
     getIntegrator();
     if (m_native) return m_native->stepTo(time);
-    ImplicitIntegrator::Implementation& implementation = *m_integrator->getImplicit()->m_impl;
+    ImplicitIntegrator::Implementation& implementation = m_integrator->getImplicit()->updImpl();
     implementation.requireInitialized("stepTo");
     return implementation.stepAsTimeStepper(time, m_reportsAll);
 }
