@@ -219,6 +219,7 @@ TEST(FailureDiagnosis, AForceTooStiffForTheIterationIsNamedWithWhatToDo) {
     State state = model.system.realizeTopology();
     body.setOneQ(state, 0, 0.1);
     BdfIntegrator integrator(model.system);
+    integrator.setBlockForm(BdfIntegrator::BlockForm::Arrow);
     integrator.setMinimumStepSize(1e-3);
     integrator.setInitialStepSize(1e-3);
     integrator.initialize(state);

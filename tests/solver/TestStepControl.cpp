@@ -500,5 +500,117 @@ TEST(DefaultOrder, OfTheLongestStepsTheOneOfLeastErrorIsTaken) {
     }
 }
 
+/** A mass on a spring, of which the closed form is known, alone or beside a slower one that swings
+far wider. **/
+struct Neighbours {
+    enum class Beside { Nothing, Slower };
+    Neighbours(Beside beside, Real width) {
+        const auto add = [&](Real frequency) {
+            masses.emplace_back(matter.Ground(),
+                                Body::Rigid(MassProperties(2, Vec3(0), Inertia(1))));
+            const Real omega = 2 * Pi * frequency;
+            Force::MobilityLinearSpring(forces, masses.back(), MobilizerQIndex(0),
+                                        2 * omega * omega, 0);
+        };
+        add(2);
+        if (beside == Beside::Slower) add(0.2);
+        state = system.realizeTopology();
+        masses[0].setOneQ(state, 0, 0.1);
+        if (beside == Beside::Slower) masses[1].setOneQ(state, 0, width);
+    }
+    template <class Scheme>
+    Real calcError(Real accuracy, ImplicitIntegrator::AccuracyNorm norm) const {
+        Scheme integrator(system);
+        integrator.setAccuracyNorm(norm);
+        integrator.setUseInfinityNorm(true);
+        integrator.setAccuracy(accuracy);
+        integrator.initialize(state);
+        Real error = 0;
+        for (int k = 1; k <= 150; ++k) {
+            integrator.stepTo(0.01 * k);
+            error = std::max(error, std::abs(masses[0].getOneQ(integrator.getState(), 0) -
+                                             0.1 * std::cos(4 * Pi * integrator.getTime())));
+        }
+        return error;
+    }
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    std::vector<MobilizedBody::Slider> masses;
+    State state;
+};
+
+template <class Scheme>
+void expectTheErrorThatItHasAlone() {
+    using Norm = ImplicitIntegrator::AccuracyNorm;
+    for (const Norm norm : {Norm::Displacement, Norm::StateWeights})
+        for (const Real accuracy : {1e-4, 1e-6}) {
+            // So wide that its error is the larger one.
+            const Real width = norm == Norm::Displacement ? 1000 : 3;
+            const Neighbours alone(Neighbours::Beside::Nothing, width),
+                together(Neighbours::Beside::Slower, width);
+            const Real own = alone.calcError<Scheme>(accuracy, norm),
+                       beside = together.calcError<Scheme>(accuracy, norm);
+            EXPECT_LT(beside, 2 * own) << "accuracy " << accuracy << ", norm " << int(norm);
+        }
+}
+
+TEST(ErrorsByPart, AMechanismBesideAnotherHasTheErrorThatItHasAlone) {
+    expectTheErrorThatItHasAlone<RadauIntegrator>();
+    expectTheErrorThatItHasAlone<BdfIntegrator>();
+    expectTheErrorThatItHasAlone<GeneralizedAlphaIntegrator>();
+}
+
+/** A swing of two links whose end runs on a rod, with a spring; lengths and masses in other units.
+ **/
+template <class Scheme>
+std::vector<Real> listSteps(Real metre, Real kilogram) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::Gravity(forces, matter, -YAxis, 9.81 * metre);
+    FlexibleBodySubsystem flexible(system, matter);
+    const Body::Rigid bar(MassProperties(2 * kilogram, Vec3(0, -0.2 * metre, 0),
+                                         Inertia(0.2, 0.01, 0.2) * (kilogram * metre * metre)));
+    const Vec3 link(0, -0.4 * metre, 0);
+    const Rotation first(0.4, ZAxis), second(-0.3, ZAxis), last(0.2, ZAxis);
+    const Vec3 knee = first * link + second * link;
+    MobilizedBody::Pin upper(matter.Ground(), Transform(), bar, Transform());
+    MobilizedBody::Ball lower(upper, link, bar, Vec3(0));
+    MobilizedBody::Free third(matter.Ground(), Transform(), bar, Transform());
+    Joint::Ball(flexible, Attachment(lower, link), third);
+    Joint::Pin(flexible, Attachment(third, link), Attachment(matter.Ground(), knee + last * link));
+    State state = system.realizeTopology();
+    upper.setAngle(state, 0.4);
+    lower.setQToFitRotation(state, ~first * second);
+    third.setQToFitTransform(state, Transform(last, knee));
+    Scheme integrator(system);
+    integrator.setAccuracy(1e-5 * metre);
+    integrator.setConstraintTolerance(1e-8 * metre);
+    std::vector<Real> steps;
+    integrator.setStepObserver([&](Real time) {
+        steps.push_back(time);
+        return true;
+    });
+    integrator.initialize(state);
+    integrator.stepTo(0.5);
+    return steps;
+}
+
+template <class Scheme>
+void expectTheSameStepsInOtherUnits() {
+    const std::vector<Real> inMetres = listSteps<Scheme>(1, 1),
+                            inMillimetres = listSteps<Scheme>(1000, 1e-3);
+    ASSERT_EQ(inMetres.size(), inMillimetres.size());
+    for (size_t k = 0; k < inMetres.size(); ++k)
+        EXPECT_NEAR(inMetres[k], inMillimetres[k], 1e-4 * inMetres[k]) << k;
+}
+
+TEST(ErrorsByPart, OtherUnitsMakeNoOtherSteps) {
+    expectTheSameStepsInOtherUnits<RadauIntegrator>();
+    expectTheSameStepsInOtherUnits<BdfIntegrator>();
+    expectTheSameStepsInOtherUnits<GeneralizedAlphaIntegrator>();
+}
+
 }  // namespace
 }  // namespace simflex

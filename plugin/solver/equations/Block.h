@@ -13,6 +13,7 @@ realize(), then anything else. **/
 #include "simflex/body/FrameMotion.h"
 #include "simflex/solver/NewtonSystem.h"
 #include "simflex/solver/equations/NewtonFactors.h"
+#include "simflex/solver/equations/UnusablePoint.h"
 
 namespace simflex {
 
@@ -112,6 +113,11 @@ public:
     /** Turns speeds, or forces on them, as a body has turned from one pose to another, where their
     axes do not turn with it. **/
     virtual void turnAlong(const double* /*fromQ*/, const double* /*toQ*/, double* /*u*/) const {}
+
+    /** False where no evaluation makes sense, see UnusablePoint.h. **/
+    virtual bool isUsable(const double* q, const double* u) const {
+        return areUsable(q, numQ) && areUsable(u, numU);
+    }
 
     /** Scales quaternions to length 1. **/
     virtual void normalizeQ(double* q) const = 0;

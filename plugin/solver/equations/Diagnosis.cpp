@@ -31,10 +31,11 @@ Real sizeOf(const SpatialVec& force) {
     return std::max(force[0].norm(), force[1].norm());
 }
 
-/** Calls visit(force, bodyForces, mobilityForces) for Simbody's elements but gravity. **/
-template <class Visit>
+/** Calls visit(force, bodyForces, mobilityForces) for Simbody's elements but gravity, or
+fail(force, error) for one that throws. **/
+template <class Visit, class Fail>
 void visitForeignForces(const Evaluation& equations, double time, const double* q, const double* u,
-                        Visit visit) {
+                        Visit visit, Fail fail) {
     const MultibodySystem& system = *equations.getTopology().system;
     const State& start = equations.getSimbody().getState();
     State state = start;
@@ -48,10 +49,14 @@ void visitForeignForces(const Evaluation& equations, double time, const double* 
         for (ForceIndex f(0); f < forces->getNumForces(); ++f) {
             if (forces->isForceDisabled(start, f)) continue;
             forces->setForceIsDisabled(state, f, false);
-            system.realize(state, Stage::Dynamics);
-            visit(forces->getForce(f),
-                  system.getRigidBodyForces(state, Stage::Dynamics) - otherBodyForces,
-                  system.getMobilityForces(state, Stage::Dynamics) - otherMobilityForces);
+            try {
+                system.realize(state, Stage::Dynamics);
+                visit(forces->getForce(f),
+                      system.getRigidBodyForces(state, Stage::Dynamics) - otherBodyForces,
+                      system.getMobilityForces(state, Stage::Dynamics) - otherMobilityForces);
+            } catch (const std::exception& error) {
+                fail(forces->getForce(f), error);
+            }
             forces->setForceIsDisabled(state, f, true);
         }
 }
@@ -84,10 +89,34 @@ std::vector<Link> listLinks(const Evaluation& equations) {
 std::string findNonFinite(Evaluation& equations, double time, const double* q, const double* u) {
     std::ostringstream at;
     at << " at t = " << time << " s";
-    if (!isFinite(q, equations.getTopology().numQ) || !isFinite(u, equations.getTopology().numU))
-        return "";
-    equations.realize(time, q, u);
     const Topology& topology = equations.getTopology();
+    for (const auto& block : equations.getBlocks().all)
+        if (!block->isUsable(q + block->firstQ, u + block->firstU)) return "";
+    std::string culprit;
+    const auto visit = [&](const Force& force, const Vector_<SpatialVec>& bodyForces,
+                           const Vector& mobilityForces) {
+        bool isGood = true;
+        for (int i = 0; i < bodyForces.size(); ++i) isGood = isGood && isFinite(bodyForces[i]);
+        for (int i = 0; i < mobilityForces.size(); ++i)
+            isGood = isGood && std::isfinite(mobilityForces[i]);
+        if (!isGood && culprit.empty()) culprit = describeForce(force) + " is not" + at.str();
+    };
+    const auto fail = [&](const Force& force, const std::exception& error) {
+        if (!culprit.empty()) return;
+        const std::string said = error.what();
+        culprit = describeForce(force) + " fails" + at.str() + " (" +
+                  said.substr(0, said.find('\n')) + ")";
+    };
+    try {
+        equations.realize(time, q, u);
+    } catch (const std::exception&) {
+        // One of Simbody's forces, or what they act on.
+        try {
+            visitForeignForces(equations, time, q, u, visit, fail);
+        } catch (const std::exception&) {
+        }
+        return culprit;
+    }
     const JointTerms& terms = equations.getJoints();
     for (int j = 0; j < int(topology.joints.size()); ++j) {
         const JointRecord& joint = *topology.joints[size_t(j)].record;
@@ -111,19 +140,7 @@ std::string findNonFinite(Evaluation& equations, double time, const double* q, c
         if (!isFinite(r.data(), block->numU))
             return "a load on the whole of '" + block->name + "' is not" + at.str();
     }
-    std::string culprit;
-    if (!topology.hasForeignForces) return culprit;
-    visitForeignForces(equations, time, q, u,
-                       [&](const Force& force, const Vector_<SpatialVec>& bodyForces,
-                           const Vector& mobilityForces) {
-                           bool isGood = true;
-                           for (int i = 0; i < bodyForces.size(); ++i)
-                               isGood = isGood && isFinite(bodyForces[i]);
-                           for (int i = 0; i < mobilityForces.size(); ++i)
-                               isGood = isGood && std::isfinite(mobilityForces[i]);
-                           if (!isGood && culprit.empty())
-                               culprit = describeForce(force) + " is not" + at.str();
-                       });
+    if (topology.hasForeignForces) visitForeignForces(equations, time, q, u, visit, fail);
     return culprit;
 }
 
@@ -220,7 +237,8 @@ std::string findLargestForeignForce(Evaluation& equations, double time, const do
         text.str("");
         text << describeForce(force) << ", " << size << " N or N m";
     };
-    visitForeignForces(equations, time, q, u, compare);
+    visitForeignForces(equations, time, q, u, compare,
+                       [](const Force&, const std::exception&) { throw; });
     return text.str();
 }
 

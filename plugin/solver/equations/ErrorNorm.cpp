@@ -20,6 +20,20 @@ ErrorNorm::ErrorNorm(const Blocks& blocks, const State& state)
     m_zScales = m_zWeights;
     m_referenceQ.assign(size_t(m_numQ), 0);
     m_weighed.assign(size_t(m_numQ), 0);
+    m_otherWeighed = m_weighed;
+    const int numFlexible = int(blocks.flexible.size());
+    for (int b = 0; b < int(blocks.all.size()); ++b) {
+        const Block& block = *blocks.all[size_t(b)];
+        if (b < numFlexible) {
+            m_parts.push_back({b, -1, block.firstQ, block.numQ, block.firstU, block.numU});
+            continue;
+        }
+        int k = 0;
+        for (const RigidTree::Root& root : blocks.rigid[size_t(b - numFlexible)]->getRoots())
+            m_parts.push_back({b, k++, block.firstQ + root.firstQ, root.numQ,
+                               block.firstU + root.firstU, root.numU});
+    }
+    m_sizes.assign(m_parts.size(), 0);
 }
 
 void ErrorNorm::setReference(const double* q, const double* u, const double* z) {
@@ -36,41 +50,65 @@ void ErrorNorm::setReference(const double* q, const double* u, const double* z) 
     for (int i = 0; i < m_numU; ++i) m_uScales[size_t(i)] = calcScale(u[i], m_uWeights[size_t(i)]);
 }
 
-double ErrorNorm::calcNorm(int size, const double* values, const double* scales, int* worst) const {
+double ErrorNorm::calcNorm(int size, const double* values, const double* scales) const {
     double largest = 0, sum = 0;
     for (int i = 0; i < size; ++i) {
         const double value = std::abs(scales ? scales[i] * values[i] : values[i]);
-        if (!(value <= largest)) {
-            largest = value;
-            if (worst) *worst = i;
-        }
+        largest = largerOrNaN(largest, value);
         sum += value * value;
-        if (std::isnan(value)) return value;
     }
-    return m_kind == Kind::Infinity || size == 0 ? largest : std::sqrt(sum / size);
+    return m_kind == Kind::Infinity || size == 0 || std::isnan(largest) ? largest
+                                                                        : std::sqrt(sum / size);
+}
+
+void ErrorNorm::weigh(const double* deltaQ, std::vector<double>& weighed) const {
+    if (m_kind == Kind::Displacement) return;
+    for (const RigidTree* tree : m_blocks.rigid)
+        tree->weighQ(m_referenceQ.data() + tree->firstQ, m_uWeights.data() + tree->firstU,
+                     deltaQ + tree->firstQ, weighed.data() + tree->firstQ);
+}
+
+double ErrorNorm::calcPartSize(const Part& part, const double* deltaQ, const double* deltaU,
+                               const std::vector<double>& weighed, double h) const {
+    if (m_kind != Kind::Displacement)
+        return largerOrNaN(
+            calcNorm(part.numQ, weighed.data() + part.firstQ, nullptr),
+            calcNorm(part.numU, deltaU + part.firstU, m_uScales.data() + part.firstU));
+    const Block& block = *m_blocks.all[size_t(part.block)];
+    const double *dq = deltaQ + block.firstQ, *du = deltaU + block.firstU;
+    if (part.root < 0)
+        return largerOrNaN(block.calcQDisplacement(dq), block.calcUDisplacement(du, h));
+    const RigidTree& tree = *m_blocks.rigid[size_t(part.block) - m_blocks.flexible.size()];
+    const RigidTree::Root& root = tree.getRoots()[size_t(part.root)];
+    return largerOrNaN(tree.calcQDisplacement(root, dq), h * tree.calcDisplacement(root, du));
 }
 
 double ErrorNorm::calcSize(const double* deltaQ, const double* deltaU, double h, int* worst) {
-    if (m_kind != Kind::Displacement) {
-        for (const RigidTree* tree : m_blocks.rigid)
-            tree->weighQ(m_referenceQ.data() + tree->firstQ, m_uWeights.data() + tree->firstU,
-                         deltaQ + tree->firstQ, m_weighed.data() + tree->firstQ);
-        int worstQ = 0, worstU = 0;
-        const double ofQ = calcNorm(m_numQ, m_weighed.data(), nullptr, &worstQ);
-        const double ofU = calcNorm(m_numU, deltaU, m_uScales.data(), &worstU);
-        for (int b = 0; worst && b < int(m_blocks.all.size()); ++b)
-            if (ofQ > ofU ? m_blocks.all[size_t(b)]->firstQ <= worstQ
-                          : m_blocks.all[size_t(b)]->firstU <= worstU)
-                *worst = b;
-        return std::isnan(ofQ) ? ofQ : ofU > ofQ || std::isnan(ofU) ? ofU : ofQ;
+    weigh(deltaQ, m_weighed);
+    if (m_kind == Kind::RootMeanSquare) {
+        // The mean is taken over all there is; the worst of it is named by part.
+        int worstPart = 0;
+        double largest = 0;
+        for (int k = 0; worst && k < int(m_parts.size()); ++k) {
+            const double size = calcPartSize(m_parts[size_t(k)], deltaQ, deltaU, m_weighed, h);
+            if (size <= largest) continue;
+            largest = size;
+            worstPart = k;
+        }
+        if (worst && !m_parts.empty()) *worst = m_parts[size_t(worstPart)].block;
+        return largerOrNaN(calcNorm(m_numQ, m_weighed.data(), nullptr),
+                           calcNorm(m_numU, deltaU, m_uScales.data()));
     }
-    return m_blocks.findLargest(
-        [&](int b) {
-            const Block& block = *m_blocks.all[size_t(b)];
-            return std::max(block.calcQDisplacement(deltaQ + block.firstQ),
-                            block.calcUDisplacement(deltaU + block.firstU, h));
-        },
-        worst);
+    parallelFor(int(m_parts.size()), m_blocks.numThreads, [&](int k) {
+        m_sizes[size_t(k)] = calcPartSize(m_parts[size_t(k)], deltaQ, deltaU, m_weighed, h);
+    });
+    double largest = 0;
+    for (size_t k = 0; k < m_parts.size(); ++k) {
+        if (m_sizes[k] <= largest || std::isnan(largest)) continue;
+        largest = m_sizes[k];
+        if (worst) *worst = m_parts[k].block;
+    }
+    return largest;
 }
 
 double ErrorNorm::calcChange(const double* deltaU, double stiffness, int* worst,
@@ -78,15 +116,15 @@ double ErrorNorm::calcChange(const double* deltaU, double stiffness, int* worst,
     const double displacement = stiffness * m_blocks.calcDisplacement(deltaU, worst, prepare);
     if (m_kind == Kind::Displacement || !std::isfinite(displacement)) return displacement;
     // N W N⁺ δq = γ N W δu, about as large as γ W δu.
-    return std::max(stiffness * calcNorm(m_numU, deltaU, m_uWeights.data(), nullptr),
-                    calcNorm(m_numU, deltaU, m_uScales.data(), nullptr));
+    return largerOrNaN(stiffness * calcNorm(m_numU, deltaU, m_uWeights.data()),
+                       calcNorm(m_numU, deltaU, m_uScales.data()));
 }
 
 double ErrorNorm::calcZSize(const double* deltaZ) const {
+    if (m_kind == Kind::RootMeanSquare) return calcNorm(m_numZ, deltaZ, m_zScales.data());
     double largest = 0;
-    if (m_kind == Kind::RootMeanSquare) return calcNorm(m_numZ, deltaZ, m_zScales.data(), nullptr);
     for (int i = 0; i < m_numZ; ++i)
-        largest = std::max(largest, std::abs(m_zScales[size_t(i)] * deltaZ[i]));
+        largest = largerOrNaN(largest, std::abs(m_zScales[size_t(i)] * deltaZ[i]));
     return largest;
 }
 

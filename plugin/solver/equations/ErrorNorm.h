@@ -2,8 +2,13 @@
 /** @file
 Size of errors, in metres or as SimTK::Integrator has it (private header). With Simbody's norms: the
 largest of three, infinity or root-mean-square norms of N W N⁺ δq with the State's weights W of
-speeds, and of δu and δz by the larger of value and 1/weight. **/
+speeds, and of δu and δz by the larger of value and 1/weight.
 
+A *part* is a flexible body, or a tree of rigid bodies that stands on Ground. In metres parts are
+measured one by one and the largest counts. Root mean squares are taken over the whole system, as
+Simbody takes them: what rests makes the errors of what moves smaller. **/
+
+#include <cmath>
 #include <vector>
 
 #include "simflex/solver/equations/Blocks.h"
@@ -27,7 +32,7 @@ public:
     /** Values that errors are relative to from now on. **/
     void setReference(const double* q, const double* u, const double* z);
 
-    /** Of a step's end; `worst` receives the block. **/
+    /** Of a step's end, NaN if something is; `worst` receives the block. **/
     double calcSize(const double* deltaQ, const double* deltaU, double h, int* worst = nullptr);
     /** Of a change of u at a step's end, and of q by stiffness times that.
     @param prepare  if given, writes a block's part of the change, from several threads **/
@@ -35,15 +40,49 @@ public:
                       const std::function<void(int b)>& prepare = {}) const;
     double calcZSize(const double* deltaZ) const;
 
+    /** An error of each coordinate, speed and z. **/
+    struct Error {
+        std::vector<double> q, u, z;
+    };
+    /** Multiplies the error of each part, and of each z, by factor(its size, its size in `other`).
+     * **/
+    template <class Factor>
+    void scaleByPart(Error& error, const Error& other, double h, const Factor& factor) {
+        weigh(error.q.data(), m_weighed);
+        weigh(other.q.data(), m_otherWeighed);
+        for (const Part& part : m_parts) {
+            const double scale = factor(calcPartSize(part, error, m_weighed, h),
+                                        calcPartSize(part, other, m_otherWeighed, h));
+            for (int i = 0; i < part.numQ; ++i) error.q[size_t(part.firstQ + i)] *= scale;
+            for (int i = 0; i < part.numU; ++i) error.u[size_t(part.firstU + i)] *= scale;
+        }
+        for (size_t i = 0; i < error.z.size(); ++i)
+            error.z[i] *=
+                factor(std::abs(m_zScales[i] * error.z[i]), std::abs(m_zScales[i] * other.z[i]));
+    }
+
 private:
-    double calcNorm(int size, const double* values, const double* scales, int* worst) const;
+    struct Part {
+        int block, root;  ///< root: of a tree of rigid bodies, else −1
+        int firstQ, numQ, firstU, numU;
+    };
+    double calcNorm(int size, const double* values, const double* scales) const;
+    /** Writes N W N⁺ δq where the norm is Simbody's. **/
+    void weigh(const double* deltaQ, std::vector<double>& weighed) const;
+    double calcPartSize(const Part& part, const double* deltaQ, const double* deltaU,
+                        const std::vector<double>& weighed, double h) const;
+    double calcPartSize(const Part& part, const Error& error, const std::vector<double>& weighed,
+                        double h) const {
+        return calcPartSize(part, error.q.data(), error.u.data(), weighed, h);
+    }
 
     const Blocks& m_blocks;
+    std::vector<Part> m_parts;
     int m_numQ, m_numU, m_numZ;
     Kind m_kind = Kind::Displacement;
     std::vector<double> m_uWeights, m_zWeights;  ///< the State's
     std::vector<double> m_referenceQ, m_uScales, m_zScales;
-    std::vector<double> m_weighed;  ///< numQ, used within calcSize()
+    std::vector<double> m_weighed, m_otherWeighed, m_sizes;  ///< workspaces
 };
 
 }  // namespace simflex

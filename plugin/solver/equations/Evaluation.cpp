@@ -68,12 +68,25 @@ void Evaluation::require(Stage stage, const char* method) const {
                                (stage == Stage::Residual ? "calcResidual()" : "realize()"));
 }
 
+void Evaluation::refusePoint(int block) const {
+    throw UnusablePoint("positions or speeds of '" + getBlock(block).name +
+                            "' are not finite numbers, or beyond any sense",
+                        block);
+}
+
+void Evaluation::requireUsable(const double* q, const double* u) const {
+    for (int b = 0; b < m_topology->numBlocks(); ++b)
+        if (!getBlock(b).isUsable(q + getBlock(b).firstQ, u + getBlock(b).firstU)) refusePoint(b);
+}
+
 void Evaluation::prescribe(double time, double gamma, const double* uHist, double* q, double* u) {
+    if (m_simbody->getPrescribed()) requireUsable(q, u);
     m_simbody->prescribe(m_functions->clampTime(time), gamma, uHist, q, u);
 }
 
 void Evaluation::realize(double time, const double* q, const double* u) {
     m_stage = Stage::Nothing;
+    requireUsable(q, u);
     time = m_functions->clampTime(time);
     m_functions->moveTo(time);
     m_simbody->realize(time, q, u);
@@ -107,6 +120,14 @@ void Evaluation::realizeBatch(int batch, const double* q, const double* u) {
     for (int b : m_topology->batches[size_t(batch)]) {
         Block& block = *m_blocks->all[size_t(b)];
         block.realize(m_blocks->context, q + block.firstQ, u + block.firstU);
+    }
+}
+
+void Evaluation::placeBatch(int batch, const BlockVisit& place, const double* q, const double* u,
+                            std::atomic<int>& unusable) const {
+    for (int b : m_topology->batches[size_t(batch)]) {
+        place(b);
+        if (!getBlock(b).isUsable(q + getBlock(b).firstQ, u + getBlock(b).firstU)) unusable = b;
     }
 }
 
@@ -156,9 +177,10 @@ void Evaluation::evaluate(double time, MotionLevel level, const NewtonFactors& f
     moveTo(time);
     // Forces of elements come last, from where all bodies are.
     const bool isFinishedByJoints = m_topology->elements.empty();
+    std::atomic<int> unusable{-1};
     visitGroups(
         [&](int k) {
-            for (int b : m_topology->batches[size_t(k)]) place(b);
+            placeBatch(k, place, q, u, unusable);
             realizeBatch(k, q, u);
             calcBatchResidual(k, q, u, uDot, r);
         },
@@ -167,6 +189,7 @@ void Evaluation::evaluate(double time, MotionLevel level, const NewtonFactors& f
             m_joints.addInForces(b, lambda, r + getBlock(b).firstU);
             if (isFinishedByJoints) finish(b);
         });
+    if (unusable >= 0) refusePoint(unusable);
     m_joints.noteJacobians();
     if (level == MotionLevel::Position)
         for (int k = 0; k < m_topology->numMultipliers; ++k) c[k] /= factors.stiffness;
@@ -180,18 +203,22 @@ void Evaluation::evaluate(double time, MotionLevel level, const NewtonFactors& f
 void Evaluation::realizePositions(double time, const BlockVisit& place, const double* q,
                                   const double* u, double* g) {
     moveTo(time);
+    std::atomic<int> unusable{-1};
     visitGroups(
         [&](int k) {
-            for (int b : m_topology->batches[size_t(k)]) place(b);
+            placeBatch(k, place, q, u, unusable);
             realizeBatch(k, q, u);
         },
         [&](int j) { m_joints.calcErrors(j, g); }, [](int) {});
+    if (unusable >= 0) refusePoint(unusable);
     clearFrictionRows(g);
     m_loads.realize();
     m_stage = Stage::Velocities;
 }
 
 void Evaluation::setZ(const double* z) {
+    if (!areUsable(z, m_topology->numZ))
+        throw UnusablePoint("auxiliary variables z are not finite numbers, or beyond any sense");
     m_simbody->setZ(z);
     m_loads.setStates(z);
 }
@@ -335,11 +362,18 @@ double Evaluation::calcPower(const double* q, const double* u, const double* uDo
 void Evaluation::calcTimedLoads(double time, const NewtonFactors& factors, const double* q,
                                 const double* u, const double* uDot, double* r, double* g) {
     require(Stage::Velocities, "calcTimedLoads");
+    requireUsable(q, u);
     m_timedLoads.calc(time, factors, q, u, uDot, m_joints, m_loads, r, g);
+}
+
+void Evaluation::calcTimedMotions(double time, double* q, double* u) {
+    requireUsable(q, u);
+    m_timedLoads.calcMotions(time, q, u);
 }
 
 void Evaluation::calcZDot(const double* q, const double* u, const double* uDot, const double* z,
                           double* zDot) {
+    if (m_topology->hasForeignZ()) requireUsable(q, u);
     m_simbody->calcZDot(m_functions->get().time, q, u, uDot, z, zDot);
     m_loads.calcStateRates(zDot);
 }

@@ -4,6 +4,9 @@ The equations of motion of a whole system, block by block, at one (t, q, u) (pri
 
     r = M(q) u̇ + b(q, u) − f(q, u, t) + G(q)ᵀλ,    g(q, t),    ġ = G u + ∂g/∂t
 
+No point is evaluated that is not finite or beyond any sense: what takes coordinates, speeds or z
+throws UnusablePoint then, before Simbody or any force sees them.
+
 Stages follow each other: realize() (positions and velocities) → calcResidual() →
 formNewtonSystem(); what is asked out of turn is refused. The terms:
 
@@ -23,6 +26,7 @@ evaluated here; Simbody is asked only for rigid trees with other mobilizers and 
 It has more than 25 methods because it hands out what it is made of: half of them give access to a
 part. **/
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -134,9 +138,7 @@ public:
     /** See TimedLoads. **/
     void calcTimedLoads(double time, const NewtonFactors& factors, const double* q, const double* u,
                         const double* uDot, double* r, double* g);
-    void calcTimedMotions(double time, double* q, double* u) {
-        m_timedLoads.calcMotions(time, q, u);
-    }
+    void calcTimedMotions(double time, double* q, double* u);
     void calcZDot(const double* q, const double* u, const double* uDot, const double* z,
                   double* zDot);
     /**@}**/
@@ -170,6 +172,10 @@ public:
 private:
     enum class Stage { Nothing, Velocities, Residual };
 
+    /** @throws UnusablePoint **/
+    void requireUsable(const double* q, const double* u) const;
+    [[noreturn]] void refusePoint(int block) const;
+
     /** Batches worked on by one thread, one after another, and what of their neighbourhood belongs
     to them alone: joints between their blocks, and blocks that have no other joints. **/
     struct Group {
@@ -184,6 +190,9 @@ private:
     void realizeBlocks(const double* q, const double* u);
     void clearFrictionRows(double* rows) const;
     void realizeBatch(int batch, const double* q, const double* u);
+    /** Places the blocks of a batch; `unusable` receives one that stands nowhere. **/
+    void placeBatch(int batch, const BlockVisit& place, const double* q, const double* u,
+                    std::atomic<int>& unusable) const;
     /** Without what comes from joints, Simbody and force elements. **/
     void calcBatchResidual(int batch, const double* q, const double* u, const double* uDot,
                            double* r);

@@ -97,6 +97,9 @@ public:
     void calcQDot(const EvaluationContext& context, const double* q, const double* u,
                   double* qDot) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
+    bool isUsable(const double* q, const double* u) const override {
+        return Block::isUsable(q, u) && isUsableQuaternion(q);
+    }
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
     double calcDisplacement(const double* delta) const override;

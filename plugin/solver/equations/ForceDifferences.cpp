@@ -8,6 +8,7 @@
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/solver/equations/ForceElements.h"
+#include "simflex/solver/equations/UnusablePoint.h"
 
 namespace simflex {
 
@@ -101,8 +102,8 @@ const Vector& ForceDifferences::calcForce() {
             m_mobilityForces -= m_system.getMobilityForces(m_without, Stage::Dynamics);
         }
     } catch (const std::exception& error) {
-        throw std::runtime_error(m_selection.describe() + " failed near t = " +
-                                 std::to_string(m_moved.getTime()) + " s: " + error.what());
+        throw UnusablePoint(m_selection.describe() + " failed near t = " +
+                            std::to_string(m_moved.getTime()) + " s: " + error.what());
     }
     matter.multiplyBySystemJacobianTranspose(m_moved, m_bodyForces, m_force);
     m_force += m_mobilityForces;
@@ -121,7 +122,7 @@ const MatrixXd& ForceDifferences::calcMatrix(const State& state, double gamma) {
             for (int i = 0; i < n; ++i) {
                 const double f = force[m_speeds[size_t(i)].u];
                 if (!std::isfinite(f))
-                    throw std::runtime_error(
+                    throw UnusablePoint(
                         m_selection.describe() + " is not a finite number near t = " +
                         std::to_string(state.getTime()) + " s where mobilized body " +
                         std::to_string(int(speed.body)) + " moves a little");

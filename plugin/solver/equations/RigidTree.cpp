@@ -608,6 +608,13 @@ void RigidTree::turnAlong(const double* fromQ, const double* toQ, double* u) con
     }
 }
 
+bool RigidTree::isUsable(const double* q, const double* u) const {
+    return Block::isUsable(q, u) &&
+           std::all_of(m_bodies.begin(), m_bodies.end(), [&](const RigidBody& body) {
+               return !hasQuaternion(body) || isUsableQuaternion(q + body.q0);
+           });
+}
+
 void RigidTree::normalizeQ(double* q) const {
     for (const RigidBody& body : m_bodies)
         if (hasQuaternion(body)) Map<Vector4d>(q + body.q0, 4).normalize();
@@ -618,20 +625,24 @@ void RigidTree::alignQ(const double* reference, double* q) const {
         if (hasQuaternion(body)) alignQuaternion(reference + body.q0, q + body.q0);
 }
 
+double RigidTree::calcDisplacement(const Root& root, const double* delta) const {
+    return Map<const VectorXd>(delta + root.firstU, root.numU)
+        .cwiseProduct(m_uWeights.segment(root.firstU, root.numU))
+        .norm();
+}
+
+double RigidTree::calcQDisplacement(const Root& root, const double* deltaQ) const {
+    return Map<const VectorXd>(deltaQ + root.firstQ, root.numQ)
+        .cwiseProduct(m_qWeights.segment(root.firstQ, root.numQ))
+        .norm();
+}
+
 double RigidTree::calcDisplacement(const double* delta) const {
-    return calcLargest(m_roots, [&](const Root& root) {
-        return Map<const VectorXd>(delta + root.firstU, root.numU)
-            .cwiseProduct(m_uWeights.segment(root.firstU, root.numU))
-            .norm();
-    });
+    return calcLargest(m_roots, [&](const Root& root) { return calcDisplacement(root, delta); });
 }
 
 double RigidTree::calcQDisplacement(const double* deltaQ) const {
-    return calcLargest(m_roots, [&](const Root& root) {
-        return Map<const VectorXd>(deltaQ + root.firstQ, root.numQ)
-            .cwiseProduct(m_qWeights.segment(root.firstQ, root.numQ))
-            .norm();
-    });
+    return calcLargest(m_roots, [&](const Root& root) { return calcQDisplacement(root, deltaQ); });
 }
 
 double RigidTree::calcUDisplacement(const double* deltaU, double h) const {

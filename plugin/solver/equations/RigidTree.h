@@ -80,11 +80,20 @@ public:
     /** Takes this block's part of a vector by Simbody's speeds. **/
     void takeSpeeds(const SimTK::Vector& simbody, double* u) const;
     void turnAlong(const double* fromQ, const double* toQ, double* u) const override;
+    bool isUsable(const double* q, const double* u) const override;
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
     double calcDisplacement(const double* delta) const override;
     double calcQDisplacement(const double* deltaQ) const override;
     double calcUDisplacement(const double* deltaU, double h) const override;
+    /** What belongs to one base body, in the block. **/
+    struct Root {
+        int firstQ, numQ, firstU, numU;
+    };
+    const std::vector<Root>& getRoots() const { return m_roots; }
+    /** The same of one root's bodies. **/
+    double calcDisplacement(const Root& root, const double* delta) const;
+    double calcQDisplacement(const Root& root, const double* deltaQ) const;
     double calcDampingPower(const double*) const override { return 0; }
     void getFromState(const SimTK::State& state, double* q, double* u) const override;
     void putIntoState(const double* q, const double* u, SimTK::State& state) const override;
@@ -191,11 +200,6 @@ private:
     /** "speed 2 of 6 of mobilized body 3". **/
     std::string describe(const char* what, int index, int RigidBody::*first,
                          int RigidBody::*count) const;
-
-    /** What belongs to one base body. **/
-    struct Root {
-        int firstQ, numQ, firstU, numU;
-    };
 
     const SimTK::SimbodyMatterSubsystem& m_matter;
     std::vector<RigidBody> m_bodies;

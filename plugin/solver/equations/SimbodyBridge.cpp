@@ -225,6 +225,8 @@ void SimbodyBridge::addInDifferencedMatrices(const NewtonFactors& factors, Newto
 void SimbodyBridge::takeVariables(const std::vector<DiscreteVarKey>& keys, const State& from) {
     for (State* state : {&m_private, &m_zState})
         if (state->getNumSubsystems() > 0) copyVariables(keys, from, *state);
+    // Forces that a contact subsystem keeps would outlive the contacts that they belong to.
+    m_placedTime = NaN;
     for (ForceDifferences& differences : m_differences) differences.takeVariables(keys, from);
     updateGravity(from);
     updateHeldForces();

@@ -269,6 +269,8 @@ private:
     @param longest  step, of a body's size by which it turns or bends **/
     bool creep(double longest = Infinity, int mostSteps = MostCreepSteps);
     Tangent calcTangent();
+    /** The same; where nothing can be evaluated it is not finite. **/
+    Tangent tryTangent();
     void evaluate(const std::vector<double>& q, VectorXd& r);
     /** What is added to K where it is not positive, or would lead too far. **/
     enum class Brake {
@@ -430,7 +432,7 @@ bool StaticEquilibrium::Search::convergeToMotion() {
     m_motion.setFactor(1);
     for (int iteration = 0; iteration < std::min(MostMotionIterations, m_mostIterations);
          ++iteration) {
-        const Tangent tangent = calcTangent();
+        const Tangent tangent = tryTangent();
         ++numIterations;
         if (!tangent.isFinite) return false;
         const Eigen::Index n = tangent.s.size(), m = tangent.g.size();
@@ -626,6 +628,18 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
         m_forceScale = std::max(m_forceScale, tangent.s[i] * parts);
     }
     return tangent;
+}
+
+StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::tryTangent() {
+    try {
+        return calcTangent();
+    } catch (const UnusablePoint&) {
+        if (!m_mass) throw;
+    } catch (const SimTK::Exception::Base&) {
+        if (!m_mass) throw;
+    }
+    m_equations.updSimbody().setLoadFraction(m_fraction);
+    return {{}, BlockMatrix<double>(m_graph), *m_mass, 1, {}, {}, {}, {}};
 }
 
 void StaticEquilibrium::Search::factor(const Tangent& tangent, double sigma, Brake brake) {
@@ -922,7 +936,7 @@ bool StaticEquilibrium::Search::creep(double longest, int mostSteps) {
         double gap = Infinity;
         int iteration = 0;
         while (iteration < MostCreepIterations && !hasArrived) {
-            Tangent tangent = calcTangent();
+            Tangent tangent = tryTangent();
             ++numIterations;
             ++iteration;
             if (!tangent.isFinite) break;
@@ -1054,7 +1068,7 @@ bool StaticEquilibrium::Search::goAlong(const SolutionPoint& from, double fracti
     const double size = multiplySizes(direction.delta, direction.delta);
     for (int iteration = 0; iteration < MostPathIterations; ++iteration) {
         const VectorXd slope = calcLoadSlope();
-        const Tangent tangent = calcTangent();
+        const Tangent tangent = tryTangent();
         ++numIterations;
         if (!tangent.isFinite) return false;
         m_error = tangent.g.size() > 0 ? tangent.g.cwiseAbs().maxCoeff() : 0;
@@ -1223,7 +1237,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
     if (!m_point.z.empty()) m_equations.setZ(m_point.z.data());
     double firstShift = LeastShift;
     for (int iteration = 0; iteration < m_mostIterations; ++iteration) {
-        const Tangent tangent = calcTangent();
+        const Tangent tangent = tryTangent();
         ++numIterations;
         m_error = 0;
         for (Eigen::Index k = 0; k < tangent.g.size(); ++k)
@@ -1330,7 +1344,7 @@ void StaticEquilibrium::Search::fail(double fraction) {
     m_motion.setFactor(1);
     std::ostringstream text;
     text << "no static equilibrium: ";
-    const Tangent tangent = calcTangent();
+    const Tangent tangent = tryTangent();
     if (tangent.isFinite) {
         const int count = countSoftMotions(tangent);
         factor(tangent, LeastShift);

@@ -132,8 +132,13 @@ std::string FailureDiagnosis::findWorstCoordinate(int b, const double* errorQ, c
 }
 
 std::string FailureDiagnosis::explainNonFinite(const FailedStep& step) const {
-    return explainNonFiniteForces(step.outcome.worstBlock, step.tried.t, step.tried.q,
-                                  step.tried.u);
+    const double t = step.tried.t;
+    const bool isThere =
+        findNonFinite(m_equations, t, step.last.q.data(), step.last.u.data()).empty();
+    const SolutionPoint& point = isThere ? step.tried : step.last;
+    if (step.fault.empty() || !isThere)
+        return explainNonFiniteForces(step.outcome.worstBlock, t, point.q, point.u);
+    return step.fault.substr(0, step.fault.find('\n'));
 }
 
 std::string FailureDiagnosis::explainNonFiniteForces(int block, double t,

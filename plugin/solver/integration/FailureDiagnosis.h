@@ -23,13 +23,14 @@ public:
         const SolutionPoint& tried;  ///< where the last try stood when it was given up
         double h;
         const ImplicitStep::Outcome& outcome;
+        const std::string& fault;  ///< what was said where nothing could be evaluated; else empty
         const std::vector<std::string>& redundancies;  ///< as the last factorization found them
         int numRedundantAtStart;
         bool hasForceJacobians;
         double accuracy;
     };
 
-    /** Forces or positions are not finite numbers: whose. **/
+    /** Forces or positions are not finite numbers, or nothing can be evaluated: whose fault. **/
     std::string explainNonFinite(const FailedStep& step) const;
     std::string explainNonFiniteForces(int block, double t, const std::vector<double>& q,
                                        const std::vector<double>& u) const;

@@ -97,11 +97,11 @@ void ImplicitStep::runFactorization(const std::function<void()>& factorize) {
         factorize();
     } catch (const SingularBlock& error) {
         invalidateMatrix();
-        throw std::runtime_error(
-            FailureDiagnosis(m_equations).explainSingularBlock(error.block, m_system));
-    } catch (const std::runtime_error&) {
+        throw UnusablePoint(
+            FailureDiagnosis(m_equations).explainSingularBlock(error.block, m_system), error.block);
+    } catch (const std::runtime_error& error) {
         invalidateMatrix();
-        throw;
+        throw UnusablePoint(error.what());
     }
     ++m_statistics.factorizations;
 }
@@ -291,7 +291,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     bool refresh =
         m_reuse.beginStep(formula.factors) || blockForm == BlockForm::Dense || forceFullNewton;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
-    bool hasNewDerivatives = false;
+    bool hasNewDerivatives = false, isRefreshed = false;
     FrictionTerms& frictions = m_equations.updFrictions();
     frictions.recall();
 
@@ -347,7 +347,9 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             break;
         }
 
-        const bool isRefreshed = refresh;
+        // What a better matrix makes good says nothing of divergence.
+        const bool isComparable = !refresh || isRefreshed;
+        isRefreshed = refresh;
         if (refresh) {
             hasNewDerivatives |= renewDerivatives(q, u, uDot);
             formAndFactor(formula.factors, q, u, uDot);
@@ -358,23 +360,18 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         solveForMultipliers(!isRefreshed);
         ++m_statistics.newtonIterations;
         const double* deltaLambda = m_solver.getDeltaLambda();
-        double multiplierChange = 0;
-        for (size_t i = 0; i < lambda.size(); ++i) {
-            lambda[i] += deltaLambda[i];
-            multiplierChange = std::max(multiplierChange, std::abs(deltaLambda[i]));
-        }
+        const double multiplierChange = findLargest(deltaLambda, int(lambda.size()));
+        for (size_t i = 0; i < lambda.size(); ++i) lambda[i] += deltaLambda[i];
         const double change = m_equations.updErrorNorm().calcChange(
             m_solver.getDeltaU().data(), stiffness, &outcome.worstBlock, std::cref(substitute));
         if (!isRefreshed) noteDuration(secondsSince(start));
         outcome.displacementChange = change;
-        if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
+        if (!(change <= largestChange) || !std::isfinite(multiplierChange)) break;
         if (iteration > 0) {
-            const double byDisplacement = previousChange > 0 ? change / previousChange : 0;
-            const double byMultiplier =
-                previousMultiplierChange > 0 ? multiplierChange / previousMultiplierChange : 0;
-            m_reuse.noteRate(byDisplacement);
+            m_reuse.noteRate(previousChange > 0 ? change / previousChange : 0);
             const double allowedNoise = tolerances.displacement * accuracy * 1e-3;
-            if (iteration > 1 && byDisplacement > 0.95 && byMultiplier > 0.95 &&
+            if (iteration > 1 && isComparable &&
+                hasStalled(change, previousChange, multiplierChange, previousMultiplierChange) &&
                 change > allowedNoise) {
                 outcome.converged = purpose == Purpose::Projected && hasZConverged &&
                                     change <= LargestNoise * accuracy &&
@@ -416,6 +413,14 @@ bool ImplicitStep::areMultipliersGood(double change, const std::vector<double>& 
                                       double forceScale) const {
     constexpr double RoundOff = 1e-9;
     return change <= std::max(tolerances.multiplier * findLargest(lambda), RoundOff * forceScale);
+}
+
+bool ImplicitStep::hasStalled(double change, double previousChange, double multiplierChange,
+                              double previousMultiplierChange) {
+    // Without joints there are no multipliers, and none that change.
+    constexpr double Slowest = 0.95;
+    return change > Slowest * previousChange &&
+           multiplierChange >= Slowest * previousMultiplierChange;
 }
 
 bool ImplicitStep::needsBetterMatrix(int iteration, bool hasNewDerivatives) {
@@ -508,6 +513,16 @@ double ImplicitStep::calcPositionError(double t, const std::vector<double>& q,
     return findLargest(m_system.c);
 }
 
+double ImplicitStep::tryPositionError(double t, const std::vector<double>& q,
+                                      const std::vector<double>& u) {
+    try {
+        return calcPositionError(t, q, u);
+    } catch (const UnusablePoint&) {
+    } catch (const SimTK::Exception::Base&) {
+    }
+    return SimTK::Infinity;
+}
+
 double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
                                    int* worstRow, std::vector<double>* lambda) {
     const FlushDenormals flush;
@@ -553,9 +568,7 @@ double ImplicitStep::closeJoints(double t, double tolerance, int maxIterations,
                 m_equations.realize(t, q.data(),
                                     u.data());  // N(q) of the start, not of the last trial
             m_equations.getBlocks().displaceQ(delta.data(), trial.data());
-            m_equations.realize(t, trial.data(), u.data());
-            m_equations.calcPositionErrors(m_system.c.data());
-            if (findLargest(m_system.c) < error) break;
+            if (tryPositionError(t, trial, u) < error) break;
         }
         q = trial;
     }

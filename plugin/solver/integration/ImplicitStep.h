@@ -38,7 +38,8 @@ public:
     ImplicitIntegrator::NewtonTolerances tolerances;
     BlockForm blockForm = BlockForm::Automatic;
     double accuracy = 1e-6;
-    bool forceFullNewton = false;  ///< the matrix is formed in every iteration
+    double largestChange = SimTK::Infinity;  ///< of an iteration; beyond it is not gone on
+    bool forceFullNewton = false;            ///< the matrix is formed in every iteration
     std::function<void(const NewtonSystem&)> observer;
 
     /** As many as these or one, whatever is faster. **/
@@ -165,7 +166,8 @@ protected:
     void formAndFactor(const NewtonFactors& factors, const std::vector<double>& q,
                        const std::vector<double>& u, const std::vector<double>& uDot,
                        MotionLevel level = MotionLevel::Acceleration);
-    /** Counts it; where it fails there is no matrix, and the error names the body. **/
+    /** Counts it; where it fails there is no matrix.
+    @throws UnusablePoint that names the body **/
     void runFactorization(const std::function<void()>& factorize);
     void solveLinear();
     /** The same in passes that have more to do. A block's part of r is there: notes its size, and
@@ -207,6 +209,9 @@ protected:
 
     /** @name After an iteration **/
     /**@{**/
+    /** True if it changes no less than the one before: it leads nowhere, or to round-off. **/
+    static bool hasStalled(double change, double previousChange, double multiplierChange,
+                           double previousMultiplierChange);
     /** True if it is slow and a new matrix may do better. **/
     bool needsBetterMatrix(int iteration, bool hasNewDerivatives);
     /** The step's end is known. **/
@@ -237,6 +242,8 @@ private:
     @returns true if there need be no other **/
     bool improveAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
                               std::vector<double>& uDot, std::vector<double>& lambda);
+    /** The same; infinite where the joints cannot be looked at. **/
+    double tryPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);
     /** Gauss–Newton in q until no position error is larger; returns the error. **/
     double closeJoints(double t, double tolerance, int maxIterations, std::vector<double>& q,
                        const std::vector<double>& u);

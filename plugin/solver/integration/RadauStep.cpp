@@ -51,8 +51,9 @@ RadauStep::RadauStep(Evaluation& equations, IntegratorStatistics& statistics)
         m_deltaLambda[size_t(i)] = m_c[size_t(i)];
     }
     m_trial = m_stages[End];
-    m_last = {0, m_trial.q, m_trial.u, m_trial.z};
-    m_change = m_tried = m_last;
+    m_change = {m_trial.q, m_trial.u, m_trial.z};
+    static_cast<ErrorNorm::Error&>(m_last) = m_change;
+    m_tried = m_last;
     m_real.fill(m_system);
     m_history.assign(size_t(topology.numU), 0);
     m_matrixQ = m_trial.q;
@@ -263,7 +264,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
                    blockForm == BlockForm::Dense || forceFullNewton;
     // The first change is judged by itself: what it leaves adds up over many short steps.
     m_reuse.resetRate();
-    bool hasNewDerivatives = false;
+    bool hasNewDerivatives = false, isRefreshed = false;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
     for (int i = 0; i < NumStages; ++i) {
         m_stages[size_t(i)].t = start.t + C[i] * h;
@@ -295,7 +296,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
                 outcome.worstBlock = findNonFiniteBlock();
             }
             outcome.isFinite = outcome.isFinite && std::isfinite(c);
-            bodyResidual = std::max(bodyResidual, r);
+            bodyResidual = largerOrNaN(bodyResidual, r);
             if (c > outcome.constraintResidual) {
                 outcome.constraintResidual = c;
                 outcome.worstRow = row;
@@ -310,7 +311,8 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
             break;
         }
 
-        const bool isRefreshed = refresh;
+        const bool isComparable = !refresh || isRefreshed;
+        isRefreshed = refresh;
         if (refresh) {
             const SolutionPoint& middle = m_stages[Middle];
             hasNewDerivatives |= renewDerivatives(middle.q, middle.u, middle.uDot);
@@ -336,14 +338,14 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
                 change = own;
                 outcome.worstBlock = block;
             }
-            multiplierChange = std::max(multiplierChange, findLargest(deltaLambda));
+            multiplierChange = largerOrNaN(multiplierChange, findLargest(deltaLambda));
         }
         outcome.displacementChange = change;
-        if (!std::isfinite(change) || !std::isfinite(multiplierChange)) break;
+        if (!(change <= largestChange) || !std::isfinite(multiplierChange)) break;
         if (iteration > 0) {
             m_reuse.noteRate(previousChange > 0 ? change / previousChange : 0);
-            if (iteration > 1 && change > 0.95 * previousChange &&
-                multiplierChange > 0.95 * previousMultiplierChange) {
+            if (iteration > 1 && isComparable &&
+                hasStalled(change, previousChange, multiplierChange, previousMultiplierChange)) {
                 // Friction follows multipliers: theirs would be a wrong force.
                 outcome.converged =
                     hasZConverged && change <= LargestNoise * accuracy &&
@@ -405,9 +407,9 @@ bool RadauStep::completeStages(const SolutionPoint& start, double h) {
 }
 
 void RadauStep::calcError(const SolutionPoint& start, const SolutionPoint& end, double h,
-                          std::vector<double>& errorQ, std::vector<double>& errorU,
-                          std::vector<double>& errorZ) {
+                          ErrorNorm::Error& error) {
     const FlushDenormals flush;
+    std::vector<double>&errorQ = error.q, &errorU = error.u, &errorZ = error.z;
     const double gamma = calcFactors(h).mass;
     const auto embed = [&](std::vector<double> SolutionPoint::*value,
                            std::vector<double> SolutionPoint::*derivative,
@@ -448,33 +450,27 @@ void RadauStep::calcError(const SolutionPoint& start, const SolutionPoint& end, 
     for (size_t k = 0; k < errorQ.size(); ++k) errorQ[k] = trial.q[k] - end.q[k];
 }
 
-double RadauStep::calcShareOfError(double h, const std::vector<double>& errorQ,
-                                   const std::vector<double>& errorU,
-                                   const std::vector<double>& errorZ) {
+void RadauStep::reduceError(double h, ErrorNorm::Error& error) {
     m_tried.h = h;
-    m_tried.q = errorQ;
-    m_tried.u = errorU;
-    m_tried.z = errorZ;
-    if (m_last.h == 0) return 1;
+    static_cast<ErrorNorm::Error&>(m_tried) = error;
+    if (m_last.h == 0) return;
     // Of a vibration exp(iωt) the first is 0.03 (ωh)² of the second, and ωh is |Δe|/|e|; ten times
     // as much is taken, as errors of many steps add up. Inside the step the solution is of lower
     // order: its error is 0.13 of the second.
     constexpr double Ratio = 0.3, Least = 1.0 / 30;
-    const auto calcSize = [&](const Error& error) {
-        return std::max(
-            m_equations.updErrorNorm().calcSize(error.q.data(), error.u.data(), h, nullptr),
-            m_equations.updErrorNorm().calcZSize(error.z.data()));
+    const double scale = std::pow(h / m_last.h, 4);
+    const auto subtract = [scale](const std::vector<double>& now, const std::vector<double>& last,
+                                  std::vector<double>& change) {
+        for (size_t k = 0; k < now.size(); ++k) change[k] = now[k] - scale * last[k];
     };
-    const double size = calcSize(m_tried), scale = std::pow(h / m_last.h, 4);
-    m_change = m_last;
-    const auto subtract = [scale](const std::vector<double>& now, std::vector<double>& last) {
-        for (size_t k = 0; k < now.size(); ++k) last[k] = now[k] - scale * last[k];
-    };
-    subtract(errorQ, m_change.q);
-    subtract(errorU, m_change.u);
-    subtract(errorZ, m_change.z);
-    const double change = size > 0 ? calcSize(m_change) / size : 0;
-    return std::clamp(Ratio * change * change, Least, 1.0);
+    subtract(error.q, m_last.q, m_change.q);
+    subtract(error.u, m_last.u, m_change.u);
+    subtract(error.z, m_last.z, m_change.z);
+    m_equations.updErrorNorm().scaleByPart(error, m_change, h, [&](double size, double change) {
+        if (!(size > 0)) return 1.0;
+        const double ratio = change / size;
+        return std::clamp(Ratio * ratio * ratio, Least, 1.0);
+    });
 }
 
 void RadauStep::addInTiming() {

@@ -45,13 +45,12 @@ public:
     stays small in stiff directions.
     @param end  the last stage, after projection **/
     void calcError(const SolutionPoint& start, const SolutionPoint& end, double h,
-                   std::vector<double>& errorQ, std::vector<double>& errorU,
-                   std::vector<double>& errorZ);
+                   ErrorNorm::Error& error);
 
-    /** By how much the step's own error, of order 6, is smaller than this one of order 4: how far
-    it has changed since the last step says how fast the solution is. **/
-    double calcShareOfError(double h, const std::vector<double>& errorQ,
-                            const std::vector<double>& errorU, const std::vector<double>& errorZ);
+    /** The step's own error, of order 6, is smaller than this one of order 4: reduces it to that.
+    How far the error of a part has changed since the last step says how fast its solution is; it
+    tells nothing of other parts. **/
+    void reduceError(double h, ErrorNorm::Error& error);
     /** The step with this error was taken. **/
     void keepError() { std::swap(m_last, m_tried); }
     /** The next step has no past. **/
@@ -92,11 +91,11 @@ private:
     std::vector<double> m_matrixQ;  ///< where it was formed
     std::vector<double> m_zChange;  ///< by stage
     /** Of a step of length h; zero: there was none. **/
-    struct Error {
+    struct Error : ErrorNorm::Error {
         double h = 0;
-        std::vector<double> q, u, z;
     };
-    Error m_tried, m_last, m_change;
+    Error m_tried, m_last;
+    ErrorNorm::Error m_change;
 };
 
 }  // namespace simflex

@@ -13,6 +13,33 @@ namespace simflex {
 
 using SimTK::State;
 
+bool Stepper::tryStep(double h, int order, double* error) {
+    m_fault.clear();
+    try {
+        if (!attemptStep(h, order, error)) return false;
+        const auto areGood = [](const std::vector<double>& values) {
+            return areUsable(values.data(), int(values.size()));
+        };
+        if (std::isnan(*error) || !areGood(m_new.uDot) || !areGood(m_new.lambda) ||
+            !areGood(m_new.z) || !areGood(m_new.zDot) || !std::isfinite(m_new.work))
+            throw UnusablePoint(
+                "the step ends where accelerations, forces of joints or its error "
+                "are not finite numbers",
+                std::max(m_taken.worstBlock, 0));
+        return true;
+    } catch (const UnusablePoint& fault) {
+        m_outcome = ImplicitStep::Outcome();
+        m_outcome.worstBlock = std::max(fault.block, 0);
+        m_fault = fault.what();
+    } catch (const SimTK::Exception::Base& fault) {
+        m_outcome = ImplicitStep::Outcome();
+        m_fault = fault.getMessage();
+    }
+    m_outcome.isFinite = false;
+    m_step->invalidateMatrix();
+    return false;
+}
+
 bool Stepper::attemptStep(double h, int order, double* error) {
     if (solvesStages()) return attemptStages(h, error);
     ++m_statistics.stepsAttempted;
@@ -58,7 +85,8 @@ bool Stepper::attemptStep(double h, int order, double* error) {
         *error = 0;
     else
         *error = m_history.numNodes() > order ? calcError(order) : calcFirstError();
-    if (m_settings.fixedStep == 0 && *error <= 1) *error = std::max(*error, calcUnseenError(order));
+    if (m_settings.fixedStep == 0 && *error <= 1)
+        *error = largerOrNaN(*error, calcUnseenError(order));
     return true;
 }
 
@@ -111,14 +139,14 @@ bool Stepper::attemptStages(double h, double* error) {
     m_formula.factors = RadauStep::calcFactors(h);
     // Lengths of quaternions are no errors.
     m_equations->getBlocks().normalizeQ(m_new.q.data());
-    m_errorQ = m_new.q;
+    m_error.q = m_new.q;
     // Without joints nothing is projected, and the error is evaluated there again.
     const bool isEvaluated =
         m_equations->getTopology().numMultipliers > 0 || m_settings.fixedStep > 0;
     if (isEvaluated && !projectNew(ImplicitStep::Start::Elsewhere)) return false;
-    for (size_t i = 0; i < m_errorQ.size(); ++i) m_errorQ[i] = m_new.q[i] - m_errorQ[i];
-    std::fill(m_errorU.begin(), m_errorU.end(), 0.0);
-    std::fill(m_errorZ.begin(), m_errorZ.end(), 0.0);
+    for (size_t i = 0; i < m_error.q.size(); ++i) m_error.q[i] = m_new.q[i] - m_error.q[i];
+    std::fill(m_error.u.begin(), m_error.u.end(), 0.0);
+    std::fill(m_error.z.begin(), m_error.z.end(), 0.0);
     const double projected = calcErrorSize(h);
     *error = 0;
     if (m_settings.fixedStep > 0) return true;
@@ -126,20 +154,20 @@ bool Stepper::attemptStages(double h, double* error) {
         *error = projected;
         return true;
     }
-    step.calcError(start, m_new, h, m_errorQ, m_errorU, m_errorZ);
-    *error = std::max(projected, calcErrorSize(std::max(h, m_speedTime)) *
-                                     step.calcShareOfError(h, m_errorQ, m_errorU, m_errorZ));
+    step.calcError(start, m_new, h, m_error);
+    step.reduceError(h, m_error);
+    *error = largerOrNaN(projected, calcErrorSize(std::max(h, m_speedTime)));
     if (m_equations->getTimedLoads().hasLoads())
         m_equations->realize(m_new.t, m_new.q.data(), m_new.u.data());
-    if (*error <= 1) *error = std::max(*error, calcUnseenError(m_taken.lastOrder));
+    if (*error <= 1) *error = largerOrNaN(*error, calcUnseenError(m_taken.lastOrder));
     return true;
 }
 
 double Stepper::calcErrorSize(double h) {
-    m_equations->getSimbody().clearPrescribedErrors(m_errorQ.data(), m_errorU.data());
-    return std::max(m_equations->updErrorNorm().calcSize(m_errorQ.data(), m_errorU.data(), h,
-                                                         &m_taken.worstBlock),
-                    m_equations->updErrorNorm().calcZSize(m_errorZ.data())) /
+    m_equations->getSimbody().clearPrescribedErrors(m_error.q.data(), m_error.u.data());
+    return largerOrNaN(m_equations->updErrorNorm().calcSize(m_error.q.data(), m_error.u.data(), h,
+                                                            &m_taken.worstBlock),
+                       m_equations->updErrorNorm().calcZSize(m_error.z.data())) /
            m_settings.accuracy;
 }
 
@@ -147,9 +175,9 @@ double Stepper::calcError(int order) {
     const OneStageScheme::ErrorFactors factors =
         updFormulas().calcErrorFactors(m_history, order, m_new.t);
     const SolutionHistory::Weights prediction = m_history.calcInterpolation(order + 1, m_new.t);
-    m_history.combineQ(prediction, m_errorQ);
-    m_history.combineU(prediction, m_errorU);
-    m_history.combineZ(prediction, m_errorZ);
+    m_history.combineQ(prediction, m_error.q);
+    m_history.combineU(prediction, m_error.u);
+    m_history.combineZ(prediction, m_error.z);
     const int threads = m_equations->getBlocks().numThreads;
     const auto calcDifference = [threads](double factor, const std::vector<double>& values,
                                           std::vector<double>& predicted) {
@@ -163,20 +191,20 @@ double Stepper::calcError(int order) {
             }
         });
     };
-    calcDifference(factors.q, m_new.q, m_errorQ);
-    calcDifference(factors.u, m_new.u, m_errorU);
-    calcDifference(factors.u, m_new.z, m_errorZ);
+    calcDifference(factors.q, m_new.q, m_error.q);
+    calcDifference(factors.u, m_new.u, m_error.u);
+    calcDifference(factors.u, m_new.z, m_error.z);
     return calcErrorSize(m_new.t - m_history[0].t);
 }
 
 double Stepper::calcFirstError() {
     const SolutionPoint& last = m_history[0];
     const double h = m_new.t - last.t, factor = updFormulas().getFirstErrorConstant() * h;
-    std::fill(m_errorQ.begin(), m_errorQ.end(), 0.0);
-    for (size_t i = 0; i < m_errorU.size(); ++i)
-        m_errorU[i] = factor * (m_new.uDot[i] - last.uDot[i]);
-    for (size_t i = 0; i < m_errorZ.size(); ++i)
-        m_errorZ[i] = factor * (m_new.zDot[i] - last.zDot[i]);
+    std::fill(m_error.q.begin(), m_error.q.end(), 0.0);
+    for (size_t i = 0; i < m_error.u.size(); ++i)
+        m_error.u[i] = factor * (m_new.uDot[i] - last.uDot[i]);
+    for (size_t i = 0; i < m_error.z.size(); ++i)
+        m_error.z[i] = factor * (m_new.zDot[i] - last.zDot[i]);
     return calcErrorSize(h);
 }
 
@@ -318,7 +346,7 @@ void Stepper::stepWithin(double limit) {
             order = solvesStages() ? m_order
                                    : std::min(m_fallback.getMaximumOrder(), m_history.numNodes());
         double error = 0;
-        const bool isSolved = attemptStep(h, order, &error);
+        const bool isSolved = tryStep(h, order, &error);
         if (isSolved && error <= 1) {
             // m_history still lacks the new point: the estimates of other orders need it so.
             chooseNextStep(error, h, order);
@@ -380,6 +408,7 @@ void Stepper::failStep(double h, Failure failure, double error) {
                                             m_new,
                                             h,
                                             m_outcome,
+                                            m_fault,
                                             redundancies,
                                             m_numRedundantAtStart,
                                             !m_settings.differentiated.empty(),
@@ -391,8 +420,8 @@ void Stepper::failStep(double h, Failure failure, double error) {
         text << diagnosis.explainNonFinite(step);
     else if (failure == Failure::ErrorTest)
         text << "the error test keeps failing: "
-             << diagnosis.explainLargeError(step, error, m_errorQ.data(), m_errorU.data(),
-                                            m_errorZ);
+             << diagnosis.explainLargeError(step, error, m_error.q.data(), m_error.u.data(),
+                                            m_error.z);
     else if (failure == Failure::Convergence)
         text << "Newton's iteration does not converge: " << diagnosis.explainNoConvergence(step);
     else if (m_step->mayLoseCount())

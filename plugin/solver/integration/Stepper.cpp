@@ -43,6 +43,10 @@ Stepper::Stepper(std::string name, const SimTK::MultibodySystem& system, const S
     chooseSettings();
     m_step->blockForm = m_settings.blockForm;
     m_step->accuracy = m_settings.accuracy;
+    // The error of a step is a part of what the iteration adds to the prediction: where that is so
+    // much larger than the accuracy, the step would be rejected after all.
+    constexpr Real BeyondSense = 1e12;
+    if (m_settings.fixedStep == 0) m_step->largestChange = BeyondSense * m_settings.accuracy;
     m_step->forceFullNewton = m_settings.forceFullNewton;
     m_step->observer = m_settings.observer;
     m_step->setNumThreads(m_settings.numThreads > 0 ? m_settings.numThreads
@@ -53,9 +57,9 @@ Stepper::Stepper(std::string name, const SimTK::MultibodySystem& system, const S
     resize(m_new);
     resize(m_trial);
     m_formula.resize(topology.numQ, topology.numU, topology.numZ);
-    m_errorQ.assign(size_t(topology.numQ), 0);
-    m_errorU.assign(size_t(topology.numU), 0);
-    m_errorZ.assign(size_t(topology.numZ), 0);
+    m_error.q.assign(size_t(topology.numQ), 0);
+    m_error.u.assign(size_t(topology.numU), 0);
+    m_error.z.assign(size_t(topology.numZ), 0);
     m_samples.resize(topology.numQ, topology.numU, topology.numMultipliers);
 }
 
@@ -193,22 +197,24 @@ double Stepper::chooseFirstLength(const SolutionPoint& point, double longest) {
         m_new = point;
         m_new.t = point.t + delta;
         for (size_t i = 0; i < point.u.size(); ++i) {
-            m_errorU[i] = delta * point.u[i] + 0.5 * delta * delta * point.uDot[i];
+            m_error.u[i] = delta * point.u[i] + 0.5 * delta * delta * point.uDot[i];
             m_new.u[i] = point.u[i] + delta * point.uDot[i];
         }
         m_step->calcPositionError(point.t, point.q, point.u);
-        m_equations->getBlocks().displaceQ(m_errorU.data(), m_new.q.data());
+        m_equations->getBlocks().displaceQ(m_error.u.data(), m_new.q.data());
         m_step->calcAccelerations(m_new.t, m_new.q, m_new.u, m_new.uDot, m_new.lambda);
         for (size_t i = 0; i < point.u.size(); ++i)
-            m_errorU[i] = (m_new.uDot[i] - point.uDot[i]) / delta;
-        const double jerk = m_equations->getBlocks().calcDisplacement(m_errorU.data());
+            m_error.u[i] = (m_new.uDot[i] - point.uDot[i]) / delta;
+        const double jerk = m_equations->getBlocks().calcDisplacement(m_error.u.data());
         const double allowed = StepController::Target * m_settings.accuracy /
                                std::max(m_formulas ? m_formulas->getFirstErrorConstant() : 0, 1e-2);
         if (jerk > 0) h = std::cbrt(allowed / jerk);
-        const double jerkSize = m_equations->updErrorNorm().calcChange(m_errorU.data(), 0);
+        const double jerkSize = m_equations->updErrorNorm().calcChange(m_error.u.data(), 0);
         if (jerkSize > 0) h = std::min(h, std::sqrt(allowed / jerkSize));
     } catch (const std::runtime_error&) {
         h = delta;  // the first step will say what is wrong
+    } catch (const SimTK::Exception::Base&) {
+        h = delta;
     }
     return std::min(std::max(std::min(h, longest), 10 * m_settings.minimumStep),
                     calcLongestLength());

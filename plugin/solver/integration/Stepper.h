@@ -125,6 +125,8 @@ private:
     /** Goes on beyond a break at the newest point: starts again there if something jumps. **/
     void passBreak();
     void stepWithin(double limit);
+    /** @returns false if the equations cannot be solved, or not even evaluated **/
+    bool tryStep(double h, int order, double* error);
     bool attemptStep(double h, int order, double* error);
     /** λ at the point's time, where a Newton iteration begins. **/
     void predictLambda(int points, SolutionPoint& point);
@@ -137,7 +139,7 @@ private:
     bool projectNew(ImplicitStep::Start from);
     void acceptStep(double h, int order);
     void chooseNextStep(double error, double h, int order);
-    /** Size of m_errorQ, m_errorU and m_errorZ in units of the accuracy. **/
+    /** Size of m_error in units of the accuracy. **/
     double calcErrorSize(double h);
     double calcError(int order);
     double calcFirstError();
@@ -183,7 +185,8 @@ private:
     bool m_solvesPositions = false;  ///< position equations in Newton's iteration, speeds projected
     int m_worstProjectedRow = -1;
     ImplicitStep::Outcome m_outcome;
-    std::vector<double> m_errorQ, m_errorU, m_errorZ;
+    ErrorNorm::Error m_error;
+    std::string m_fault;  ///< what was said where equations could not be evaluated; else empty
 
     /** Loads and motions at points inside of a step. **/
     struct Samples {

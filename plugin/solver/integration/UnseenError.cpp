@@ -22,7 +22,7 @@ void Stepper::Samples::resize(int numQ, int numU, int numMultipliers) {
 }
 
 double Stepper::calcUnseenError(int order) {
-    return std::max(calcUnseenLoads(order), calcUnseenMotions(order)) / m_settings.accuracy;
+    return largerOrNaN(calcUnseenLoads(order), calcUnseenMotions(order)) / m_settings.accuracy;
 }
 
 double Stepper::calcUnseenLoads(int order) {
@@ -88,7 +88,7 @@ double Stepper::calcUnseenMotions(int order) {
         m_equations->calcTimedMotions(t, q.data(), u.data());
         for (size_t i = 0; i < q.size(); ++i) q[i] -= m_trial.q[i];
         for (size_t i = 0; i < u.size(); ++i) u[i] -= m_trial.u[i];
-        largest = std::max(largest, m_equations->updErrorNorm().calcSize(q.data(), u.data(), h));
+        largest = largerOrNaN(largest, m_equations->updErrorNorm().calcSize(q.data(), u.data(), h));
     }
     return largest;
 }

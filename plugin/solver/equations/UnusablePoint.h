@@ -1,0 +1,48 @@
+#pragma once
+/** @file
+Points at which equations of motion are not evaluated (private header). An iterate that is not
+finite, or beyond any sense, would end in an exception, in a failed assertion or in nonsense of
+whatever is asked there, Simbody or somebody's force. Evaluation refuses such a point before anybody
+sees it; a step that comes to one is tried again with a shorter length. **/
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace simflex {
+
+class UnusablePoint : public std::runtime_error {
+public:
+    /** @param culpritBlock  −1: unknown **/
+    explicit UnusablePoint(const std::string& message, int culpritBlock = -1)
+        : std::runtime_error(message), block(culpritBlock) {}
+    const int block;
+};
+
+/** No quantity of a mechanism is as large in any system of units, and products of a few such
+numbers do not overflow. **/
+constexpr double LargestUsable = 1e50;
+/** Lengths of quaternions, which have no unit; left by steps of some hundred thousand turns. **/
+constexpr double ShortestQuaternion = 1e-6, LongestQuaternion = 1e6;
+
+/** False if one is not a number, or too large. **/
+inline bool areUsable(const double* values, int count) {
+    bool areGood = true;
+    for (int i = 0; i < count; ++i) areGood &= std::abs(values[i]) < LargestUsable;
+    return areGood;
+}
+
+/** False for a quaternion that is no rotation. **/
+inline bool isUsableQuaternion(const double* q) {
+    const double square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    return square > ShortestQuaternion * ShortestQuaternion &&
+           square < LongestQuaternion * LongestQuaternion;
+}
+
+/** std::max() that keeps what is not a number. **/
+inline double largerOrNaN(double a, double b) {
+    return std::isnan(a) || a > b ? a : b;
+}
+
+}  // namespace simflex
