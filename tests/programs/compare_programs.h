@@ -19,7 +19,7 @@ instead of the program's own; COMPARED_SAMPLES, how many states. **/
 #include "simflex/render/FrameReporter.h"
 #include "simflex/render/InputSilo.h"
 #include "simflex/render/OffscreenVisualizer.h"
-#include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #if __has_include("simflex/solver/TimeStepper.h")
 #include "simflex/solver/IntegratorRef.h"
 #include "simflex/solver/TimeStepper.h"
@@ -168,7 +168,7 @@ public:
 
 namespace SimTK {
 #ifdef SIMFLEX_COMPARED
-using ComparedIntegrator = compared::Integrator<simflex::BdfIntegrator>;
+using ComparedIntegrator = compared::Integrator<simflex::RadauIntegrator>;
 using ComparedStiffIntegrator = ComparedIntegrator;
 using ComparedTimeStepper = compared::TimeStepper<simflex::TimeStepper, simflex::IntegratorRef>;
 using ComparedIntegratorRef = simflex::IntegratorRef;

@@ -9,6 +9,10 @@ and what ImplicitIntegrator.h says of all implicit integrators. A start or resta
 step with the trapezoidal rule (BDF2 through the start's values and derivatives), so no step is
 taken at order 1.
 
+With order p the error of the result falls as accuracy^(p/(p+1)): 2/3 at order 2, which flexible
+bodies get, 5/6 at order 5. At the same accuracy it is 3 to 100 times that of Runge–Kutta–Merson or
+RadauIntegrator, which is the one to take for an error about as large as the accuracy.
+
     BdfIntegrator integrator(system);
     integrator.setMaximumOrder(2);
     integrator.initialize(state);

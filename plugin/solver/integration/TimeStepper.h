@@ -3,7 +3,7 @@
 SimTK::TimeStepper for either kind of integrator: reporters and event handlers are called, and
 statuses returned, as Simbody's does.
 
-    BdfIntegrator integ(system);              // was: RungeKuttaMersonIntegrator integ(system);
+    RadauIntegrator integ(system);            // was: RungeKuttaMersonIntegrator integ(system);
     simflex::TimeStepper ts(system, integ);   // was: TimeStepper ts(system, integ);
     ts.initialize(state);
     ts.stepTo(10);
