@@ -5,7 +5,7 @@
 
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/JointEquations.h"
-#include "simflex/forces/TurnState.h"
+#include "simflex/body/TurnState.h"
 
 namespace simflex {
 
@@ -71,12 +71,22 @@ private:
 
 class Coordinate : public Signal::Implementation {
 public:
-    enum class Kind { Value, Rate, Turned };
+    enum class Kind { Value, Rate };
 
-    /** @param state  that counts turns **/
     Coordinate(const JointCoordinate& coordinate, const Attachment& F, const Attachment& M,
-               Kind kind, int state = -1)
-        : m_coordinate(coordinate), m_kind(kind), m_state(state) {
+               Kind kind)
+        : m_coordinate(coordinate), m_kind(kind) {
+        attachments.push_back(F);
+        attachments.push_back(M);
+    }
+    /** With its turns. @param state  that counts them **/
+    Coordinate(const FlexibleBodySubsystem& subsystem, int state, const Attachment& F,
+               const Attachment& M)
+        : m_turns(std::static_pointer_cast<const TurnState>(
+              subsystem.getGuts().states()[size_t(state)])),
+          m_coordinate(m_turns->getCoordinate()),
+          m_kind(Kind::Value),
+          m_state(state) {
         attachments.push_back(F);
         attachments.push_back(M);
     }
@@ -84,9 +94,8 @@ public:
     Real calc(const ElementInputs& now, const Frames& frames, const int* places) const override {
         const FrameMotion &F = frames[unsigned(places[0])], &M = frames[unsigned(places[1])];
         if (m_kind == Kind::Rate) return m_coordinate.calcMotion(F, M)[1];
-        const Real value = m_coordinate.calcValue(F.X, M.X);
-        if (m_kind == Kind::Value) return value;
-        return followTurns(now.states[m_state], value);
+        return m_turns ? m_turns->calcAngle(now.time, now.states[m_state], F.X, M.X)
+                       : m_coordinate.calcValue(F.X, M.X);
     }
 
     void addInGradient(const ElementInputs&, const Frames& frames, const int* places, Real gamma,
@@ -100,9 +109,10 @@ public:
     }
 
 private:
+    std::shared_ptr<const TurnState> m_turns;  ///< null: within half a turn
     JointCoordinate m_coordinate;
     Kind m_kind;
-    int m_state;
+    int m_state = -1;
 };
 
 class AngularVelocity : public Signal::Implementation {
@@ -223,14 +233,6 @@ private:
     std::vector<std::vector<int>> m_places;  ///< of each argument's frames, among all
 };
 
-bool isSame(const Attachment& a, const Attachment& b) {
-    if (a.isFlexible() != b.isFlexible() || a.getMobilizedBodyIndex() != b.getMobilizedBodyIndex())
-        return false;
-    if (a.isFlexible()) return &a.getFlexibleFrame() == &b.getFlexibleFrame();
-    const Transform &A = a.getFrame(), &B = b.getFrame();
-    return A.p() == B.p() && A.R().asMat33() == B.R().asMat33();
-}
-
 }  // namespace
 
 Signal Signal::distance(const Attachment& from, const Attachment& to) {
@@ -287,11 +289,11 @@ Signal Signal::coordinateRate(const Joint& joint, int number) {
 }
 
 Signal Signal::turnedAngle(FlexibleBodySubsystem& subsystem, const Joint& joint, int number,
-                           Real start) {
+                           Real start, const Joint::MotionFunction& lead) {
     const JointCoordinateFrames found = findCoordinate(joint, number);
-    return turnedAngle(subsystem, found.coordinate, found.F, found.M,
-                       "turns of '" + joint.getName() + "', coordinate " + std::to_string(number),
-                       start);
+    if (!found.coordinate.isPeriodic()) return coordinate(found.coordinate, found.F, found.M);
+    const int state = subsystem.updGuts().countTurns(joint.getIndex(), number, start, lead);
+    return Signal(std::make_shared<Coordinate>(subsystem, state, found.F, found.M));
 }
 
 Signal Signal::turnedAngle(FlexibleBodySubsystem& subsystem, const JointCoordinate& angle,
@@ -302,7 +304,7 @@ Signal Signal::turnedAngle(FlexibleBodySubsystem& subsystem, const JointCoordina
     while (state < subsystem.getNumStates() && subsystem.getStateName(state) != name) ++state;
     if (state == subsystem.getNumStates())
         subsystem.adoptState(std::make_unique<TurnState>(name, angle, F, M, start));
-    return Signal(std::make_shared<Coordinate>(angle, F, M, Coordinate::Kind::Turned, state));
+    return Signal(std::make_shared<Coordinate>(subsystem, state, F, M));
 }
 
 Signal Signal::state(int index) {

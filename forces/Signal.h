@@ -54,7 +54,7 @@ public:
 
     /** @name Coordinates of joints [rad, m], and their rates **/
     /**@{**/
-    /** Angles are in (−π, π].
+    /** Angles are in (−π, π]; see turnedAngle() for those that count turns.
     @throws std::out_of_range if the joint has no such coordinate. **/
     static Signal coordinate(const Joint& joint, int number = 0);
     static Signal coordinateRate(const Joint& joint, int number = 0);
@@ -64,10 +64,13 @@ public:
                                  const Attachment& M);
     /** An angle that goes on counting over any number of turns: a state of the subsystem follows
     it, which a run begins at that value of the angle which is nearest to what the State has. A
+    joint has one for each of its angles, which Joint::calcCoordinates() then shows, too. A
     coordinate that is no angle stays what it is.
-    @param start  what a State has that nobody has changed **/
+    @param start  what a State has that nobody has changed
+    @param lead   the motion that leads the angle, if one does: it says which turn the angle is on.
+    Both count where the turns are asked for first. **/
     static Signal turnedAngle(FlexibleBodySubsystem& subsystem, const Joint& joint, int number = 0,
-                              Real start = 0);
+                              Real start = 0, const Joint::MotionFunction& lead = {});
     static Signal turnedAngle(FlexibleBodySubsystem& subsystem, const JointCoordinate& coordinate,
                               const Attachment& F, const Attachment& M, const std::string& name,
                               Real start = 0);

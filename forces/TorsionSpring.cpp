@@ -1,8 +1,8 @@
 #include "simflex/forces/TorsionSpring.h"
 
 #include "simflex/body/ForceElement.h"
+#include "simflex/body/TurnState.h"
 #include "simflex/forces/ElementParameters.h"
-#include "simflex/forces/TurnState.h"
 
 namespace simflex {
 
@@ -66,7 +66,7 @@ private:
 
     /** θ − θ₀ **/
     Real calcTwist(const ElementInputs& now, const Turn& turn) const {
-        return followTurns(now.states[m_turns], turn.angle) - m_freeAngle;
+        return TurnState::followTurns(now.states[m_turns], turn.angle) - m_freeAngle;
     }
 
     Real m_stiffness, m_damping, m_freeAngle;

@@ -206,4 +206,12 @@ FrameMotion Attachment::calcMotion(const State& state) const {
     return shiftMotion(motion, m_X_BA);
 }
 
+bool isSame(const Attachment& a, const Attachment& b) {
+    if (a.isFlexible() != b.isFlexible() || a.getMobilizedBodyIndex() != b.getMobilizedBodyIndex())
+        return false;
+    if (a.isFlexible()) return &a.getFlexibleFrame() == &b.getFlexibleFrame();
+    const SimTK::Transform &A = a.getFrame(), &B = b.getFrame();
+    return A.p() == B.p() && A.R().asMat33() == B.R().asMat33();
+}
+
 }  // namespace simflex

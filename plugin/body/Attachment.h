@@ -74,4 +74,7 @@ private:
     std::shared_ptr<const FlexibleBody> m_body;
 };
 
+/** Whether both are the same place and axes of the same body. **/
+bool isSame(const Attachment& a, const Attachment& b);
+
 }  // namespace simflex

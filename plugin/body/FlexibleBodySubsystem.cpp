@@ -8,6 +8,7 @@
 #include "simflex/body/Joint.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/body/ModalMobilizer.h"
+#include "simflex/body/TurnState.h"
 
 namespace simflex {
 
@@ -92,10 +93,6 @@ Real FlexibleBodySubsystem::getStateValue(const State& state, int index) const {
 void FlexibleBodySubsystem::setStateValue(State& state, int index, Real value) const {
     getGuts().state(index);
     getGuts().updZ(state)[index] = value;
-}
-
-void FlexibleBodySubsystem::startStates(State& state) const {
-    getGuts().startStates(state);
 }
 
 Real FlexibleBodySubsystem::calcKineticEnergy(const State& state) const {
@@ -218,10 +215,49 @@ ElementInputs FlexibleBodySubsystem::Guts::getInputs(const State& state) const {
 void FlexibleBodySubsystem::Guts::startStates(State& state) const {
     for (size_t i = 0; i < m_states.size(); ++i) {
         const Real value = getZ(state)[int(i)];
-        const Real start =
-            m_states[i]->calcStart(value, calcMotions(state, m_states[i]->getAttachments()));
+        const Real start = m_states[i]->calcStart(
+            getInputs(state), value, calcMotions(state, m_states[i]->getAttachments()));
         if (start != value) updZ(state)[int(i)] = start;
     }
+}
+
+int FlexibleBodySubsystem::Guts::countTurns(JointIndex index, int coordinate, Real start,
+                                            const JointEquations::MotionFunction& lead) {
+    JointRecord& own = m_joints.at(size_t(index));
+    if (own.getTurns(coordinate) >= 0) return own.getTurns(coordinate);
+    const auto findFrame = [](const JointRecord& joint, int number) {
+        return &joint.frames[joint.equations->getNumFrames() > 2 ? size_t(2 * number) : 0];
+    };
+    const JointCoordinate& wanted = own.equations->getCoordinate(coordinate);
+    const Attachment* const frames = findFrame(own, coordinate);
+    own.turns.resize(size_t(own.equations->getNumCoordinates()), -1);
+    int& state = own.turns[size_t(coordinate)];
+    // Couplers couple angles of other joints.
+    for (const JointRecord& other : m_joints)
+        for (int k = 0; k < int(other.turns.size()); ++k)
+            if (other.turns[size_t(k)] >= 0 && other.equations->getCoordinate(k) == wanted &&
+                isSame(findFrame(other, k)[0], frames[0]) &&
+                isSame(findFrame(other, k)[1], frames[1]))
+                return state = other.turns[size_t(k)];
+    return state = addState(std::make_unique<TurnState>(
+               "turns of '" + own.name + "', coordinate " + std::to_string(coordinate), wanted,
+               frames[0], frames[1], start, lead));
+}
+
+const TurnState* FlexibleBodySubsystem::Guts::findTurns(JointIndex index, int coordinate) const {
+    const int turns = joint(index).getTurns(coordinate);
+    return turns < 0 ? nullptr : static_cast<const TurnState*>(&state(turns));
+}
+
+void FlexibleBodySubsystem::Guts::setTurn(State& state, JointIndex index, int coordinate,
+                                          Real value) const {
+    const TurnState* const turns = findTurns(index, coordinate);
+    if (!turns) return;
+    const Real time = state.getTime();
+    const Array_<FrameMotion> frames = calcMotions(state, turns->getAttachments());
+    const Real angle =
+        turns->calcAngle(time, turns->calcCount(time, value), frames[0].X, frames[1].X);
+    updZ(state)[joint(index).getTurns(coordinate)] = turns->calcCount(time, angle);
 }
 
 std::string FlexibleBodySubsystem::Guts::findBodyName(SimTK::MobilizedBodyIndex body) const {

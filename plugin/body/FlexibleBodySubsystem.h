@@ -73,8 +73,6 @@ public:
     const std::string& getStateName(int index) const;
     SimTK::Real getStateValue(const SimTK::State& state, int index) const;
     void setStateValue(SimTK::State& state, int index, SimTK::Real value) const;
-    /** Begins those that follow from where the bodies are, as every run does. Stage::Velocity. **/
-    void startStates(SimTK::State& state) const;
     /**@}**/
 
     /** Gets a State ready for one of Simbody's own integrators: sets locked and prescribed

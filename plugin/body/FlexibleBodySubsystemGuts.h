@@ -43,7 +43,14 @@ struct JointRecord {
     std::vector<Attachment> frames;  ///< F, M; of a coupler those of every coordinate
     SimTK::ConstraintIndex constraint;
     std::shared_ptr<const FrictionEquations> friction;  ///< null: none
+    std::vector<int> turns;  ///< by coordinate, the state that counts its turns; −1, or none: none
+
+    int getTurns(int coordinate) const {
+        return size_t(coordinate) < turns.size() ? turns[size_t(coordinate)] : -1;
+    }
 };
+
+class TurnState;
 
 class FlexibleBodySubsystem::Guts : public SimTK::ForceSubsystem::Guts {
 public:
@@ -63,6 +70,12 @@ public:
     void setFriction(JointIndex index, std::shared_ptr<const FrictionEquations> friction);
     void addForceElement(std::unique_ptr<ForceElement> element);
     int addState(std::unique_ptr<StateEquation> equation);
+    /** Counts turns of a joint's coordinate from now on, or of the same coordinate of another joint
+    that has them counted. @param start, lead  as TurnState has them
+    @returns the number of the state
+    @pre the coordinate is periodic. **/
+    int countTurns(JointIndex joint, int coordinate, SimTK::Real start,
+                   const JointEquations::MotionFunction& lead);
     /** Adds to the damping coefficients of a body, n_f [1/s]. **/
     void addModalDamping(FlexibleBodyIndex index, const SimTK::Array_<SimTK::Real>& coefficients);
     /** Adds a full n_f×n_f damping matrix [1/s]. **/
@@ -117,6 +130,8 @@ public:
     }
     const std::vector<std::shared_ptr<const StateEquation>>& states() const { return m_states; }
     const StateEquation& state(int index) const { return *m_states.at(size_t(index)); }
+    /** Null if the turns of this coordinate are not counted. **/
+    const TurnState* findTurns(JointIndex joint, int coordinate) const;
     const FlexibleBodyRecord& body(FlexibleBodyIndex index) const { return m_bodies.at(index); }
     const JointRecord& joint(JointIndex index) const { return m_joints.at(index); }
 
@@ -143,6 +158,9 @@ public:
     ElementInputs getInputs(const SimTK::State& state) const;
     /** Begins all states where they should. Stage::Velocity. **/
     void startStates(SimTK::State& state) const;
+    /** Puts an angle on the turn where it is nearest to `value`; nothing for coordinates whose
+    turns are not counted. Stage::Velocity. **/
+    void setTurn(SimTK::State& state, JointIndex joint, int coordinate, SimTK::Real value) const;
 
     /** Turns the forces of this subsystem, inertia coupling included, off or on in one State
     (Stage::Instance): the BGE solver evaluates them itself. **/

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "simflex/body/JointConstraint.h"
+#include "simflex/body/TurnState.h"
 
 namespace simflex {
 
@@ -42,7 +43,8 @@ private:
 Joint::Joint(FlexibleBodySubsystem& subsystem, std::shared_ptr<const JointEquations> equations,
              std::vector<Attachment> frames, const std::string& name)
     : m_system(&subsystem.getMultibodySystem()), m_subsystem(subsystem.getMySubsystemIndex()) {
-    JointRecord record{name, std::move(equations), std::move(frames), ConstraintIndex(), nullptr};
+    JointRecord record{name, std::move(equations), std::move(frames), ConstraintIndex(), nullptr,
+                       {}};
     if (name.empty())
         for (size_t i = 0; i < record.frames.size(); ++i)
             record.name += (i == 0 ? "" : i % 2 == 0 ? ", " : " - ") + record.frames[i].getName();
@@ -104,8 +106,15 @@ int Joint::getNumCoordinates() const {
 
 Vector Joint::calcCoordinates(const State& state) const {
     Vector coordinates(getNumCoordinates());
-    getEquations().calcCoordinates(Motions(*this, state).frames(),
-                                   coordinates.updContiguousScalarData());
+    const Motions motions(*this, state);
+    getEquations().calcCoordinates(motions.frames(), coordinates.updContiguousScalarData());
+    for (int k = 0; k < coordinates.size(); ++k)
+        if (const TurnState* const turns = guts().findTurns(m_index, k)) {
+            const size_t pair = getEquations().getNumFrames() > 2 ? size_t(2 * k) : 0;
+            const Real z = guts().getZ(state)[guts().joint(m_index).getTurns(k)];
+            coordinates[k] =
+                turns->calcAngle(state.getTime(), z, motions[pair].X, motions[pair + 1].X);
+        }
     return coordinates;
 }
 

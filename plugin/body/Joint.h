@@ -83,8 +83,8 @@ public:
     In the order of q of Simbody's mobilizer of the same name: Cylinder (angle, displacement),
     Universal (about F's x axis, about M's y axis), Planar (angle, x, y). PointOnLine has z,
     PointInPlane (x, y), prescribed motions what they prescribe (PrescribedPose x, y, z), couplers
-    what they couple; Ball, Weld and Rod have none. Angles are in (−π, π], but a Screw's counts
-    turns. Stage::Velocity. **/
+    what they couple; Ball, Weld and Rod have none. Angles are in (−π, π], but those whose turns
+    are counted (see Signal::turnedAngle()), and a Screw's, go on. Stage::Velocity. **/
     /**@{**/
     int getNumCoordinates() const;
     SimTK::Vector calcCoordinates(const SimTK::State& state) const;

@@ -27,6 +27,11 @@ struct JointCoordinate {
     /** True if a turn brings back the same value. **/
     bool isPeriodic() const { return kind == Kind::Angle; }
 
+    bool operator==(const JointCoordinate& other) const {
+        return kind == other.kind && sine[0] == other.sine[0] && sine[1] == other.sine[1] &&
+               cosine[0] == other.cosine[0] && cosine[1] == other.cosine[1] && pitch == other.pitch;
+    }
+
     SimTK::Real calcValue(const SimTK::Transform& F, const SimTK::Transform& M) const;
     /** Value, rate and acceleration. **/
     SimTK::Vec3 calcMotion(const FrameMotion& F, const FrameMotion& M) const;

@@ -156,9 +156,8 @@ private:
     /** Whether a state follows the turns that the State cannot tell. **/
     bool findTurnCounts() const {
         const auto& states = m_bodies.getGuts().states();
-        return std::any_of(states.begin(), states.end(), [](const auto& state) {
-            return state->followsMotion() && !state->isHeld();
-        });
+        return std::any_of(states.begin(), states.end(),
+                           [](const auto& state) { return state->countsTurns(); });
     }
     /** What counts turns knows the one it is on. **/
     void followTurns() {
@@ -301,6 +300,10 @@ void setJointCoordinates(const FlexibleBodySubsystem& bodies, State& state,
             // A joint that cannot go round.
         }
     reachGoals(bodies, state, goals, AngleWay::Shorter, lead);
+    if (angleWay == AngleWay::Shorter) return;
+    for (const JointGoal& goal : goals)
+        bodies.getGuts().setTurn(state, goal.joint.getIndex(), goal.coordinate, goal.value);
+    bodies.getMultibodySystem().realize(state, Stage::Velocity);
 }
 
 void setJointRates(const FlexibleBodySubsystem& bodies, State& state,

@@ -32,8 +32,7 @@ struct JointGoal {
 
 enum class AngleWay {
     Shorter,  ///< round; a whole turn more or less is the same
-    Whole     ///< from what the State tells, within half a turn, to the value, through whole turns
-              ///< where the joints allow it and anything counts them
+    Whole     ///< through whole turns to the value, where the joints allow it and turns are counted
 };
 
 /** Closes the joints and leads coordinates to their values. Torsion springs, and signals that count

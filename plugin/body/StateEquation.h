@@ -44,7 +44,7 @@ public:
 
     /** The value that a run begins with where the State has `value`: another one of a state that
     follows from where the bodies are. **/
-    virtual SimTK::Real calcStart(SimTK::Real value,
+    virtual SimTK::Real calcStart(const ElementInputs& /*now*/, SimTK::Real value,
                                   const SimTK::Array_<FrameMotion>& /*frames*/) const {
         return value;
     }
@@ -52,6 +52,10 @@ public:
     /** True of such a state, and of one that only events change: its rate says nothing about
     equilibria and small motions. **/
     virtual bool followsMotion() const { return false; }
+
+    /** True of one that counts turns of an angle: others need it within half a turn only, so that
+    Newton's method goes without it, and its errors are none. Each step ends at calcStart(). **/
+    virtual bool countsTurns() const { return false; }
 
     /** True of one that handlers of events change, and that holds its value between them: a system
     with it has neither equilibria nor small motions. **/

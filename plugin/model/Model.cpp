@@ -177,7 +177,6 @@ State Model::makeInitialState() const {
 
 void Model::startStates(State& state) const {
     getSystem().realize(state, Stage::Velocity);
-    getFlexibleBodies().startStates(state);
     std::vector<double> values;
     for (const auto& follower : m_contents->system->followers)
         values.push_back(follower.second.calcValue(getFlexibleBodies(), state));

@@ -16,7 +16,6 @@
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/probes/ProbeKinds.h"
-#include "simflex/model/probes/TurnCounter.h"
 #include "simflex/model/session/KeptState.h"
 #include "simflex/model/session/Quantities.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -67,8 +66,7 @@ Session::Session(const ModelText& text, const ModelOptions& options)
       m_options(options),
       m_model(std::make_shared<const Model>(text, options)),
       m_probes(Probes::make(m_model)),
-      m_start(findStart(*m_model)),
-      m_turns(std::make_unique<TurnCounter>(*m_model)) {
+      m_start(findStart(*m_model)) {
     reset();
     if (m_model->getFile().get("initial").get("start").getText() != "static") return;
     for (const std::string& loss : describeLosses(*m_model))
@@ -127,7 +125,6 @@ void Session::start(const State& state, Joints joints) {
     m_integrator = std::move(integrator);
     m_begun = begun;
     m_energyBefore = calcEnergy();
-    m_turns->reset();
 }
 
 void Session::reset() {
@@ -143,21 +140,8 @@ void Session::reset() {
 }
 
 void Session::setState(const State& state) {
-    goTo(state, nullptr, 0);
-}
-
-void Session::goTo(const State& state, const Quantity* wanted, double value) {
-    const std::vector<double> turns = m_turns->save();
     start(state);
-    m_turns->restore(turns);
-    m_turns->follow(getState());
-    if (wanted) m_turns->setTurned(wanted->joint, wanted->coordinate, value);
     recordRow();
-}
-
-double Session::calcCoordinate(const Joint& joint, int coordinate) const {
-    return joint.calcCoordinates(getState())[coordinate] +
-           m_turns->getTurned(joint.getIndex(), coordinate);
 }
 
 std::string Session::describeWhatMoves() const {
@@ -170,8 +154,7 @@ std::string Session::describeWhatMoves() const {
 SavedState Session::save() const {
     std::ostringstream text;
     m_integrator->writeCheckpoint(text);
-    return {describeWhatMoves(), m_begun,       text.str(), m_turns->save(),
-            m_warnings->save(),  m_energyBefore};
+    return {describeWhatMoves(), m_begun, text.str(), m_warnings->save(), m_energyBefore};
 }
 
 void Session::restore(const SavedState& saved) {
@@ -185,7 +168,6 @@ void Session::restore(const SavedState& saved) {
     integrator->readCheckpoint(text, begun);
     m_integrator = std::move(integrator);
     m_begun = begun;
-    m_turns->restore(saved.turns);
     m_warnings->restore(saved.warnings);
     m_energyBefore = saved.energyBefore;
     forgetFrom(getTime());
@@ -209,13 +191,11 @@ SavedState Session::unpack(const std::string& bytes) const {
 }
 
 void Session::keepState(const std::string& path) const {
-    writeKeptState(path, *m_model, {getState(), m_turns->save()});
+    writeKeptState(path, *m_model, getState());
 }
 
 void Session::restoreState(const std::string& path) {
-    const KeptState kept = readKeptState(path, *m_model);
-    start(kept.state, Joints::Closed);
-    m_turns->restore(kept.turns);
+    start(readKeptState(path, *m_model), Joints::Closed);
     forgetFrom(getTime());
     recordRow();
 }
@@ -230,7 +210,6 @@ void Session::forgetFrom(double time) {
 
 void Session::goOnFrom(const Session& other) {
     start(other.getState());
-    m_turns->restore(other.m_turns->save());
     const auto isSame = [](const Probe& a, const Probe& b) {
         return a.name == b.name && a.unit == b.unit && a.columns == b.columns;
     };
@@ -249,11 +228,10 @@ void Session::goOnFrom(const Session& other) {
 // motion
 
 void Session::recordRow() {
-    m_turns->update(getState());
     m_uDot = m_integrator->getUDot();
     m_multipliers = m_integrator->getMultipliers();
-    const std::vector<double> values = m_probes.calc(
-        {getState(), m_uDot, m_multipliers, double(m_integrator->getWork()), m_turns.get()});
+    const std::vector<double> values =
+        m_probes.calc({getState(), m_uDot, m_multipliers, double(m_integrator->getWork())});
     m_record.add(getTime(), values);
     m_warnings->check(getState(), values);
     if (m_pathCount++ % m_pathStride) return;
@@ -354,8 +332,7 @@ LinearSystem Session::linearize(const std::vector<std::string>& inputs,
 
 std::vector<double> Session::calcProbe(const Probe& probe) const {
     std::vector<double> values(probe.columns.size());
-    probe.calc({getState(), m_uDot, m_multipliers, double(m_integrator->getWork()), m_turns.get()},
-               values.data());
+    probe.calc({getState(), m_uDot, m_multipliers, double(m_integrator->getWork())}, values.data());
     return values;
 }
 
@@ -414,8 +391,6 @@ void Session::set(const std::string& path, const std::vector<double>& values) {
                                  (wanted == 1 ? " value" : " values, as in [1, 2, 3]") + ", not " +
                                  std::to_string(values.size()));
     const std::vector<std::string> parts = splitAt(quantity->path, '.');
-    if (quantity->joint.isValid())
-        return goTo(quantity->calcStateWith(values), &*quantity, values[0]);
     if (parts[0] != "inputs") return setState(quantity->calcStateWith(values));
     if (parts.size() == 2) return setInputs({{parts[1], values[0]}});
     const int number = m_model->findInput(parts[1])->state;

@@ -31,7 +31,6 @@ in radians. A Session is for one thread. **/
 namespace simflex {
 namespace model {
 class MotionWarnings;
-class TurnCounter;
 }  // namespace model
 
 /** Values of all probes, row by row; every second row goes when there are more than 100 000. **/
@@ -48,8 +47,6 @@ struct Quantity {
     std::function<std::vector<double>()> get;
     /** The State with new values, as many as get() gives; empty: cannot be set. **/
     std::function<SimTK::State(const std::vector<double>& values)> calcStateWith;
-    JointIndex joint{};  ///< whose coordinate it is, if it is one
-    int coordinate = 0;
 };
 
 /** Where a Session was, to the last bit. **/
@@ -57,7 +54,7 @@ struct SavedState {
     std::string model;   ///< text and settings of what moved
     SimTK::State begun;  ///< where the integration began
     std::string integrator;
-    std::vector<double> turns, warnings;
+    std::vector<double> warnings;
     double energyBefore = 0;
 };
 
@@ -79,8 +76,6 @@ public:
     const Model& getModel() const { return *m_model; }
     /** The file's title, or its name. **/
     std::string getTitle() const;
-    /** Of a joint, with the whole turns of angles in the motion so far. **/
-    double calcCoordinate(const Joint& joint, int coordinate) const;
     const ImplicitIntegrator& getIntegrator() const { return *m_integrator; }
     /** Realized to Stage::Velocity. **/
     const SimTK::State& getState() const { return m_integrator->getState(); }
@@ -212,8 +207,6 @@ private:
     void start(const SimTK::State& state, Joints joints = Joints::ToBeClosed);
     /** Where inputs may change. **/
     void endStepsAt(double time);
-    /** Angles count on from here. @param wanted  null, or a coordinate that gets its values **/
-    void goTo(const SimTK::State& state, const Quantity* wanted, double value);
     void goOnFrom(const Session& other);
     void forgetFrom(double time);
     void recordRow();
@@ -223,7 +216,6 @@ private:
     std::shared_ptr<const Model> m_model;
     model::Probes m_probes;
     SimTK::State m_start, m_begun;
-    std::unique_ptr<model::TurnCounter> m_turns;
     std::unique_ptr<model::MotionWarnings> m_warnings;
     std::unique_ptr<ImplicitIntegrator> m_integrator;
     ProbeRecord m_record;

@@ -68,6 +68,36 @@ protected:
     }
 };
 
+TEST_F(FmuTest, AnglesAreWholeHoweverLongACommunicationStepIs) {
+    const std::string path = make(
+        "simflex: 1\n"
+        "bodies:\n"
+        "  wheel: {mass: 1, inertia: [0.1, 0.1, 0.1]}\n"
+        "  drum: {mass: 1, inertia: [0.1, 0.1, 0.1]}\n"
+        "joints:\n"
+        "  free: {type: pin, between: [ground, wheel]}\n"
+        "  led: {type: pin, between: [ground, drum]}\n"
+        "initial: {rates: {free: 50}}\n"
+        "motions: {drive: {joint: led, position: 30*sin(10*t)}}\n"
+        "probes: {free: {coordinate: free}, led: {coordinate: led}}\n",
+        2);
+    auto slave = begin(path);
+    const auto expectAngles = [&](double t) {
+        EXPECT_NEAR(slave->get("free"), 50 * t, 1e-6) << t;
+        EXPECT_NEAR(slave->get("led"), 30 * std::sin(10 * t), 1e-6) << t;
+    };
+    for (int k = 0; k < 5; ++k) {
+        expectAngles(0.2 * k);
+        EXPECT_TRUE(slave->doStep(0.2 * k, 0.2));
+    }
+    const std::string bytes = slave->save();
+    slave = begin(path);
+    slave->restore(bytes);
+    expectAngles(1);
+    EXPECT_TRUE(slave->doStep(1, 0.3));
+    expectAngles(1.3);
+}
+
 TEST_F(FmuTest, AUnitMovesAsTheSession) {
     for (const int version : {2, 3}) {
         const auto slave = begin(make(kCart, version));

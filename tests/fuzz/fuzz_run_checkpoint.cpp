@@ -22,7 +22,6 @@ std::string makeBytes() {
     checkpoint.inputs = {{"the file of table 'a'", "0123456789abcdef"}, {"mesh 1 of body 'b'", ""}};
     checkpoint.analysis = "run";
     checkpoint.numRows = 12;
-    checkpoint.turns = {1, 2, 3};
     checkpoint.integrator = "state of the integrator";
     model::writeRunCheckpoint(fuzz::getFolder() / "seed", checkpoint);
     return readBytes(fuzz::getFolder() / "seed");

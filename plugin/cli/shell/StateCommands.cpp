@@ -260,9 +260,8 @@ void addStateCommands(std::vector<Command>& commands) {
     commands.push_back(
         {group, "drag", "JOINT VALUE",
          "Move the mechanism until a joint's coordinate has this value",
-         "JOINT.COORDINATE if it has several. An angle goes the shorter way round. Flexible bodies "
-         "keep "
-         "their\nshapes; where the joints cannot be closed with these, they deform as little as "
+         "JOINT.COORDINATE if it has several. An angle goes through whole turns to it. Flexible "
+         "bodies keep their\nshapes; where the joints cannot be closed with these, they deform as little as "
          "needed.",
          2, 2, drag, [](const Shell& shell, const Words& before, const std::string&) {
              std::vector<std::string> names;

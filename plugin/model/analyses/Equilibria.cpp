@@ -18,7 +18,6 @@ The analyses without time: static, eigen, campbell, linear, frequency_response. 
 #include "simflex/model/analyses/StateRows.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/Pictures.h"
-#include "simflex/model/probes/TurnCounter.h"
 #include "simflex/solver/CampbellDiagram.h"
 #include "simflex/solver/StaticEquilibrium.h"
 
@@ -189,13 +188,11 @@ void ModelRun::runStatic(const ModelValue& analysis) {
     Results::Analysis results = makeComplete(name, "static");
     for (const ResultColumn& column : makeColumns()) results.probes.push_back({column, {}});
     const StateRows states(*m_model);
-    TurnCounter turns(*m_model);
     MotionWarnings warnings(*m_model, m_probes,
                             [&](const std::string& message) { warn(name, message); });
-    const auto keep = [&](const State& state, const Vector& multipliers,
-                          const TurnCounter* counted) {
+    const auto keep = [&](const State& state, const Vector& multipliers) {
         const Vector atRest;
-        const std::vector<double> values = m_probes.calc({state, atRest, multipliers, 0, counted});
+        const std::vector<double> values = m_probes.calc({state, atRest, multipliers, 0});
         warnings.checkFinite(state.getTime(), values);
         auto at = values.begin();
         for (Results::Series& series : results.probes) {
@@ -206,10 +203,9 @@ void ModelRun::runStatic(const ModelValue& analysis) {
         const Vector resting(state.getNU(), 0.0);
         if (keepsStates()) states.keepMoment({state, resting, multipliers, 0}, results);
     };
-    if (equilibrium.path.empty()) keep(equilibrium.state, equilibrium.multipliers, nullptr);
+    if (equilibrium.path.empty()) keep(equilibrium.state, equilibrium.multipliers);
     for (const StaticEquilibrium::PathPoint& point : equilibrium.path) {
-        turns.update(point.state);
-        keep(point.state, point.multipliers, &turns);
+        keep(point.state, point.multipliers);
         results.matrices["path"].push_back(
             {point.fraction, double(point.numUnstable), double(point.kind)});
     }

@@ -150,10 +150,7 @@ OutputKinks::OutputKinks(std::vector<std::string> kinks, std::vector<std::string
 LinearOutputPorts::LinearOutputPorts(std::shared_ptr<const Model> model, const Probes& probes,
                                      const std::vector<std::string>& names,
                                      EffectiveStress effectiveStress)
-    : m_model(std::move(model)),
-      m_probes(probes),
-      m_turns(std::make_unique<TurnCounter>(*m_model)),
-      m_effectiveStress(effectiveStress) {
+    : m_model(std::move(model)), m_probes(probes), m_effectiveStress(effectiveStress) {
     choose(names);
 }
 
@@ -221,8 +218,7 @@ LinearOutputs LinearOutputPorts::differentiate(const OperatingPoint& point,
 
 std::vector<double> LinearOutputPorts::calc(const State& state, const Vector& uDot,
                                             const Vector& multipliers) const {
-    m_turns->update(state);
-    const Moment moment{state, uDot, multipliers, 0, m_turns.get()};
+    const Moment moment{state, uDot, multipliers, 0};
     std::vector<double> values, own;
     for (const Choice& choice : m_choices) {
         own.resize(choice.probe.columns.size());

@@ -12,7 +12,6 @@ file. **/
 
 #include "simflex/model/LinearSystem.h"
 #include "simflex/model/probes/Probe.h"
-#include "simflex/model/probes/TurnCounter.h"
 #include "simflex/solver/FrequencyResponse.h"
 
 namespace simflex {
@@ -45,7 +44,7 @@ public:
     EffectiveStress getEffectiveStress() const { return m_effectiveStress; }
     /** Of stresses by components: name and first of six ports, xx, yy, zz, xy, yz, zx. **/
     const std::vector<std::pair<std::string, int>>& getStresses() const { return m_stresses; }
-    /** @param state  realized to Stage::Velocity, near the one before **/
+    /** @param state  realized to Stage::Velocity **/
     std::vector<double> calc(const SimTK::State& state, const SimTK::Vector& uDot,
                              const SimTK::Vector& multipliers) const;
     /** See differentiateOutputs(). @throws OutputKinks. **/
@@ -59,7 +58,6 @@ private:
     };
     std::shared_ptr<const Model> m_model;
     Probes m_probes;
-    std::unique_ptr<TurnCounter> m_turns;
     std::vector<Choice> m_choices;
     std::vector<LinearSystem::Port> m_ports;
     std::vector<std::string> m_names;  ///< by which each port is chosen

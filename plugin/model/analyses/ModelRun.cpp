@@ -426,7 +426,7 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
 
 State ModelRun::findEnd(const std::string& name) const {
     const auto found = m_ends.find(name);
-    if (found != m_ends.end()) return found->second.state;
+    if (found != m_ends.end()) return found->second;
     // Of a run that is gone on with.
     const Results results = readResults(m_resultPath);
     const auto* analysis = seekNamed(results.analyses, name);

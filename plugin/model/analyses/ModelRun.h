@@ -149,11 +149,7 @@ private:
     std::vector<Results::Analysis> m_kept;  ///< earlier results that stay: others are wanted
     std::optional<SimTK::State> m_start;
     std::map<std::string, Equilibrium> m_equilibria;
-    struct End {
-        SimTK::State state;
-        std::vector<double> turns;  ///< as TurnCounter saves them
-    };
-    std::map<std::string, End> m_ends;                          ///< of transient analyses
+    std::map<std::string, SimTK::State> m_ends;                 ///< of transient analyses
     std::vector<std::string> m_failures;                        ///< of parts of analyses
     std::map<std::string, std::vector<std::string>> m_remarks;  ///< by analysis, for the summary
 };

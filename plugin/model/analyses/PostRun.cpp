@@ -18,7 +18,6 @@
 #include "simflex/model/file/YamlTree.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/probes/Probe.h"
-#include "simflex/model/probes/TurnCounter.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/ResultWriter.h"
 
@@ -238,23 +237,17 @@ private:
         result.probes.clear();
         for (const Probe& probe : m_probes.getProbes())
             result.probes.push_back({{probe.name, probe.unit, probe.columns}, {}});
-        TurnCounter turns(*m_model);
-        const std::string from =
-            m_model->getFile().get("analyses").get(analysis.name).get("from").getText();
-        if (const auto end = m_turns.find(from); end != m_turns.end()) turns.restore(end->second);
         for (size_t row = 0; row < countRows(analysis); ++row) {
             if (!m_options.listener.tellProgress(analysis.name,
                                                  double(row) / double(countRows(analysis))))
                 throw Cancelled("nothing has been written");
             const KeptMoment kept = m_states->unpack(analysis, row);
-            turns.update(kept.state);
-            const Moment moment = kept.get(&turns);
+            const Moment moment = kept.get();
             for (size_t k = 0; k < numProbes; ++k) {
                 const Probe& probe = m_probes.getProbes()[k];
                 probe.calc(moment, result.probes[k].rows.emplace_back(probe.columns.size()).data());
             }
         }
-        m_turns[analysis.name] = turns.save();
         for (Results::Series& series : result.probes) keepWhatIsKnown(analysis, series);
         keepErrorBars(analysis, result);
         return result;
@@ -391,7 +384,6 @@ private:
     Probes m_probes;
     bool m_draws = false;
     std::optional<StateRows> m_states;
-    std::map<std::string, std::vector<double>> m_turns;  ///< at the ends of analyses
 };
 
 }  // namespace

@@ -19,7 +19,7 @@ namespace model {
 namespace {
 
 constexpr char CheckpointKind[] = "simflex checkpoint of a run";
-constexpr std::uint32_t CheckpointVersion = 7;
+constexpr std::uint32_t CheckpointVersion = 8;
 constexpr std::size_t MostPacked = 1 << 24;  // bytes of frames that are written at once
 
 std::string readFile(const std::string& path) {
@@ -87,7 +87,7 @@ void visitCheckpoint(Archive& archive, RunCheckpoint& checkpoint) {
                   energy.timeOfError, checkpoint.outputSeconds);
     archive.visit(checkpoint.kept.frames, checkpoint.kept.bytes);
     archive.visit(checkpoint.events, checkpoint.eventTimes);
-    archive.visit(checkpoint.turns, checkpoint.warnings, checkpoint.integrator);
+    archive.visit(checkpoint.warnings, checkpoint.integrator);
 }
 
 std::string sumNumbers(const ReducedBody& part) {

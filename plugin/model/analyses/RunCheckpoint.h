@@ -43,7 +43,6 @@ struct RunCheckpoint {
     std::vector<std::string> events;
     std::vector<double> eventTimes;
 
-    std::vector<double> turns;     ///< as TurnCounter saves them
     std::vector<double> warnings;  ///< as MotionWarnings saves them
     std::string integrator;        ///< as the integrator writes itself
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 
 #include "simflex/forces/JointFriction.h"
 #include "simflex/model/analyses/StateNumbers.h"
@@ -20,6 +21,8 @@ namespace {
 
 using Names = std::vector<std::string>;
 
+constexpr std::string_view TurnsOf = "turns of '";  // a coordinate of a joint
+
 /** Of a mobilizer's coordinates or speeds: x, y, z and a rotation where it is free, else numbers.
  * **/
 Names nameCoordinates(int count, bool areSpeeds) {
@@ -31,6 +34,15 @@ Names nameCoordinates(int count, bool areSpeeds) {
     Names names;
     for (int k = 0; k < count; ++k) names.push_back((areSpeeds ? "u" : "q") + std::to_string(k));
     return names;
+}
+
+/** Of names of columns of z. **/
+std::ptrdiff_t countTurnColumns(const std::map<std::string, Names>& columns) {
+    const auto z = columns.find("z");
+    if (z == columns.end()) return 0;
+    return std::count_if(z->second.begin(), z->second.end(), [](const std::string& name) {
+        return name.compare(0, TurnsOf.size(), TurnsOf) == 0;
+    });
 }
 
 }  // namespace
@@ -175,6 +187,11 @@ State StateRows::unpackState(const Results::Analysis& analysis, size_t row) cons
                                  "it: run the model anew");
     for (const ResultState& kept : ResultStates) {
         const auto& rows = analysis.*kept.rows;
+        if (&rows == &analysis.z &&
+            countTurnColumns(analysis.stateColumns) < countTurnColumns(m_columns))
+            throw std::runtime_error("analysis '" + analysis.name +
+                                     "' is of an older simflex, which did not keep the turns of "
+                                     "angles: run the model anew");
         if (!rows.empty() && rows[row].size() != m_columns.at(kept.name).size())
             throw std::runtime_error("analysis '" + analysis.name + "' has " +
                                      std::to_string(rows[row].size()) + " columns of '" +

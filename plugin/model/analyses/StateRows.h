@@ -28,7 +28,7 @@ struct KeptMoment {
     SimTK::Vector uDot, multipliers;
     double work = 0;
 
-    Moment get(const TurnCounter* turns) const { return {state, uDot, multipliers, work, turns}; }
+    Moment get() const { return {state, uDot, multipliers, work}; }
 };
 
 class StateRows {

@@ -49,7 +49,6 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
       m_analysis(analysis),
       m_name(analysis.getName()),
       m_duration(analysis.get("duration").getNumber()),
-      m_turns(*run.m_model),
       m_warnings(*run.m_model, run.m_probes,
                  [this](const std::string& message) { m_run.warn(m_name, message); }),
       m_kept(Clock::now()) {
@@ -93,8 +92,6 @@ void TransientRun::start(const State& state) {
     m_progress.inputs = calcInputChecksums(*m_run.m_model);
     m_progress.analysis = m_name;
     m_startTime = state.getTime();
-    const auto before = m_run.m_ends.find(m_analysis.get("from").getText());
-    if (before != m_run.m_ends.end()) m_turns.restore(before->second.turns);
     checkMotions(m_run.m_model->getFile(), m_startTime, m_startTime + m_duration);
     m_run.m_model->forgetLawFailure();
     try {
@@ -139,7 +136,6 @@ void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {
     m_startTime = start.getTime();
     std::istringstream text(checkpoint.integrator);
     m_integrator->readCheckpoint(text, start);
-    m_turns.restore(checkpoint.turns);
     m_warnings.restore(checkpoint.warnings);
     std::ostringstream note;
     note << "analysis '" << m_name << "' continues at t = " << m_integrator->getTime() << " of "
@@ -241,9 +237,8 @@ bool TransientRun::watchStep(double time) {
 void TransientRun::takeRow(double time) {
     const Clock::time_point begun = Clock::now();
     const State& state = m_integrator->getState();
-    m_turns.update(state);
     const Moment moment{state, m_integrator->getUDot(), m_integrator->getMultipliers(),
-                        m_integrator->getWork(), &m_turns};
+                        m_integrator->getWork()};
     takeEnergy(moment);
     const std::vector<double> values = m_run.m_probes.calc(moment);
     m_warnings.check(state, values);
@@ -303,7 +298,6 @@ void TransientRun::keep() {
     std::ostringstream text;
     m_integrator->writeCheckpoint(text);
     m_progress.integrator = text.str();
-    m_progress.turns = m_turns.save();
     m_progress.warnings = m_warnings.save();
     writeRunCheckpoint(m_run.getCheckpointPath(), m_progress);
     m_kept = Clock::now();
@@ -326,7 +320,7 @@ void TransientRun::finish() {
                  {"integration_seconds", statistics.totalSeconds - statistics.outputSeconds},
                  {"output_seconds", statistics.outputSeconds + m_progress.outputSeconds}});
     writeEvents();
-    m_run.m_ends[m_name] = {m_integrator->getState(), m_turns.save()};
+    m_run.m_ends[m_name] = m_integrator->getState();
     // Events may have released or locked joints since.
     for (const std::string& line : m_integrator->getRedundantConstraints())
         m_redundant.push_back(line);

@@ -10,7 +10,6 @@ One transient analysis: rows of probes at regular times, States for pictures, ch
 #include "simflex/model/analyses/MotionWarnings.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
 #include "simflex/model/analyses/StateRows.h"
-#include "simflex/model/probes/TurnCounter.h"
 #include "simflex/solver/ImplicitIntegrator.h"
 
 namespace simflex {
@@ -68,7 +67,6 @@ private:
     std::optional<StateRows> m_states;  ///< where they are kept
 
     std::unique_ptr<ImplicitIntegrator> m_integrator;
-    TurnCounter m_turns;
     MotionWarnings m_warnings;
     RunCheckpoint m_progress;
     std::vector<std::string> m_redundant;  ///< constraints that follow from others, at the start

@@ -43,6 +43,7 @@ std::unique_ptr<ModelSystem> ModelBuilder::build() const {
     JointBuilder joints(m_file, m_frames, m_placement);
     joints.addTo(*system);
     addMotions(m_file, m_frames, joints, *system);
+    countTurns(m_file, *system);
     SignalBuilder signals(m_file, m_frames, *system);
     signals.addInputs();
     addEventCounts(m_file, signals);

@@ -2,6 +2,8 @@
 
 #include <map>
 
+#include "simflex/body/JointEquations.h"
+#include "simflex/forces/Signal.h"
 #include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
@@ -119,6 +121,27 @@ void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBu
         });
         system.motions.push_back({name, joint, expression});
     }
+}
+
+void countTurns(const ModelValue& file, ModelSystem& system) {
+    const ModelValue motions = file.get("motions");
+    const auto findLead = [&](const std::string& joint, int coordinate) -> Joint::MotionFunction {
+        for (const std::string& name : motions.getKeys()) {
+            const ModelValue motion = motions.get(name);
+            if (motion.has("joint") && motion.get("joint").getText() == joint &&
+                motion.get("coordinate").getInteger() == coordinate)
+                return makeMotionFunction(
+                    motion.get(motion.has("angle") ? "angle" : "position").getExpression());
+        }
+        return {};
+    };
+    // Gears and couplers have angles of others.
+    for (const bool areCouplers : {false, true})
+        for (const Model::JointEntry& entry : system.joints) {
+            if (entry.joint.getEquations().isCoupler() != areCouplers) continue;
+            for (int k = 0; k < entry.joint.getNumCoordinates(); ++k)
+                Signal::turnedAngle(system.flexible, entry.joint, k, 0, findLead(entry.name, k));
+        }
 }
 
 }  // namespace model

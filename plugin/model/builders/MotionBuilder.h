@@ -28,5 +28,9 @@ const FramePair& findJointFrames(const ModelValue& name, const JointBuilder& joi
 void addMotions(const ModelValue& file, const ModelFrames& frames, const JointBuilder& joints,
                 ModelSystem& system);
 
+/** From now on the system counts turns of all angles of joints, those that motions lead by these.
+@pre the motions were added. **/
+void countTurns(const ModelValue& file, ModelSystem& system);
+
 }  // namespace model
 }  // namespace simflex

@@ -4,7 +4,6 @@ Probes of joints and prescribed motions. **/
 #include "simflex/body/JointEquations.h"
 #include "simflex/forces/JointFriction.h"
 #include "simflex/model/probes/ProbeKinds.h"
-#include "simflex/model/probes/TurnCounter.h"
 
 namespace simflex {
 namespace model {
@@ -33,11 +32,7 @@ Probe makeCoordinates(const std::shared_ptr<const Model>& model, const Joint& jo
     probe.calc = [model, joint, first, count, order](const Moment& moment, double* values) {
         const Vector all = order == Order::Value ? joint.calcCoordinates(moment.state)
                                                  : joint.calcCoordinateDots(moment.state);
-        for (int k = 0; k < count; ++k) {
-            values[k] = all[first + k];
-            if (order == Order::Value && moment.turns)
-                values[k] += moment.turns->getTurned(joint.getIndex(), first + k);
-        }
+        for (int k = 0; k < count; ++k) values[k] = all[first + k];
     };
     return probe;
 }

@@ -14,15 +14,12 @@ energies, and formulas of other probes. **/
 namespace simflex {
 namespace model {
 
-class TurnCounter;
-
 /** What is known at one moment of a run, or of an equilibrium. **/
 struct Moment {
-    const SimTK::State& state;           ///< realized to Stage::Velocity
-    const SimTK::Vector& uDot;           ///< in Simbody's numbering; empty: at rest
-    const SimTK::Vector& multipliers;    ///< see ImplicitIntegrator::getMultipliers()
-    double work = 0;                     ///< of loads and dampers since the start [J]
-    const TurnCounter* turns = nullptr;  ///< in a motion; null: angles are within half a turn
+    const SimTK::State& state;         ///< realized to Stage::Velocity
+    const SimTK::Vector& uDot;         ///< in Simbody's numbering; empty: at rest
+    const SimTK::Vector& multipliers;  ///< see ImplicitIntegrator::getMultipliers()
+    double work = 0;                   ///< of loads and dampers since the start [J]
 
     /** Of the whole system, found when they are first asked for; see calcEnergy(). **/
     mutable std::optional<double> kineticEnergy = {}, potentialEnergy = {};

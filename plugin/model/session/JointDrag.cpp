@@ -59,13 +59,12 @@ DragWish makeWish(const Model& model, const State& state, const Joint& joint, in
 }  // namespace
 
 State dragJoint(const Model& model, const State& state, const Joint& joint, int coordinate,
-                double value, double turned) {
+                double value) {
     DragWish wish = makeWish(model, state, joint, coordinate, false, value);
-    wish.now += turned;
     wish.checkThatNoMotionLeads();
     State moved = state;
     try {
-        setJointCoordinates(model.getFlexibleBodies(), moved, {{joint, coordinate, value - turned}},
+        setJointCoordinates(model.getFlexibleBodies(), moved, {{joint, coordinate, value}},
                             AngleWay::Whole);
     } catch (const std::runtime_error& error) {
         wish.refuse(error.what());

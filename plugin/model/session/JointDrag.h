@@ -7,12 +7,11 @@ Coordinates of joints of a model, and their rates, changed by a person. **/
 namespace simflex {
 namespace model {
 
-/** See simflex::setJointCoordinates(), AngleWay::Whole; the coordinate's rate stays if it can, other
-speeds are made consistent.
-@param turned  what the coordinate is more than the State tells: whole turns [rad]
+/** See simflex::setJointCoordinates(), AngleWay::Whole; the coordinate's rate stays if it can,
+other speeds are made consistent.
 @throws std::runtime_error if the joints or a motion do not allow it, naming which. **/
 SimTK::State dragJoint(const Model& model, const SimTK::State& state, const Joint& joint,
-                       int coordinate, double value, double turned);
+                       int coordinate, double value);
 
 /** See simflex::setJointRates(). @throws the same. **/
 SimTK::State setJointRate(const Model& model, const SimTK::State& state, const Joint& joint,

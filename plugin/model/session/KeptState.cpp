@@ -6,7 +6,6 @@
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/model/Session.h"
 #include "simflex/model/analyses/StateNumbers.h"
-#include "simflex/model/probes/TurnCounter.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
@@ -17,7 +16,7 @@ using SimTK::State;
 namespace {
 
 const char* const StateTitle = "simflex state";
-constexpr int StateVersion = 3;
+constexpr int StateVersion = 4;
 
 std::string formatLine(const char* name, const std::vector<double>& values) {
     std::string line = name;
@@ -90,11 +89,10 @@ void visitSaved(Archive& archive, const Model& model, SavedState& saved) {
     archive.visit(sum);
     if (sum != hash.get()) throw std::runtime_error("the state is of another model");
     visitState(archive, model, saved.begun);
-    archive.visit(saved.integrator, saved.turns, saved.warnings, saved.energyBefore);
+    archive.visit(saved.integrator, saved.warnings, saved.energyBefore);
 }
 
-void writeKeptState(const std::string& path, const Model& model, const KeptState& kept) {
-    const State& state = kept.state;
+void writeKeptState(const std::string& path, const Model& model, const State& state) {
     std::string text = StateTitle + (' ' + std::to_string(StateVersion)) + '\n';
     for (const Model::BodyEntry& body : model.getBodies()) {
         const bool isFlexible = body.flexible && !body.flexible->isRigid(state);
@@ -102,19 +100,17 @@ void writeKeptState(const std::string& path, const Model& model, const KeptState
     }
     text += formatLine("time", {state.getTime()}) + formatLine("q", toNumbers(state.getQ())) +
             formatLine("u", toNumbers(state.getU())) + formatLine("z", toNumbers(state.getZ())) +
-            formatLine("turns", kept.turns) +
             formatLine("holding", toNumbers(model.getFlexibleBodies().getHolding(state))) + "end\n";
     replaceFile(path, text);
 }
 
-KeptState readKeptState(const std::string& path, const Model& model) {
+State readKeptState(const std::string& path, const Model& model) {
     TextLines lines(path, "state");
     const int version = lines.parseInteger(trimBlanks(readLine(lines, StateTitle)), "the version");
     if (version != StateVersion)
         lines.refuse("the state is of format " + std::to_string(version) +
                      ", this program reads format " + std::to_string(StateVersion));
-    KeptState kept{model.makeInitialState(), TurnCounter(model).save()};
-    State& state = kept.state;
+    State state = model.makeInitialState();
     for (const Model::BodyEntry& body : model.getBodies()) {
         const std::string line = readLine(lines, "body ");
         const bool isFlexible = line.compare(0, 9, "flexible ") == 0;
@@ -132,7 +128,6 @@ KeptState readKeptState(const std::string& path, const Model& model) {
                u = readNumbers(lines, "u", state.getNU());
     setNumbers(state, time, q, u);
     state.updZ() = toVector(readNumbers(lines, "z", state.getNZ()));
-    kept.turns = readNumbers(lines, "turns", int(kept.turns.size()));
     const FlexibleBodySubsystem& flexible = model.getFlexibleBodies();
     const int numHolding = flexible.getHolding(state).size();
     flexible.setHolding(state, toVector(readNumbers(lines, "holding", numHolding)));
@@ -142,7 +137,7 @@ KeptState readKeptState(const std::string& path, const Model& model) {
     } catch (const std::exception& error) {
         lines.refuse(std::string("the model cannot take this state: ") + error.what());
     }
-    return kept;
+    return state;
 }
 
 }  // namespace model

@@ -14,17 +14,13 @@ struct SavedState;
 
 namespace model {
 
-struct KeptState {
-    SimTK::State state;         ///< realized to Stage::Velocity
-    std::vector<double> turns;  ///< as TurnCounter saves them
-};
-
 /** Replaces the file as a whole. @throws std::runtime_error. **/
-void writeKeptState(const std::string& path, const Model& model, const KeptState& kept);
+void writeKeptState(const std::string& path, const Model& model, const SimTK::State& state);
 
-/** @throws std::invalid_argument naming file and line, and what is wrong there;
-std::runtime_error if it cannot be read. **/
-KeptState readKeptState(const std::string& path, const Model& model);
+/** Realized to Stage::Velocity.
+@throws std::invalid_argument naming file and line, and what is wrong there; std::runtime_error if
+it cannot be read. **/
+SimTK::State readKeptState(const std::string& path, const Model& model);
 
 /** What Session::save() gives, and the sum of its model, which must be the one it has.
 @throws std::runtime_error **/

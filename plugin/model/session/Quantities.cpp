@@ -66,14 +66,10 @@ std::vector<Quantity> makeJointQuantities(const Session& session, const Model::J
         const std::string path = "joints." + entry.name + '.' + names[size_t(c)];
         const std::string unit = joint.getEquations().getCoordinate(c).isAngle() ? "rad" : "m";
         all.push_back(
-            {path, unit, [&, c] { return Values{session.calcCoordinate(joint, c)}; },
+            {path, unit, [&, c] { return Values{joint.calcCoordinates(session.getState())[c]}; },
              [&, c](const Values& values) {
-                 const double turned = session.calcCoordinate(joint, c) -
-                                       joint.calcCoordinates(session.getState())[c];
-                 return dragJoint(session.getModel(), session.copyState(), joint, c, values[0],
-                                  turned);
-             },
-             joint.getIndex(), c});
+                 return dragJoint(session.getModel(), session.copyState(), joint, c, values[0]);
+             }});
         all.push_back({path + "_rate", unit + "/s",
                        [&, c] { return Values{joint.calcCoordinateDots(session.getState())[c]}; },
                        [&, c](const Values& values) {
@@ -94,8 +90,9 @@ std::optional<Quantity> findJointQuantity(const Session& session, const PathPart
                         "",
                         [&] {
                             Values all;
-                            for (int c = 0; c < entry.joint.getNumCoordinates(); ++c)
-                                all.push_back(session.calcCoordinate(entry.joint, c));
+                            const SimTK::Vector now =
+                                entry.joint.calcCoordinates(session.getState());
+                            for (int c = 0; c < now.size(); ++c) all.push_back(now[c]);
                             return all;
                         },
                         {}};

@@ -80,7 +80,20 @@ void LoadTerms::startStates(double* z) {
     for (size_t i = 0; i < m_states.size(); ++i) {
         double& value = z[size_t(m_topology.firstZ) + i];
         const Topology::StateEquationRef& state = m_topology.states[i];
-        value = m_states[i] = state.equation->calcStart(value, findFrames(state));
+        value = m_states[i] = state.equation->calcStart(
+            inputsAt(m_functions.get().time, m_workspaces.size() + i), value, findFrames(state));
+    }
+}
+
+void LoadTerms::countTurns(double* z) {
+    if (!m_topology.countsTurns) return;
+    for (size_t i = 0; i < m_states.size(); ++i) {
+        const Topology::StateEquationRef& state = m_topology.states[i];
+        double& value = z[size_t(m_topology.firstZ) + i];
+        if (state.equation->countsTurns())
+            value =
+                state.equation->calcStart(inputsAt(m_functions.get().time, m_workspaces.size() + i),
+                                          value, findFrames(state));
     }
 }
 

@@ -30,6 +30,8 @@ public:
     void realize();
     /** Where a run begins, where the blocks are. **/
     void startStates(double* z);
+    /** Where a step ends, where the blocks are: turns that were counted agree with the frames. **/
+    void countTurns(double* z);
     /** ż of the topology's states. **/
     void calcStateRates(double* zDot);
     /** ∂ż/∂z of those. **/

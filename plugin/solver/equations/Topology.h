@@ -118,7 +118,10 @@ struct Topology {
     int numZ = 0;                          ///< those of `states` among them
     std::vector<StateEquationRef> states;  ///< consecutive in z, from firstZ on
     int firstZ = 0;
-    bool isState(int z) const { return z >= firstZ && z < firstZ + int(states.size()); }
+    /** Whether Newton's method solves for it. **/
+    bool isCoupled(int z) const {
+        return hasCoupledStates && z >= firstZ && z < firstZ + int(states.size());
+    }
     /** Numbers among z of those that do not follow the motion.
     @throws std::runtime_error if one is held between events. **/
     std::vector<int> listOwnStates() const;
@@ -190,6 +193,10 @@ struct Topology {
     period that the next step, twice as long, might come out a whole period (a gear's tooth) off.
     @param scale  errors are g·scale **/
     bool mayLoseCount(const double* g, double scale = 1) const;
+
+    /** Whether some states count turns, and whether there are others: Newton's method solves for
+    all of them then. **/
+    bool countsTurns = false, hasCoupledStates = false;
 };
 
 }  // namespace simflex

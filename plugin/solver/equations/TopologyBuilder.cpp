@@ -575,6 +575,7 @@ void TopologyBuilder::makeForceElements() {
         ref.equation = equation.get();
         for (const Attachment& attachment : equation->getAttachments())
             ref.frames.push_back(makeFrame(attachment));
+        (ref.equation->countsTurns() ? m_topology.countsTurns : m_topology.hasCoupledStates) = true;
         m_topology.states.push_back(ref);
     }
 }

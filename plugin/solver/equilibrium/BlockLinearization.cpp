@@ -25,7 +25,7 @@ BlockLinearization::BlockLinearization(const MultibodySystem& system, const Stat
     const Topology& topology = m_equations.getTopology();
     if (!topology.frictions.empty())
         m_obstacle = "joints have friction";
-    else if (!topology.states.empty())
+    else if (topology.hasCoupledStates)
         m_obstacle = "the system has states of its own";
     for (int row = 0; row < topology.firstFrictionRow; ++row)
         if (topology.getRowLevel(row) != MotionLevel::Position)
@@ -35,6 +35,8 @@ BlockLinearization::BlockLinearization(const MultibodySystem& system, const Stat
     m_start.resize(topology.numQ, topology.numU, topology.numMultipliers, topology.numZ);
     m_start.t = m_state.getTime();
     m_equations.getBlocks().getFromState(m_state, m_start.q.data(), m_start.u.data());
+    for (size_t i = 0; i < m_start.z.size(); ++i) m_start.z[i] = m_state.getZ()[int(i)];
+    m_equations.setZ(m_start.z.data());
     m_equations.prescribe(m_start.t, 0, nullptr, m_start.q.data(), m_start.u.data());
     accelerate(m_start);
     m_motion = SteadyMotion(m_equations, m_state, m_start.t, m_start.q, m_start.u, m_start.q);

@@ -216,7 +216,7 @@ void ImplicitStep::substituteBlock(int b, std::vector<double>& u) {
 
 void ImplicitStep::correctStates(const double* A, int numPoints, std::vector<double>& residuals) {
     const Topology& topology = m_equations.getTopology();
-    if (topology.states.empty()) return;
+    if (!topology.hasCoupledStates) return;
     m_equations.updLoads().calcStateSlopes(m_stateSlopes);
     if (m_stateSlopes.isZero(0)) return;
     const Eigen::Index s = m_stateSlopes.rows();
@@ -252,7 +252,7 @@ double ImplicitStep::updateZ(const StepFormula& formula, SolutionPoint& point) {
     m_equations.calcZDot(point.q.data(), point.u.data(), point.uDot.data(), z.data(),
                          point.zDot.data());
     for (size_t i = 0; i < z.size(); ++i) {
-        if (m_equations.getTopology().isState(int(i))) continue;
+        if (m_equations.getTopology().isCoupled(int(i))) continue;
         const double value = formula.zHist[i] + formula.quadrature * point.zDot[i];
         m_deltaZ[i] = value - z[i];
         z[i] = value;
@@ -307,7 +307,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     int allowed = tolerances.maxIterations;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto start = Clock::now();
-        const bool hasStates = !m_equations.getTopology().states.empty();
+        const bool hasStates = m_equations.getTopology().hasCoupledStates;
         bool hasOtherFriction = false;
         if (!hasStates && frictions.isEmpty()) {
             m_stepEquations.evaluate(formula, level, lambda, point.z, std::cref(finish), u, q, uDot,

@@ -137,7 +137,7 @@ void RadauStep::correctZ(const SolutionPoint& start, double h, const Choice& isC
 double RadauStep::evaluateStages(const SolutionPoint& start, double h, bool& hasOtherFriction) {
     hasOtherFriction = false;
     const Topology& topology = m_equations.getTopology();
-    if (!topology.states.empty()) {
+    if (topology.hasCoupledStates) {
         for (const int i : EvaluationOrder) {
             SolutionPoint& stage = m_stages[size_t(i)];
             m_equations.setZ(stage.z.data());
@@ -145,7 +145,7 @@ double RadauStep::evaluateStages(const SolutionPoint& start, double h, bool& has
             m_equations.updLoads().calcStateRates(stage.zDot.data());
         }
         correctZ(
-            start, h, [&](size_t k) { return topology.isState(int(k)); }, true);
+            start, h, [&](size_t k) { return topology.isCoupled(int(k)); }, true);
     }
     FrictionTerms& frictions = m_equations.updFrictions();
     if (!frictions.isEmpty()) {
@@ -176,9 +176,9 @@ double RadauStep::evaluateStages(const SolutionPoint& start, double h, bool& has
                 h * (A[i][0] * errors[0] + A[i][1] * errors[1] + A[i][2] * errors[2]);
     }
     if (start.z.empty()) return 0;
-    if (topology.hasForeignZ())
+    if (topology.hasForeignZ() || !topology.hasCoupledStates)
         correctZ(
-            start, h, [&](size_t k) { return !topology.isState(int(k)); }, false);
+            start, h, [&](size_t k) { return !topology.isCoupled(int(k)); }, false);
     return m_equations.updErrorNorm().calcZSize(m_deltaZ.data());
 }
 

@@ -74,6 +74,7 @@ bool Stepper::attemptStep(double h, int order, double* error) {
     } else {
         m_new.constraintError = m_step->calcPositionError(t, m_new.q, m_new.u);
     }
+    m_equations->updLoads().countTurns(m_new.z.data());
     m_new.power = m_equations->canHavePower()
                       ? m_equations->calcPower(m_new.q.data(), m_new.u.data(), m_new.uDot.data(),
                                                m_new.lambda.data())
@@ -144,6 +145,10 @@ bool Stepper::attemptStages(double h, double* error) {
     const bool isEvaluated =
         m_equations->getTopology().numMultipliers > 0 || m_settings.fixedStep > 0;
     if (isEvaluated && !projectNew(ImplicitStep::Start::Elsewhere)) return false;
+    if (m_equations->getTopology().countsTurns) {
+        if (!isEvaluated) m_equations->realize(m_new.t, m_new.q.data(), m_new.u.data());
+        m_equations->updLoads().countTurns(m_new.z.data());
+    }
     for (size_t i = 0; i < m_error.q.size(); ++i) m_error.q[i] = m_new.q[i] - m_error.q[i];
     std::fill(m_error.u.begin(), m_error.u.end(), 0.0);
     std::fill(m_error.z.begin(), m_error.z.end(), 0.0);

@@ -2,6 +2,8 @@
 Angles of more than half a turn. **/
 
 #include "cli/run/RunTest.h"
+#include "simflex/base/Progress.h"
+#include "simflex/model/Session.h"
 
 namespace simflex {
 namespace {
@@ -67,6 +69,212 @@ TEST_F(RunTest, TorsionSpringsWindOverTurns) {
             if (key == "largest_energy_error") {
                 EXPECT_LT(value, 1e-5);
             }
+    }
+}
+
+/** Joints that turn freely and joints that motions lead, by several turns between two rows; a foot
+carries what a law knows of an angle. **/
+class TurnsTest : public RunTest {
+protected:
+    static constexpr const char* Free[] = {"pin", "cylinder", "universal", "planar"};
+    static constexpr const char* Led[] = {"pin", "cylinder", "universal"};
+
+    enum class Feet { OfLed, OfAll };
+    static std::string makeJoints(const std::string& interval, Feet feet) {
+        std::string bodies, joints, probes, loads, motions;
+        const auto add = [&](const std::string& name, const std::string& type, bool hasFoot) {
+            bodies += "  " + name + ": {mass: 1, inertia: [0.1, 0.1, 0.1]}\n";
+            joints += "  " + name + ": {type: " + type + ", between: [ground, " + name + "]}\n";
+            probes += "  " + name + ": {coordinate: " +
+                      (type == "pin" ? name : "{joint: " + name + ", coordinate: 0}") + "}\n";
+            if (!hasFoot) return;
+            bodies += "  foot_" + name + ": {mass: 1, inertia: [1, 1, 1]}\n";
+            joints += "  weld_" + name + ": {type: weld, between: [ground, foot_" + name + "]}\n";
+            probes += "  law_" + name + ": {reaction: weld_" + name + ", component: x}\n";
+            loads +=
+                "  " + name + ": {on: foot_" + name + ", force: [\"-1*" + name + "\", 0, 0]}\n";
+        };
+        for (const char* type : Free) add(std::string("free_") + type, type, feet == Feet::OfAll);
+        for (const char* type : Led) add(std::string("led_") + type, type, true);
+        // A wheel that the first one drives, and the gear's own coordinates.
+        bodies += "  wheel: {mass: 1, inertia: [0.1, 0.1, 0.1]}\n";
+        joints +=
+            "  wheel: {type: pin, between: [ground, wheel]}\n"
+            "  gear: {type: gear, wheels: [led_pin, wheel], teeth: [20, 40]}\n";
+        probes += "  wheel: {coordinate: wheel}\n  gear: {coordinate: gear}\n";
+        return "simflex: 1\nbodies:\n" + bodies + "joints:\n" + joints + "probes:\n" + probes +
+               "loads:\n" + loads +
+               "motions:\n"
+               "  a: {joint: led_pin, position: 30*sin(10*t)}\n"
+               "  b: {joint: led_cylinder, coordinate: 0, position: 100 - 40*t^2}\n"
+               "  c: {joint: led_universal, coordinate: 0, position: 25*t}\n"
+               "initial:\n"
+               "  rates: {free_pin: 50, free_cylinder: [-20, 0.1], free_universal: [30, 0],\n"
+               "          free_planar: [40, 0, 0]}\n"
+               "solver: {accuracy: 1e-8}\n"
+               "analyses:\n"
+               "  run: {type: transient, duration: 1, interval: " +
+               interval +
+               "}\n"
+               "  on: {type: transient, from: run, duration: 0.5, interval: " +
+               interval +
+               "}\n"
+               "  rest: {type: static, from: on}\n"
+               "  again: {type: transient, from: rest, duration: 0.2, interval: " +
+               interval + "}\n";
+    }
+
+    /** What stands still from 1.5 s on, and what motions say. **/
+    static std::map<std::string, double> calcAngles(double t) {
+        const double moved = std::min(t, 1.5), led = 30 * std::sin(10 * t);
+        return {{"free_pin", 50 * moved},
+                {"free_cylinder", -20 * moved},
+                {"free_universal", 30 * moved},
+                {"free_planar", 40 * moved},
+                {"led_pin", led},
+                {"led_cylinder", 100 - 40 * t * t},
+                {"led_universal", 25 * t},
+                {"wheel", -0.5 * led}};
+    }
+
+    void expectAngles(const Results::Analysis& analysis, const std::vector<double>& times) {
+        for (size_t i = 0; i < times.size(); ++i)
+            for (const auto& [name, angle] : calcAngles(times[i])) {
+                SCOPED_TRACE(analysis.name + ", " + name + ", t = " + std::to_string(times[i]));
+                EXPECT_NEAR(find(analysis, name).rows.at(i)[0], angle, 1e-5);
+                if (name == "wheel")
+                    EXPECT_EQ(find(analysis, "gear").rows[i][1], find(analysis, name).rows[i][0]);
+                else if (name.compare(0, 3, "led") == 0)
+                    EXPECT_NEAR(find(analysis, "law_" + name).rows[i][0],
+                                find(analysis, name).rows[i][0], 1e-6);
+            }
+    }
+    void expectAllAngles(const std::string& file = "model.results.h5") {
+        for (const char* name : {"run", "on", "again"}) {
+            const Results::Analysis analysis = read(name, file);
+            expectAngles(analysis, analysis.time);
+        }
+        expectAngles(read("rest", file), {1.5});
+    }
+};
+
+TEST_F(TurnsTest, EveryWayToGoOnHasTheSameWholeAnglesAtRowsHoweverFarApart) {
+    for (const char* interval : {"0.01", "0.2"}) {
+        SCOPED_TRACE(interval);
+        writeModel(makeJoints(interval, Feet::OfLed));
+        ASSERT_EQ(runModel(), 0) << err;
+        expectAllAngles();
+        ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'",
+                             "post model.results.h5 --quiet --set 'probes.rate={rate: wheel}'"),
+                  0)
+            << err;
+        expectAllAngles("model.results.post.h5");
+    }
+    // Each by itself, from what the one before has left.
+    for (const char* only : {"run", "on", "rest", "again"})
+        ASSERT_EQ(runModel(std::string("-o parts.h5 --only ") + only), 0) << err;
+    expectAllAngles("parts.h5");
+    // Stopped in the midst of the second.
+    RunOptions options;
+    options.output = folder / "stopped.h5";
+    options.listener.progress = [](const std::string& phase, double fraction, const auto&) {
+        return phase != "on" || fraction < 0.5;
+    };
+    const ModelText text = loadModelText(folder / "model.yaml");
+    EXPECT_THROW(runAnalyses(text, options), Cancelled);
+    options.listener = {};
+    options.resumes = true;
+    runAnalyses(text, options);
+    expectAllAngles("stopped.h5");
+}
+
+TEST_F(TurnsTest, SessionsCountThem) {
+    writeModel(makeJoints("0.2", Feet::OfLed));
+    Session settled(loadModelText(folder / "model.yaml"));
+    writeModel(makeJoints("0.2", Feet::OfAll));
+    const ModelText text = loadModelText(folder / "model.yaml");
+    Session session(text);
+    const auto expectAt = [](const Session& there, double t) {
+        for (const auto& [name, angle] : calcAngles(t)) {
+            SCOPED_TRACE(name + ", t = " + std::to_string(t));
+            EXPECT_NEAR(there.get(name)[0], angle, 1e-5);
+            if (name != "wheel" && there.getModel().getFile().get("probes").has("law_" + name)) {
+                EXPECT_NEAR(there.get("law_" + name)[0], angle, 1e-5);
+            }
+            if (name == "led_pin" || name == "free_pin") {
+                EXPECT_EQ(there.get("joints." + name + ".angle"), there.get(name));
+            }
+        }
+    };
+    session.runTo(0.7, 0.7);
+    expectAt(session, 0.7);
+    session.keepState(folder / "kept.state");
+    const std::string bytes = session.pack(session.save());
+    session.change("bodies.wheel.mass", "2", Session::Restart::Never);
+    expectAt(session, 0.7);
+    session.runTo(1.5, 0.8);
+    expectAt(session, 1.5);
+    settled.runTo(1.5, 1.5);
+    settled.settle();
+    expectAt(settled, 1.5);
+    settled.runTo(1.6, 0.1);
+    expectAt(settled, 1.6);
+    Session kept(text), unpacked(text);
+    kept.restoreState(folder / "kept.state");
+    expectAt(kept, 0.7);
+    unpacked.restore(unpacked.unpack(bytes));
+    unpacked.runTo(1, 0.3);
+    expectAt(unpacked, 1);
+    // What is set is whole, and what hangs on it by a gear goes along.
+    session.reset();
+    expectAt(session, 0);
+    session.set("joints.free_pin.angle", {20});
+    EXPECT_NEAR(session.get("free_pin")[0], 20, 1e-9);
+    EXPECT_NEAR(session.get("law_free_pin")[0], 20, 1e-6);
+}
+
+TEST_F(TurnsTest, AMotionSaysWhichTurnItIsOnHoweverLongAStepIs) {
+    // 47 rad in a step of 0.2 s.
+    for (const char* method : {"radau", "bdf", "generalized_alpha"}) {
+        writeModel(
+            "simflex: 1\n"
+            "bodies: {wheel: {mass: 1, inertia: [0.1, 0.1, 0.1]}}\n"
+            "joints: {bearing: {type: pin, between: [ground, wheel]}}\n"
+            "motions: {drive: {joint: bearing, position: 30*sin(10*t)}}\n"
+            "probes: {angle: {coordinate: bearing}}\n"
+            "solver: {fixed_step: 0.2, method: " +
+            std::string(method) +
+            "}\n"
+            "analyses: {run: {type: transient, duration: 3, interval: 0.1}}\n");
+        ASSERT_EQ(runModel(), 0) << err;
+        const Results::Analysis run = read("run");
+        for (size_t i = 0; i < run.time.size(); i += 2)
+            EXPECT_NEAR(find(run, "angle").rows[i][0], 30 * std::sin(10 * run.time[i]), 1e-6)
+                << method << ", t = " << run.time[i];
+    }
+}
+
+TEST_F(TurnsTest, AMotionThatLetsGoLeavesTheTurnsAsTheyAre) {
+    writeModel(
+        "simflex: 1\n"
+        "bodies: {wheel: {mass: 1, inertia: [0.1, 0.1, 0.1]}}\n"
+        "joints: {bearing: {type: pin, between: [ground, wheel]}}\n"
+        "motions: {drive: {joint: bearing, position: 20*t + sin(7*t)}}\n"
+        "events: {off: {when: t > 1, do: [{release: drive}]}}\n"
+        "probes: {angle: {coordinate: bearing}}\n"
+        "solver: {accuracy: 1e-8}\n"
+        "analyses:\n"
+        "  run: {type: transient, duration: 3, interval: 1}\n"
+        "  on: {type: transient, from: run, duration: 1, interval: 1}\n");
+    ASSERT_EQ(runModel(), 0) << err;
+    const auto calcAngle = [](double t) {
+        return t < 1 ? 20 * t + std::sin(7 * t)
+                     : 20 + std::sin(7.) + (20 + 7 * std::cos(7.)) * (t - 1);
+    };
+    for (const char* name : {"run", "on"}) {
+        const Results::Analysis run = read(name);
+        for (size_t i = 0; i < run.time.size(); ++i)
+            EXPECT_NEAR(find(run, "angle").rows[i][0], calcAngle(run.time[i]), 1e-4) << run.time[i];
     }
 }
 

@@ -528,7 +528,7 @@ solver: {accuracy: 1e-8}
         EXPECT_EQ(shell("restore bad.state\n"), 1);
         return err;
     };
-    EXPECT_THAT(damage("simflex state 3", "simflex state 7"), HasSubstr("format 7"));
+    EXPECT_THAT(damage("simflex state 4", "simflex state 7"), HasSubstr("format 7"));
     EXPECT_THAT(damage("rod", "bar"), HasSubstr("another model"));
     EXPECT_THAT(damage("\nq ", "\nq 1 "), HasSubstr("another model"));
     EXPECT_THAT(damage("end\n", ""), HasSubstr("damaged"));
