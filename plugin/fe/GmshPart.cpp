@@ -68,13 +68,14 @@ std::string readErrors(const fs::path& log) {
     return errors;
 }
 
-/** Gmsh takes for a script what does not begin like a mesh. **/
+/** Gmsh takes for a script what does not begin like a mesh: it compares the first bytes as they
+are, without skipping blanks or empty lines. **/
 void checkIsMesh(const std::string& path) {
-    std::ifstream in(path);
-    std::string first;
-    in >> first;
+    std::string first(16, '\0');
+    std::ifstream in(path, std::ios::binary);
+    in.read(first.data(), std::streamsize(first.size()));
     for (const char* known : {"$MeshFormat", "$Comments", "$NOD", "$NOE", "$PARA", "$ELM"})
-        if (first == known) return;
+        if (first.rfind(known, 0) == 0) return;
     throw std::invalid_argument("'" + path + "' is not a mesh of Gmsh: it does not begin with " +
                                 "$MeshFormat");
 }
@@ -87,8 +88,8 @@ bool isInside(const fs::path& file, const fs::path& folder) {
     return !unknown && !relative.empty() && *relative.begin() != "..";
 }
 
-/** What a script may use. **/
-Sandbox makeSandbox(const std::string& program, const std::string& script,
+/** What Gmsh may use to read a file. @param file  a script, or data **/
+Sandbox makeSandbox(const std::string& program, const std::string& file,
                     const std::string& libraryPath, const fs::path& folder) {
     Sandbox sandbox;
     sandbox.program = findProgram(program);
@@ -97,23 +98,31 @@ Sandbox makeSandbox(const std::string& program, const std::string& script,
     sandbox.readable.push_back((fs::path(sandbox.program).parent_path() / "../lib").string());
     std::istringstream libraries(libraryPath);
     for (std::string place; std::getline(libraries, place, ':');) sandbox.readable.push_back(place);
-    for (const std::string& file : listScriptFiles(script))
-        if (isInside(file, fs::path(script).parent_path())) sandbox.readable.push_back(file);
+    if (isGmshScript(file)) {
+        for (const std::string& read : listScriptFiles(file))
+            if (isInside(read, fs::path(file).parent_path())) sandbox.readable.push_back(read);
+    } else {
+        sandbox.readable.push_back(file);
+    }
     sandbox.writable = folder.string();
     return sandbox;
 }
 
-/** Whether a script runs in a sandbox. @throws std::runtime_error if it should and cannot. **/
+/** Whether Gmsh runs in a sandbox: for data, too, since it decides by what is in a file whether
+that is a script. @throws std::runtime_error if it should and cannot. **/
 bool needsSandbox(const std::string& path, const GmshOptions& options) {
-    if (!isGmshScript(path) || options.allowsScripts) return false;
+    if (options.allowsScripts) return false;
     const std::string obstacle = findSandboxObstacle();
     if (obstacle.empty()) return true;
     const char* wish = std::getenv("SIMFLEX_SANDBOX");
     if (wish && std::string(wish) == "optional") return false;
+    if (!isGmshScript(path))
+        throw std::runtime_error(
+            path + ": Gmsh reads files in a sandbox, and this system has none: " + obstacle +
+            "; if you trust the file, give --allow-scripts");
     throw std::runtime_error(
         path + ": a script of Gmsh is a program, and this system cannot keep it in a sandbox: " +
-        obstacle + "; if you trust it, give --allow-scripts, or mesh it yourself: gmsh -3 " +
-        fs::path(path).filename().string() + " -o " + fs::path(path).stem().string() + ".msh");
+        obstacle + "; if you trust it, give --allow-scripts");
 }
 
 std::string chooseGmshProgram(const std::string& wish) {
@@ -174,7 +183,8 @@ void callGmsh(const std::string& path, const GmshOptions& options, const fs::pat
         path + ": Gmsh could not mesh the part:" + (end.signal ? " it " + end.describe() : "") +
         (errors.empty() ? readLastLines(run.log, MostGmshLines) : errors);
     const auto says = [&](const char* words) { return errors.find(words) != std::string::npos; };
-    if (isInSandbox && (says("Unable to open file") || says("/bin/sh") || says("socket")))
+    if (isInSandbox && isGmshScript(path) &&
+        (says("Unable to open file") || says("/bin/sh") || says("socket")))
         message +=
             "\n  (A script reads only files of its own folder that it names plainly, Include "
             "\"NAME\"; and writes none. --allow-scripts lets it do anything.)";

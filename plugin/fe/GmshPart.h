@@ -8,9 +8,10 @@ surfaces have a thickness.
 Of a STEP file with several solids, those that touch are one: their meshes share nodes. The names of
 products, of their occurrences and of solids are groups, too.
 
-A script is a program. It runs in a sandbox (base/Sandbox.h) where it reads those of
+A script is a program. Gmsh runs it in a sandbox (base/Sandbox.h) where it reads those of
 listScriptFiles() that lie in its folder, writes in a temporary folder, starts no program and has no
-network. Meshes and CAD files are data, and read as such whatever is in them or beside them.
+network. Meshes and CAD files are data; Gmsh reads them in the sandbox, too, where it sees the file
+and nothing beside it.
 
     GmshOptions options;
     options.material = findMaterial("aluminium");
@@ -39,8 +40,8 @@ struct GmshOptions {
     /** Of sheet metal [m]: the surfaces of the geometry become shells about them, volumes are left
     out. 0: the volumes become solids. **/
     double thickness = 0;
-    /** Scripts run without a sandbox: they can do whatever you may. Otherwise they run in it, or,
-    on a system that has none, not at all (with $SIMFLEX_SANDBOX=optional they do). **/
+    /** Gmsh runs without a sandbox: scripts can do whatever you may. Otherwise it runs in one, or,
+    on a system that has none, not at all (with $SIMFLEX_SANDBOX=optional it does). **/
     bool allowsScripts = false;
     /** One unit of the geometry in metres; 0: metres, of STEP and IGES as they say. **/
     double lengthUnit = 0;

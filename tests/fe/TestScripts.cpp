@@ -198,8 +198,12 @@ TEST_F(Scripts, WithoutASandboxAreRefusedUnlessThatIsOptional) {
     EXPECT_EXIT(readWithoutSandbox(options), ::testing::ExitedWithCode(0),
                 "box.geo: a script of Gmsh is a program, and this system cannot keep it in a "
                 "sandbox: its kernel does not let Landlock be used .Linux 5.13 and later have it.: "
-                "Function not implemented; if you trust it, give --allow-scripts, or mesh it "
-                "yourself: gmsh -3 box.geo -o box.msh\n$");
+                "Function not implemented; if you trust it, give --allow-scripts\n$");
+    SourceOptions data = options;
+    data.path = write("box.step", "");
+    EXPECT_EXIT(readWithoutSandbox(data), ::testing::ExitedWithCode(0),
+                "box.step: Gmsh reads files in a sandbox, and this system has none: .*; if you "
+                "trust the file, give --allow-scripts\n$");
     options.gmsh.allowsScripts = true;
     EXPECT_EXIT(readWithoutSandbox(options), ::testing::ExitedWithCode(0), "^accepted\n$");
     options.gmsh.allowsScripts = false;
@@ -249,11 +253,17 @@ TEST_F(DataFiles, ScriptsUnderOtherNamesAreNotRun) {
                     ::testing::AnyOf(HasSubstr("Gmsh could not"), HasSubstr("no solid elements"),
                                      HasSubstr("without nodes")))
             << name;
-    for (const std::string& text :
-         {evil, "$x\n" + evil, "$MeshFormatted\n" + evil, "\n\n$\n" + evil})
+    for (const std::string& text : {evil, "$x\n" + evil, "$meshformat\n" + evil, "\n\n$\n" + evil,
+                                    "\xEF\xBB\xBF$MeshFormat\n" + evil})
         EXPECT_EQ(read(optionsOf(write("a.msh", text))),
                   "'" + folder / "model/a.msh" +
                       "' is not a mesh of Gmsh: it does not begin with $MeshFormat");
+    // Gmsh compares raw bytes: what is blank before the word makes the file a script.
+    const std::string header = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
+    for (const std::string blank : {"\n", " ", "\t", "\r\n", "\v", "\f"})
+        EXPECT_THAT(read(optionsOf(write("a.msh", blank + header + evil))),
+                    HasSubstr("is not a mesh of Gmsh"));
+    EXPECT_THAT(read(optionsOf(write("a.msh", header + evil))), Not(::testing::Eq("accepted")));
     EXPECT_FALSE(fs::exists(folder / "model/OWNED"));
 }
 
