@@ -115,10 +115,12 @@ void ZipWriter::finish(Durability durability) {
 }
 
 ZipReader::ZipReader(const fs::path& path) : m_path(path.string()), m_zip(nullptr, unzClose) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file || fs::is_directory(path))
+    std::ifstream file;
+    errno = 0;
+    if (fs::is_regular_file(path)) file.open(path, std::ios::binary);
+    if (!file.is_open())
         throw std::runtime_error("cannot read '" + m_path + "'" +
-                                 (file ? "" : ": " + std::string(std::strerror(errno))));
+                                 (errno ? ": " + std::string(std::strerror(errno)) : ""));
     if (hasWholeEnd(file)) m_zip.reset(unzOpen64(m_path.c_str()));
     if (!m_zip) fail("is no ZIP archive, or its end is missing");
 }

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "simflex/base/Utf8.h"
+
 namespace simflex {
 namespace hdf5 {
 namespace {
@@ -14,6 +16,21 @@ constexpr size_t LongestText = 60000;
 
 /** Most numbers a data set can hold, so that a damaged file asks for no absurd memory. **/
 constexpr double MostNumbers = 1e11;
+
+/** Notes the name of the first link that leads out of the file. **/
+herr_t findForeignLink(hid_t, const char* name, const H5L_info_t* info, void* found) {
+    if (info->type == H5L_TYPE_HARD || info->type == H5L_TYPE_SOFT) return 0;
+    *static_cast<std::string*>(found) = name;
+    return 1;
+}
+
+/** @throws std::runtime_error if a link leads to another file, which a file of a stranger could
+choose. **/
+void refuseForeignLinks(hid_t file) {
+    std::string found;
+    check(H5Lvisit(file, H5_INDEX_NAME, H5_ITER_NATIVE, findForeignLink, &found), "list its links");
+    if (!found.empty()) throw std::runtime_error("'" + found + "' is a link to another file");
+}
 
 Handle makeCreation(hid_t kind) {
     Handle properties(H5Pcreate(kind), H5Pclose, "create properties");
@@ -107,8 +124,10 @@ Handle openFile(const std::string& path) {
     // Closing the file closes everything in it, so that a damaged one leaves nothing open.
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "create properties");
     check(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "set the way of closing");
-    return Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose,
-                  "open it as HDF5: the file is cut short or of another kind");
+    Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose,
+                "open it as HDF5: the file is cut short or of another kind");
+    refuseForeignLinks(file);
+    return file;
 }
 
 Handle createGroup(hid_t parent, const std::string& name) {
@@ -122,7 +141,11 @@ Handle openGroup(hid_t parent, const std::string& name) {
 }
 
 Handle openData(hid_t parent, const std::string& name) {
-    return Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open '" + name + "'");
+    Handle data(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open '" + name + "'");
+    const Handle creation(H5Dget_create_plist(data), H5Pclose, "read how '" + name + "' is stored");
+    if (H5Pget_external_count(creation) > 0 || H5Pget_layout(creation) == H5D_VIRTUAL)
+        throw std::runtime_error("'" + name + "' is stored in another file");
+    return data;
 }
 
 bool hasLink(hid_t group, const std::string& name) {
@@ -165,6 +188,10 @@ void writeText(hid_t object, const std::string& name, const std::string& value) 
 }
 
 std::string readText(hid_t object, const std::string& name) {
+    return makePrintable(readPath(object, name));
+}
+
+std::string readPath(hid_t object, const std::string& name) {
     const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose,
                            "open '" + name + "'");
     const Handle stored(H5Aget_type(attribute), H5Tclose, "read the type of '" + name + "'");
@@ -209,6 +236,7 @@ std::vector<std::string> readTexts(hid_t parent, const std::string& name) {
     for (size_t k = 0; k < size_t(count); ++k) {
         texts.push_back(joined.substr(k * width, width));
         texts.back().resize(std::min(texts.back().find('\0'), width));
+        texts.back() = makePrintable(texts.back());
     }
     return texts;
 }

@@ -61,11 +61,15 @@ size_t countLinks(hid_t group);
 std::vector<std::string> listLinks(hid_t group);
 
 void writeText(hid_t object, const std::string& name, const std::string& value);
+/** Text that can be printed, see makePrintable(): the file may be anybody's. **/
 std::string readText(hid_t object, const std::string& name);
+/** The same as it stands there, which a path may need. **/
+std::string readPath(hid_t object, const std::string& name);
 void writeInteger(hid_t object, const std::string& name, int value);
 int readInteger(hid_t object, const std::string& name);
 
-/** Texts as a data set, of any number and length, each as long as the longest. **/
+/** Texts as a data set, of any number and length, each as long as the longest. They are read as
+readText() reads one. **/
 void writeTexts(hid_t parent, const std::string& name, const std::vector<std::string>& texts);
 std::vector<std::string> readTexts(hid_t parent, const std::string& name);
 

@@ -234,7 +234,10 @@ ReducedBody::ModalStress readModalStress(hid_t file, hsize_t numModes, int numNo
     return modal;
 }
 
-ReducedBody readBody(hid_t file) {
+/** What a body's reading may find: a twin that was reduced with more modes has none of its own. **/
+enum class Twin { MayBeThere, IsRefused };
+
+ReducedBody readBody(hid_t file, Twin twin) {
     std::string format;
     try {
         format = hdf5::readText(file, "format");
@@ -300,8 +303,11 @@ ReducedBody readBody(hid_t file) {
         body.further->coordinates =
             hdf5::readNumbers(further, "coordinates", {n, body.further->displacements.size()});
     }
-    if (version >= 4 && hdf5::hasLink(file, "finer"))
-        body.finer = std::make_shared<const ReducedBody>(readBody(hdf5::openGroup(file, "finer")));
+    if (version >= 4 && hdf5::hasLink(file, "finer")) {
+        if (twin == Twin::IsRefused) throw std::runtime_error("its finer twin has a finer twin");
+        body.finer = std::make_shared<const ReducedBody>(
+            readBody(hdf5::openGroup(file, "finer"), Twin::IsRefused));
+    }
     body.validate();
     return body;
 }
@@ -355,7 +361,8 @@ auto readPartFile(const std::string& path, const Read& read) {
 }  // namespace
 
 ReducedBody readReducedBody(const std::string& path) {
-    return readPartFile(path, [](const hdf5::Handle& file) { return readBody(file); });
+    return readPartFile(path,
+                        [](const hdf5::Handle& file) { return readBody(file, Twin::MayBeThere); });
 }
 
 std::vector<std::string> readPartWarnings(const std::string& path) {

@@ -20,9 +20,9 @@ bool isSeparator(char c) {
 }  // namespace
 
 TextLines::TextLines(std::string path, const std::string& kind) : m_path(std::move(path)) {
-    std::ifstream in(m_path, std::ios::binary);
-    if (!in || std::filesystem::is_directory(m_path))
-        throw std::runtime_error("cannot read " + kind + " '" + m_path + "'");
+    std::ifstream in;
+    if (std::filesystem::is_regular_file(m_path)) in.open(m_path, std::ios::binary);
+    if (!in.is_open()) throw std::runtime_error("cannot read " + kind + " '" + m_path + "'");
     std::ostringstream text;
     text << in.rdbuf();
     m_text = std::move(text).str();

@@ -174,6 +174,59 @@ TEST_F(ReducedBodyFileTest, TheFinerTwinAndStaticErrorsComeBack) {
     EXPECT_THROW(body.validate(), std::invalid_argument);
 }
 
+/** What reading says of a part file that was changed in place. **/
+template <class Change>
+std::string readChanged(const Change& change) {
+    const TestFolder folder;
+    const std::string path = folder / "part.h5";
+    ReducedBody body = makePart();
+    body.finer = std::make_shared<const ReducedBody>(makePart());
+    writeReducedBody(path, body);
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    change(file);
+    H5Fclose(file);
+    try {
+        readReducedBody(path);
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(ReducedBodyFile, APartWithinItselfIsRefused) {
+    for (const char* target : {"/", "/finer"})
+        for (const bool isSoft : {true, false})
+            EXPECT_THAT(readChanged([&](hid_t file) {
+                            if (std::string(target) == "/") H5Ldelete(file, "finer", H5P_DEFAULT);
+                            const char* name = std::string(target) == "/" ? "finer" : "finer/finer";
+                            if (isSoft)
+                                H5Lcreate_soft(target, file, name, H5P_DEFAULT, H5P_DEFAULT);
+                            else
+                                H5Lcreate_hard(file, target, file, name, H5P_DEFAULT, H5P_DEFAULT);
+                        }),
+                        HasSubstr("its finer twin has a finer twin"));
+}
+
+TEST(ReducedBodyFile, ContentsOfOtherFilesAreRefused) {
+    EXPECT_THAT(readChanged([](hid_t file) {
+                    H5Lcreate_external("other.h5", "/", file, "elsewhere", H5P_DEFAULT,
+                                       H5P_DEFAULT);
+                }),
+                HasSubstr("'elsewhere' is a link to another file"));
+    EXPECT_THAT(readChanged([](hid_t file) {
+                    H5Ldelete(file, "omega_squared", H5P_DEFAULT);
+                    const hsize_t size = 2;
+                    const hid_t space = H5Screate_simple(1, &size, nullptr);
+                    const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+                    H5Pset_external(creation, "/etc/passwd", 0, 16);
+                    H5Dclose(H5Dcreate2(file, "omega_squared", H5T_IEEE_F64LE, space, H5P_DEFAULT,
+                                        creation, H5P_DEFAULT));
+                    H5Pclose(creation);
+                    H5Sclose(space);
+                }),
+                HasSubstr("'omega_squared' is stored in another file"));
+}
+
 TEST_F(ReducedBodyFileTest, SamePartGivesTheSameBytes) {
     writeReducedBody(file, makePart());
     const std::string first = testing::readText(file);

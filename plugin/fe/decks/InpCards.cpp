@@ -103,9 +103,10 @@ public:
     std::vector<DeckCard> cards;
 
     void read(const fs::path& path, const std::string& includedFrom, int depth) {
-        std::ifstream in(path, std::ios::binary);
-        // A device may have no end.
-        if (!in || fs::is_directory(path) || (depth > 0 && !fs::is_regular_file(path)))
+        // A device may have no end, and a pipe no beginning.
+        std::ifstream in;
+        if (fs::is_regular_file(path)) in.open(path, std::ios::binary);
+        if (!in.is_open())
             throw std::runtime_error(includedFrom + "cannot read deck '" + path.string() + "'");
         if (depth > DeepestInclude)
             throw std::runtime_error(includedFrom + "*INCLUDE goes " + std::to_string(depth) +

@@ -124,8 +124,9 @@ ModelText loadModelText(const std::string& path, const std::vector<std::string>&
     std::error_code error;
     if (std::filesystem::is_directory(path, error))
         throw std::runtime_error(path + " is a folder; the name of a model file is expected");
-    std::ifstream file(path, std::ios::binary);
-    if (!file) throw std::runtime_error("cannot read the model file " + path);
+    std::ifstream file;
+    if (std::filesystem::is_regular_file(path, error)) file.open(path, std::ios::binary);
+    if (!file.is_open()) throw std::runtime_error("cannot read the model file " + path);
     std::string text;
     char block[65536];
     while (file.read(block, sizeof block) || file.gcount() > 0) {

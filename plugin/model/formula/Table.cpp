@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
@@ -209,8 +210,9 @@ std::vector<std::vector<double>> readTableFile(const std::string& path,
                                                const std::vector<int>& columns) {
     std::vector<std::vector<double>> read(columns.size());
     const int wanted = *std::max_element(columns.begin(), columns.end());
-    std::ifstream file(path);
-    if (!file) throw std::runtime_error("cannot read the file " + path);
+    std::ifstream file;
+    if (std::filesystem::is_regular_file(path)) file.open(path);
+    if (!file.is_open()) throw std::runtime_error("cannot read the file " + path);
     std::string line;
     for (int number = 1; std::getline(file, line); ++number) {
         const std::string place = path + ":" + std::to_string(number) + ": ";

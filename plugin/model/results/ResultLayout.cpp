@@ -460,7 +460,7 @@ Results readResultLayout(const std::string& path, ReadStates states) {
     data.header.title = hdf5::readText(file, "title");
     const auto model = hdf5::openData(file, "model");
     data.header.modelText = readLongText(model, "model");
-    data.header.modelPath = hdf5::readText(model, "path");
+    data.header.modelPath = hdf5::readPath(model, "path");
     const std::string settings = hdf5::readText(model, "settings");
     if (!settings.empty()) data.header.settings = splitAt(settings, '\n');
     data.header.isRigid = hdf5::readText(model, "bodies") == "rigid";
