@@ -18,7 +18,9 @@ namespace fs = std::filesystem;
 constexpr char Ending[] = ".part-";  // and the number of the process
 
 [[noreturn]] void refuse(const fs::path& path, int error) {
-    throw std::runtime_error("cannot write '" + path.string() + "': " + std::strerror(error));
+    throw std::runtime_error(
+        "cannot write '" + path.string() +
+        "': " + (error == EEXIST ? "it is a device or a pipe, not a file" : std::strerror(error)));
 }
 
 /** An open file, closed at the end. **/
@@ -45,6 +47,28 @@ void sync(const fs::path& path, const fs::path& name) {
     if (fsync(file.number) != 0 && errno != EINVAL && errno != EROFS) refuse(name, errno);
 }
 
+/** The file that a name stands for: what symbolic links lead to, whether it is there or not. **/
+fs::path followLinks(fs::path path) {
+    constexpr int MostLinks = 40;  // as the kernel allows
+    std::error_code none;
+    for (int k = 0; k < MostLinks && fs::is_symlink(fs::symlink_status(path, none)); ++k) {
+        const fs::path target = fs::read_symlink(path, none);
+        if (none) break;
+        path = path.parent_path() / target;
+    }
+    return path;
+}
+
+/** Why a file may not take the place of what has its name; 0: it may. @param path  no link **/
+int findObstacle(const fs::path& path) {
+    std::error_code none;
+    const fs::file_status status = fs::symlink_status(path, none);
+    if (!fs::exists(status)) return 0;
+    if (fs::is_directory(status)) return EISDIR;
+    if (!fs::is_regular_file(status)) return EEXIST;
+    return access(path.c_str(), W_OK) == 0 ? 0 : errno;
+}
+
 /** Of "crank.h5.part-4711"; 0 if there is none. **/
 int findProcess(const std::string& name) {
     const size_t at = name.rfind(Ending);
@@ -57,7 +81,8 @@ int findProcess(const std::string& name) {
 }  // namespace
 
 UnfinishedFile::UnfinishedFile(const fs::path& path)
-    : m_path(path), m_unfinished(path.string() + Ending + std::to_string(getpid())) {}
+    : m_path(followLinks(path)),
+      m_unfinished(m_path.string() + Ending + std::to_string(getpid())) {}
 
 UnfinishedFile::~UnfinishedFile() {
     std::error_code ignored;
@@ -66,6 +91,7 @@ UnfinishedFile::~UnfinishedFile() {
 
 void UnfinishedFile::finish(Durability durability) {
     if (durability == Durability::PowerFailure) sync(m_unfinished, m_path);
+    if (const int obstacle = findObstacle(m_path)) refuse(m_path, obstacle);
     if (rename(m_unfinished.c_str(), m_path.c_str()) != 0) refuse(m_path, errno);
     m_isFinished = true;
     const fs::path folder = m_path.parent_path();
@@ -94,7 +120,8 @@ void appendToFile(const fs::path& path, std::uint64_t size, std::string_view byt
     if (fsync(file.number) != 0) refuse(path, errno);
 }
 
-void checkWritable(const fs::path& path) {
+void checkWritable(const fs::path& name) {
+    const fs::path path = followLinks(name);
     const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
     const std::string what = "cannot write '" + path.string() + "': ";
     if (!fs::is_directory(folder))
@@ -102,6 +129,7 @@ void checkWritable(const fs::path& path) {
     if (fs::is_directory(path)) throw std::runtime_error(what + "it is a folder");
     if (access(folder.c_str(), W_OK) != 0)
         throw std::runtime_error(what + "its folder is write-protected");
+    if (const int obstacle = findObstacle(path)) refuse(path, obstacle);
 }
 
 void removeUnfinishedFiles(const fs::path& folder, const std::string& begin) {

@@ -1,7 +1,8 @@
 #pragma once
 /** @file
 Files that appear under their name only when they are whole: each is written beside its place, under
-a name of this process's own, and renamed at the end. Internal.
+a name of this process's own, and renamed at the end. A symbolic link stays, and its target is
+replaced; a device, a pipe and a write-protected file are refused. Internal.
 
     UnfinishedFile file("crank.h5");
     write(file.getPath());   // crank.h5.part-4711

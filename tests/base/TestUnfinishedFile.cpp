@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -85,6 +86,31 @@ TEST_F(UnfinishedFileTest, KeepsTheOldFileWhereTheNewOneDoesNotFit) {
     EXPECT_EQ(readText(path), "old");
     EXPECT_THAT(listFiles(folder.string()), ElementsAre("result.txt"));
     EXPECT_THROW(replaceFile(folder / "none/result.txt", "new"), std::runtime_error);
+}
+
+TEST_F(UnfinishedFileTest, SymbolicLinksStayAndTheirTargetsAreReplaced) {
+    namespace fs = std::filesystem;
+    const fs::path disk = parent.makeFolder("disk");
+    fs::create_symlink("../disk/new.txt", folder / "first");
+    fs::create_symlink("first", folder / "result.txt");
+    for (const char* text : {"new", "newer"}) {
+        checkWritable(path);
+        replaceFile(path, text);
+        EXPECT_EQ(readText((disk / "new.txt").string()), text);
+        EXPECT_TRUE(fs::is_symlink(path));
+    }
+    EXPECT_THAT(listFiles(disk.string()), ElementsAre("new.txt"));
+}
+
+TEST_F(UnfinishedFileTest, WhatIsNoRegularFileIsNotReplaced) {
+    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    std::filesystem::create_symlink("/dev/full", folder / "full");
+    for (const std::string& name : {path, (folder / "full").string()}) {
+        EXPECT_THROW(checkWritable(name), std::runtime_error);
+        EXPECT_THROW(replaceFile(name, "new"), std::runtime_error);
+    }
+    EXPECT_TRUE(std::filesystem::is_fifo(path));
+    EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
 }
 
 TEST_F(UnfinishedFileTest, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
