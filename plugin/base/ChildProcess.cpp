@@ -91,7 +91,6 @@ private:
     }
 
     static bool redirect(int given, int target, int flags) {
-        if (given == target) return fcntl(target, F_SETFD, 0) == 0;  // left open by exec
         const int file = given < 0 ? open("/dev/null", flags) : given;
         if (file < 0 || dup2(file, target) < 0) return false;
         if (given < 0 && file != target) close(file);
@@ -104,30 +103,60 @@ private:
     }
 };
 
+/** A copy of an open file above those that a program begins with, so that none of them replaces
+another while they are put in place, whichever of them this process has closed. **/
+class HighCopy {
+public:
+    explicit HighCopy(int file)
+        : m_file(file < 0 ? -1 : fcntl(file, F_DUPFD_CLOEXEC, STDERR_FILENO + 1)) {}
+    ~HighCopy() { drop(); }
+    HighCopy(const HighCopy&) = delete;
+    HighCopy& operator=(const HighCopy&) = delete;
+
+    int get() const { return m_file; }
+    void drop() {
+        if (m_file >= 0) close(m_file);
+        m_file = -1;
+    }
+
+private:
+    int m_file;
+};
+
 /** @pre all signals are blocked; @param signals  those that the program is to have blocked **/
-pid_t spawn(const ChildSetup& setup, const sigset_t& signals) {
-    std::vector<std::string> arguments = setup.arguments, environment;
-    for (const auto& [name, value] : setup.environment) environment.push_back(name + "=" + value);
+pid_t spawn(const ChildSetup& given, const sigset_t& signals) {
+    std::vector<std::string> arguments = given.arguments, environment;
+    for (const auto& [name, value] : given.environment) environment.push_back(name + "=" + value);
     const std::string& name = arguments.at(0);
     const std::vector<char*> argumentPointers = pointersTo(arguments),
                              environmentPointers = pointersTo(environment);
     const std::string found = findProgram(name), program = found.empty() ? name : found;
 
-    const auto refuse = [&](int error) {
-        throw std::runtime_error("cannot run '" + name + "': " + std::strerror(error));
+    const auto refuse = [&](int reason) {
+        throw std::runtime_error("cannot run '" + name + "': " + std::strerror(reason));
     };
-    int report[2];
-    if (pipe2(report, O_CLOEXEC) != 0) refuse(errno);
+    ChildSetup setup = given;
+    const HighCopy input(given.input), output(given.output), errors(given.error);
+    setup.input = input.get(), setup.output = output.get(), setup.error = errors.get();
+    const bool areCopied = (input.get() < 0) == (given.input < 0) &&
+                           (output.get() < 0) == (given.output < 0) &&
+                           (errors.get() < 0) == (given.error < 0);
+    if (!areCopied) refuse(errno);
+    int pipe[2];
+    if (pipe2(pipe, O_CLOEXEC) != 0) refuse(errno);
+    const HighCopy read(pipe[0]);
+    HighCopy written(pipe[1]);
+    close(pipe[0]), close(pipe[1]);
+    if (read.get() < 0 || written.get() < 0) refuse(errno);
     const Launch launch{
         setup,    program.c_str(), argumentPointers.data(), environmentPointers.data(), signals,
-        getpid(), report[1]};
+        getpid(), written.get()};
     const pid_t child = vfork();
     if (child == 0) launch.run();
     int error = child < 0 ? errno : 0;
-    close(report[1]);
-    while (child > 0 && read(report[0], &error, sizeof error) < 0 && errno == EINTR) {
+    written.drop();
+    while (child > 0 && ::read(read.get(), &error, sizeof error) < 0 && errno == EINTR) {
     }
-    close(report[0]);
     if (error == 0) return child;
     while (child > 0 && waitpid(child, nullptr, 0) < 0 && errno == EINTR) {
     }

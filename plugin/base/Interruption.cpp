@@ -15,6 +15,10 @@ void catchInterrupts() {
     action.sa_flags = int(SA_RESETHAND);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    struct sigaction before {};
+    // A terminal that goes; not where `nohup` has it ignored.
+    if (sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
+        sigaction(SIGHUP, &action, nullptr);
     signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error as a full disk is
 }
 

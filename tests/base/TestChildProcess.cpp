@@ -67,6 +67,18 @@ TEST(ChildProcess, FolderAndEnvironmentAreThoseAskedFor) {
     EXPECT_EQ(outputOf(setup), "NAME=value = $HOME\n");
 }
 
+TEST(ChildProcess, WhatItWritesArrivesWhicheverStandardFilesAreClosedHere) {
+    // The file that takes its output is opened in place of one that is closed.
+    for (const int closed : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+        const int kept = dup(closed);
+        close(closed);
+        const std::string text = outputOf(setupOf({"/bin/echo", "words"}));
+        dup2(kept, closed);
+        close(kept);
+        EXPECT_EQ(text, "words\n") << closed;
+    }
+}
+
 TEST(ChildProcess, HowItEndedIsTold) {
     EXPECT_TRUE(ChildProcess(setupOf({"true"})).wait().isSuccess());
     EXPECT_EQ(ChildProcess(setupOf({"sh", "-c", "exit 3"})).wait().describe(),

@@ -185,6 +185,15 @@ TEST_F(CliTest, HelpAndVersionSayWhatTheyShould) {
     EXPECT_EQ(out, "simflex " SIMFLEX_VERSION "\n");
 }
 
+TEST_F(CliTest, OutputThatDoesNotArriveIsAnError) {
+    for (const std::string command : {"keys", "schema", "--help"}) {
+        EXPECT_EQ(
+            runProgram("bash -c '\"$0\" " + command + " >/dev/full' '" SIMFLEX_PROGRAM "'", ""), 1)
+            << command;
+        EXPECT_THAT(err, HasSubstr("simflex: cannot write the output"));
+    }
+}
+
 TEST_F(CliTest, WrongUsageExitsWithTwoAndOneLine) {
     for (const char* arguments :
          {"", "frobnicate", "reduce", "info", "reduce brick.inp --modes many",
