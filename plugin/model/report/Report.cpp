@@ -33,8 +33,23 @@ constexpr int ReportDigits = 6;
 std::string escapeHtml(const std::string& text) {
     std::string escaped;
     for (const char c : text)
-        escaped += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+        escaped += c == '<'    ? "&lt;"
+                   : c == '>'  ? "&gt;"
+                   : c == '&'  ? "&amp;"
+                   : c == '"'  ? "&quot;"
+                   : c == '\'' ? "&#39;"
+                               : std::string(1, c);
     return escaped;
+}
+
+/** What a browser lets the page do: run its own script and nothing else, ask no other place for
+anything. The second line of defence against texts of a model file; escapeHtml() is the first. **/
+std::string makePolicy() {
+    std::string hash;
+    for (const char* digits = PageScriptSha256; *digits; digits += 2)
+        hash += char(std::stoi(std::string(digits, 2), nullptr, 16));
+    return "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-" +
+           encodeBase64(hash.data(), hash.size()) + "'";
 }
 
 /** A row of a table. @param tag  "th" or "td" **/
@@ -249,6 +264,7 @@ public:
 
         std::string text =
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
+        text += "<meta http-equiv=\"Content-Security-Policy\" content=\"" + makePolicy() + "\">\n";
         text +=
             "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
             escapeHtml(header.title) + "</title>\n<style>\n" + PageStyle +

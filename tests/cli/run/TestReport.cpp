@@ -68,6 +68,20 @@ TEST_F(ReportTest, ThePageHasTheMotionTheCurvesAndTheTables) {
     EXPECT_TRUE(page == testing::readText(folder / "again.html"));
 }
 
+TEST_F(ReportTest, TextsOfTheModelAreNeverPartOfThePage) {
+    writeModel(R"(simflex: 1
+bodies: {mass: {mass: 1, inertia: [1, 1, 1]}}
+probes: {ramp: {function: t, unit: "<b> \" ' onfocus=alert(1) &"}}
+analyses: {run: {type: transient, duration: 0.1, interval: 0.05}}
+)");
+    ASSERT_EQ(runModel("--no-pictures"), 0) << err;
+    ASSERT_EQ(report("model.results.h5"), 0) << err;
+    const std::string page = testing::readText(folder / "model.results.html");
+    EXPECT_THAT(page, HasSubstr("&lt;b&gt; &quot; &#39; onfocus=alert(1) &amp;"));
+    EXPECT_THAT(page, Not(HasSubstr("<b> ")));
+    EXPECT_THAT(page, HasSubstr("script-src 'sha256-"));
+}
+
 TEST_F(ReportTest, ResponsesOverFrequencyAreCurves) {
     writeModel(R"(simflex: 1
 bodies:
