@@ -1,5 +1,6 @@
 #include "simflex/model/Results.h"
 
+#include <filesystem>
 #include <stdexcept>
 
 #include "simflex/model/analyses/ErrorBars.h"
@@ -20,6 +21,13 @@ const Results::Series& Results::Analysis::findProbe(const std::string& probe) co
 
 const Results::Analysis& Results::findAnalysis(const std::string& analysis) const {
     return findNamed<std::out_of_range>(analyses, "analysis", analysis);
+}
+
+std::string makePathBeside(const std::string& results, const std::string& ending) {
+    std::filesystem::path path(results);
+    const std::filesystem::path own = path.extension();
+    if (own == ".h5" || own == ".hdf5") path.replace_extension();
+    return path.string() + ending;
 }
 
 Results runAnalyses(const ModelText& text, const RunOptions& options) {

@@ -134,6 +134,10 @@ enum class ReadStates { Yes, No };
 /** Reads; checks every shape. @throws std::runtime_error naming file and object. **/
 Results readResults(const std::string& path, ReadStates states = ReadStates::Yes);
 
+/** The name of a file that goes with results: "run.h5" and ".csv" make "run.csv". Any other ending
+than that of HDF5 is part of the name, so that what belongs to "a.1" and "a.2" stays apart. **/
+std::string makePathBeside(const std::string& results, const std::string& ending);
+
 /** One CSV file: time, then every column as "probe.x [m]"; of eigen and campbell the frequencies;
 of linear the matrices, of frequency_response magnitudes and phases. Numbers with 17 digits. @throws
 std::runtime_error. **/

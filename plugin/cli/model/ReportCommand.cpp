@@ -2,13 +2,13 @@
 simflex report: a run as one page for a browser. **/
 
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/Options.h"
 #include "simflex/cli/ProgressBar.h"
+#include "simflex/model/Results.h"
 #include "simflex/model/report/Report.h"
 
 namespace simflex {
@@ -24,9 +24,7 @@ struct ReportArguments {
 void report(ReportArguments& arguments) {
     arguments.options.listener = makeListener(arguments.isQuiet);
     const std::string page =
-        !arguments.page.empty()
-            ? arguments.page
-            : std::filesystem::path(arguments.results).replace_extension(".html").string();
+        !arguments.page.empty() ? arguments.page : makePathBeside(arguments.results, ".html");
     const std::string content = model::writeReport(arguments.results, page, arguments.options);
     ProgressBar::clearLine();
     std::printf("report: %s, %s\n", page.c_str(), content.c_str());

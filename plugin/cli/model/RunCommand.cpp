@@ -4,7 +4,6 @@ simflex run: does the analyses of a model file. **/
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -23,8 +22,6 @@ namespace cli {
 
 using namespace model;
 namespace {
-
-namespace fs = std::filesystem;
 
 /** As a shell takes it for one word. **/
 std::string quote(const std::string& text) {
@@ -73,7 +70,7 @@ void verify(ModelText text, const ModelRun& run, RunOptions options) {
     const bool isFixed = solver.get("fixed_step").isGiven();
     const std::string change = isFixed ? divide("fixed_step", 2) : divide("accuracy", 10);
     if (solver.get("maximum_step").isGiven()) divide("maximum_step", 2);
-    options.output = fs::path(run.getResultPath()).replace_extension(".fine.h5").string();
+    options.output = makePathBeside(run.getResultPath(), ".fine.h5");
     options.longestStep = 0.5;  // where that is what limits the error
     options.drawsPictures = options.writesCsv = false;
     options.animation.clear();

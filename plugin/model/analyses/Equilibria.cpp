@@ -3,7 +3,6 @@ The analyses without time: static, eigen, campbell, linear, frequency_response. 
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -496,8 +495,7 @@ void ModelRun::runLinear(const ModelValue& analysis) {
                         {"C", listRows(linear.C)},
                         {"D", listRows(linear.D)}};
     m_writer->add(results);
-    const std::string path =
-        std::filesystem::path(m_resultPath).replace_extension("." + name + ".mat").string();
+    const std::string path = makePathBeside(m_resultPath, "." + name + ".mat");
     linear.writeMat(path);
     if (linear.A.nrow() < linear.numStates)
         m_remarks[name].push_back(std::to_string(linear.numStates) + " states before" +

@@ -225,7 +225,8 @@ void ModelRun::checkPorts() const {
 }
 
 void ModelRun::readEarlier() {
-    if (!fs::exists(m_resultPath) && !fs::exists(m_resultPath + ".rows")) return;
+    // Without it a journal beside it has nothing: both are written from the first moment on.
+    if (!fs::exists(m_resultPath)) return;
     Results data;
     try {
         data = readResults(m_resultPath, m_options.resumes ? ReadStates::No : ReadStates::Yes);
@@ -342,9 +343,7 @@ void ModelRun::writeTables() const {
     if (!m_options.writesCsv && !m_model->getFile().get("output").get("csv").getBool()) return;
     for (const Results::Analysis& analysis : readResults(m_resultPath, ReadStates::No).analyses) {
         if (!isWanted(analysis.name)) continue;
-        writeResultCsv(
-            fs::path(m_resultPath).replace_extension("." + analysis.name + ".csv").string(),
-            analysis);
+        writeResultCsv(makePathBeside(m_resultPath, "." + analysis.name + ".csv"), analysis);
     }
 }
 

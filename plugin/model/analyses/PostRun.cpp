@@ -136,9 +136,8 @@ public:
     }
 
     std::string perform() {
-        const std::string output = m_options.output.empty()
-                                       ? fs::path(m_path).replace_extension(".post.h5").string()
-                                       : m_options.output;
+        const std::string output =
+            m_options.output.empty() ? makePathBeside(m_path, ".post.h5") : m_options.output;
         std::error_code none;
         if (fs::equivalent(output, m_path, none))
             throw std::runtime_error("'" + output +
@@ -177,9 +176,7 @@ public:
                         writeAnimation(*m_model, analysis, m_options.animation));
         if (m_options.writesCsv || m_model->getFile().get("output").get("csv").getBool())
             for (const Results::Analysis& analysis : done)
-                writeResultCsv(
-                    fs::path(output).replace_extension("." + analysis.name + ".csv").string(),
-                    analysis);
+                writeResultCsv(makePathBeside(output, "." + analysis.name + ".csv"), analysis);
         return output;
     }
 

@@ -64,6 +64,9 @@ public:
     }
     void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                   const std::string& value) override {
+        if (makePrintable(value) != value || makePrintable(tag) != tag)
+            fail(makePlace(mark),
+                 "this text holds control characters, or bytes that are not UTF-8");
         YamlTree tree = makeTree(YamlTree::Kind::Scalar, mark, tag);
         tree.scalar = value;
         tree.isQuoted = tag == "!";

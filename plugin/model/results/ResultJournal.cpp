@@ -112,6 +112,11 @@ ResultJournal::ResultJournal(const std::string& path, Access access) : m_path(pa
         if (access != Access::Read && flock(m_file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
             throw std::runtime_error("'" + path + "' is being written by another run");
         if (access == Access::Create) {
+            char mark[JournalMarkSize];
+            const size_t found = readAt(m_file, 0, mark, JournalMarkSize);
+            if (std::memcmp(mark, JournalMark, found) != 0)
+                throw std::runtime_error("'" + path +
+                                         "' is not a journal of simflex, so it is not replaced");
             if (ftruncate(m_file, 0) != 0 || !writeAt(m_file, 0, JournalMark, JournalMarkSize))
                 throw std::runtime_error(explain("write", path));
             m_end = JournalMarkSize;
@@ -236,7 +241,15 @@ void ResultJournal::countRow(std::uint64_t offset) {
     ++analysis.numRows;
 }
 
+void ResultJournal::checkSize() const {
+    struct stat status {};
+    if (fstat(m_file, &status) != 0) throw std::runtime_error(explain("read", m_path));
+    if (std::uint64_t(status.st_size) < m_end)
+        throw std::runtime_error("'" + m_path + "' was cut by another program during the run");
+}
+
 void ResultJournal::append(std::uint64_t kind, const std::string& payload) {
+    checkSize();  // else the gap would be filled with zeros
     const std::uint64_t head[2] = {kind, payload.size()};
     m_record.assign(reinterpret_cast<const char*>(head), sizeof head);
     m_record += payload;
@@ -334,10 +347,16 @@ std::vector<double> ResultJournal::readRows(const Analysis& analysis, int first,
         if (readAt(m_file, segment.offset + std::uint64_t(begin - segment.first) * size,
                    records.data(), records.size()) != records.size())
             throw std::runtime_error(explain("read", m_path));
-        for (int k = begin; k < end; ++k)
-            std::memcpy(&rows[size_t(k - first) * numbers],
-                        &records[size_t(k - begin) * size + 2 * sizeof(std::uint64_t)],
+        for (int k = begin; k < end; ++k) {
+            const char* record = records.data() + size_t(k - begin) * size;
+            std::uint64_t sum = 0;
+            std::memcpy(&sum, record + size - sizeof sum, sizeof sum);
+            if (calcSum(record, size - sizeof sum) != sum)
+                throw std::runtime_error("'" + m_path + "' has a damaged row of analysis '" +
+                                         analysis.contents.name + "'");
+            std::memcpy(&rows[size_t(k - first) * numbers], record + 2 * sizeof(std::uint64_t),
                         numbers * sizeof(double));
+        }
         done = end - first;
     }
     if (done != count) throw std::runtime_error("'" + m_path + "' was cut while being read");

@@ -71,6 +71,8 @@ public:
 
 private:
     void scan();
+    /** @throws std::runtime_error if the file has become shorter than what was written **/
+    void checkSize() const;
     void append(std::uint64_t kind, const std::string& payload);
     /** Keeps a record's contents. @throws std::runtime_error if it makes no sense. **/
     void take(std::uint64_t kind, const std::string& payload, std::uint64_t offset);

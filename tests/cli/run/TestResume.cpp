@@ -296,5 +296,30 @@ TEST_F(ResumeTest, ResumeOfNothingBeginsAnew) {
     EXPECT_TRUE(read("run").isComplete);
 }
 
+TEST_F(ResumeTest, AJournalWithoutItsFileIsNothingToGoOnWith) {
+    // A run that is killed before it has made its first file leaves any part of the journal's head.
+    writeModel(makePendulum("1", "analyses: {run: {type: transient, duration: 0.1}}\n"));
+    std::string journal = "simflex ";
+    for (const char* arguments : {"", "--resume", "--only run"}) {
+        testing::writeText(folder / "model.results.h5.rows", journal);
+        EXPECT_EQ(runModel(arguments), 0) << err;
+        std::filesystem::remove(folder / "model.results.h5");
+        journal = journal.substr(0, journal.size() / 3);
+    }
+    testing::writeText(folder / "model.results.h5.rows", "a table of somebody's");
+    EXPECT_EQ(runModel(), 1);
+    EXPECT_THAT(err, HasSubstr("is not a journal of simflex, so it is not replaced"));
+}
+
+TEST_F(ResumeTest, AJournalThatIsCutDuringTheRunIsAnError) {
+    writeModel(kModel);
+    const pid_t child = start({});
+    awaitCheckpoint(child);
+    testing::writeText(folder / "model.results.h5.rows", "");
+    EXPECT_EQ(await(child), 1 << 8);
+    EXPECT_THAT(testing::readText(folder / "child.log"),
+                HasSubstr("was cut by another program during the run"));
+}
+
 }  // namespace
 }  // namespace simflex
