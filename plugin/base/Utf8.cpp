@@ -47,6 +47,24 @@ std::u16string convertToUtf16(std::string_view text) {
     return units;
 }
 
+std::string makePrintable(std::string_view text) {
+    std::string printable;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t length = calcUtf8Length(text, at);
+        const auto first = static_cast<unsigned char>(text[at]);
+        const bool isBlank = first == '\n' || first == '\t',
+                   isControl = (first < 0x20 && !isBlank) || first == 0x7F ||
+                               (first == 0xC2 && length == 2 &&
+                                static_cast<unsigned char>(text[at + 1]) < 0xA0);
+        if (length == 0 || isControl)
+            printable += '?';
+        else
+            printable += text.substr(at, length);
+        at += std::max<std::size_t>(1, length);
+    }
+    return printable;
+}
+
 std::size_t countCharacters(std::string_view text) {
     return decodeUtf8(text).size();
 }

@@ -18,6 +18,10 @@ std::u32string decodeUtf8(std::string_view text);
 /** UTF-16 of the same. **/
 std::u16string convertToUtf16(std::string_view text);
 
+/** The same without what a terminal would obey: control characters but for line feeds and tabs, and
+bytes that are not UTF-8, become '?'. For all text that comes from files of others. **/
+std::string makePrintable(std::string_view text);
+
 /** How many there are. **/
 std::size_t countCharacters(std::string_view text);
 

@@ -1,18 +1,44 @@
 #include "simflex/cli/Invocation.h"
 
+#include <fcntl.h>
 #include <hdf5.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <iostream>
 
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
+#include "simflex/base/Utf8.h"
 
 namespace simflex {
 namespace cli {
 
-int runCommandLine(CLI::App& app, int argc, char** argv) {
-    catchInterrupts();
+namespace {
+
+/** A file opened while one of these is closed would take its number, and with it what is printed.
+ * **/
+void openStandardFiles() {
+    for (int file = STDIN_FILENO; file <= STDERR_FILENO; ++file)
+        if (fcntl(file, F_GETFD) < 0 && open("/dev/null", O_RDWR) != file) std::abort();
+}
+
+/** @returns whether all that was printed has arrived **/
+bool finishOutput() {
+    std::cout.flush();
+    errno = 0;
+    if (std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout) return true;
+    std::fprintf(stderr, "simflex: cannot write the output%s%s\n", errno ? ": " : "",
+                 errno ? std::strerror(errno) : "");
+    return false;
+}
+
+int runCommand(CLI::App& app, int argc, char** argv) {
     // A file that could not be written (disk full) cannot be closed; at exit HDF5 would crash over
     // it.
     H5dont_atexit();
@@ -23,16 +49,27 @@ int runCommandLine(CLI::App& app, int argc, char** argv) {
         return error.get_exit_code();
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return app.exit(error);
-        std::fprintf(stderr, "simflex: %s (see simflex --help)\n", error.what());
+        std::fprintf(stderr, "simflex: %s (see simflex --help)\n",
+                     makePrintable(error.what()).c_str());
         return 2;
     } catch (const Cancelled& stopped) {
         std::fprintf(stderr, "simflex: %s\n", stopped.what());
         return 130;
     } catch (const std::exception& error) {
         const bool isStopped = wasInterrupted();
-        std::fprintf(stderr, "simflex: %s\n", isStopped ? Cancelled().what() : error.what());
+        std::fprintf(stderr, "simflex: %s\n",
+                     makePrintable(isStopped ? Cancelled().what() : error.what()).c_str());
         return isStopped ? 130 : 1;
     }
+}
+
+}  // namespace
+
+int runCommandLine(CLI::App& app, int argc, char** argv) {
+    openStandardFiles();
+    catchInterrupts();
+    const int status = runCommand(app, argc, argv);
+    return finishOutput() ? status : std::max(status, 1);
 }
 
 }  // namespace cli

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "simflex/base/Utf8.h"
 #include "simflex/cli/ProgressBar.h"
 
 namespace simflex {
@@ -13,7 +14,7 @@ namespace {
 void say(const char* kind, const std::string& text) {
     ProgressBar::clearLine();
     std::fflush(stdout);
-    std::fprintf(stderr, "simflex: %s: %s\n", kind, text.c_str());
+    std::fprintf(stderr, "simflex: %s: %s\n", kind, makePrintable(text).c_str());
 }
 
 }  // namespace

@@ -22,6 +22,14 @@ TEST(Utf8, WhatIsNoCharacterHasNoLengthAndStandsForItself) {
     EXPECT_EQ(decodeUtf8("\xC3z\xFF"), U"\u00C3z\u00FF");
 }
 
+TEST(Utf8, WhatATerminalWouldObeyIsNotPrinted) {
+    EXPECT_EQ(makePrintable("größe\t[m]\n樹"), "größe\t[m]\n樹");
+    EXPECT_EQ(makePrintable("\x1b]0;title\a\x1b[31m\r\x7F\b"), "?]0;title??[31m???");
+    EXPECT_EQ(makePrintable("\xC2\x9B"
+                            "31m\xC2\xA0\xFF"),
+              "?31m\xC2\xA0?");
+}
+
 TEST(Utf8, EveryCodePointIsReadAsItIsWritten) {
     for (char32_t code = 0; code <= 0x10FFFF; ++code) {
         if (code >= 0xD800 && code <= 0xDFFF) continue;

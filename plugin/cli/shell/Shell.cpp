@@ -10,6 +10,7 @@
 
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
+#include "simflex/base/Utf8.h"
 #include "simflex/cli/Format.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
@@ -55,7 +56,8 @@ int Shell::runPrompt() {
             std::printf("%s\n", stopped.what());
         } catch (const std::exception& error) {
             std::fflush(stdout);
-            std::fprintf(stderr, "%s\n", wasInterrupted() ? "stopped" : error.what());
+            std::fprintf(stderr, "%s\n",
+                         wasInterrupted() ? "stopped" : makePrintable(error.what()).c_str());
         }
         std::fflush(stdout);
     }
@@ -77,7 +79,7 @@ int Shell::runScript(std::istream& script, const std::string& name) {
                 if (m_options.onError == ShellOptions::OnError::Stop)
                     throw std::runtime_error(place + error.what());
                 std::fflush(stdout);
-                std::fprintf(stderr, "simflex: %s%s\n", place.c_str(), error.what());
+                std::fprintf(stderr, "simflex: %s\n", makePrintable(place + error.what()).c_str());
                 status = 1;
             }
         };

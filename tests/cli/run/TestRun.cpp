@@ -981,5 +981,13 @@ analyses:
     EXPECT_NEAR(find(read("run"), "v").rows.back()[0], 2, 5e-3);
 }
 
+TEST_F(RunTest, TextsThatATerminalWouldObeyAreRefusedOrChanged) {
+    writeModel("simflex: 1\n\"\\e]0;title\\a\\e[31mkey\": 1\n");
+    EXPECT_NE(runModel(), 0);
+    EXPECT_THAT(err, HasSubstr("model.yaml:2:1: this text holds control characters"));
+    EXPECT_NE(runModel("--set 'bodies.\x1b[31mx=1'"), 0);
+    EXPECT_EQ(err.find('\x1b'), std::string::npos);
+}
+
 }  // namespace
 }  // namespace simflex
