@@ -17,7 +17,7 @@ using namespace SimTK;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
-using Symmetry = TangentElimination<double>::Symmetry;
+using TangentSymmetry = TangentElimination<double>::Symmetry;
 
 namespace {
 
@@ -257,7 +257,7 @@ void SlowModes::Search::factor(double shift) {
     m_linear.observe();
     Blocks A = *m_now.K;
     A.addMass(*m_now.mass, shift);
-    m_elimination->factor(A, m_now.scale, Symmetry::Symmetric);
+    m_elimination->factor(A, m_now.scale, TangentSymmetry::Symmetric);
 }
 
 void SlowModes::Search::factor(const Blocks& K, const Blocks& D, double rate) {
@@ -265,7 +265,7 @@ void SlowModes::Search::factor(const Blocks& K, const Blocks& D, double rate) {
     Blocks A = K;
     A.add(D, rate);
     A.addMass(*m_now.mass, square(rate));
-    m_elimination->factor(A, m_now.scale, Symmetry::General);
+    m_elimination->factor(A, m_now.scale, TangentSymmetry::General);
 }
 
 int SlowModes::Search::count(double omegaSquared) {
@@ -306,7 +306,7 @@ int SlowModes::Search::count(const Blocks& K, const Blocks& D, double omega) {
     m_linear.observe();
     TangentElimination<double> elimination(graph, mass);
     elimination.setNumThreads(m_threads);
-    elimination.factor(H, scale, Symmetry::Symmetric);
+    elimination.factor(H, scale, TangentSymmetry::Symmetric);
     return elimination.countNegative() / 2;
 }
 
