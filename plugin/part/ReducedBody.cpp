@@ -156,6 +156,10 @@ ReducedBody ReducedBody::withScaledStiffness(double factor) const {
 
 void ReducedBody::validate() const {
     const size_t n = size_t(numModes), rows = 3 * size_t(mesh.numNodes());
+    if (provenance.units != "m kg s")
+        refuse(name, "its units are '" + provenance.units +
+                         "'; all numbers of a part are read in m kg s: convert it, or reduce its "
+                         "deck anew with its units");
     if (!(mass > 0) || !std::isfinite(mass))
         refuse(name, "mass is " + std::to_string(mass) + "; it must be positive");
     checkSize(name, "mesh positions", mesh.positions.size(), rows);

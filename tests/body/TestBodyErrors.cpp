@@ -167,6 +167,8 @@ TEST_F(BodyErrorsTest, InconsistentPartIsRefused) {
                 }),
                 HasSubstr("the modal mass of modes 1 and 1 is 4 by the trace of I2; it must be 1: "
                           "the modes are not mass-normalised"));
+    EXPECT_THAT(messageWith([](ReducedBody& b) { b.provenance.units = "mm t s"; }),
+                HasSubstr("its units are 'mm t s'; all numbers of a part are read in m kg s"));
     EXPECT_THAT(messageOf([&] { FlexibleBody(flexible, nullptr, "rod"); }), HasSubstr("'rod'"));
 }
 

@@ -289,6 +289,12 @@ TEST_F(ReducedBodyFileTest, WarningsGoWithThePart) {
     EXPECT_TRUE(testing::readText(file) == plain);
 }
 
+TEST_F(ReducedBodyFileTest, UnitsThatAreNotReadAreRefused) {
+    ReducedBody body = makePart();
+    body.provenance.units = "mm t s";
+    EXPECT_THROW(writeReducedBody(folder / "part.h5", body), std::invalid_argument);
+}
+
 TEST_F(ReducedBodyFileTest, ANewerVersionIsAnErrorThatSaysSo) {
     writeChanged("version", ReducedBodyFileVersion + 1);
     EXPECT_THAT(errorOf(file),
