@@ -13,6 +13,7 @@
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/part/PartWarnings.h"
 #include "simflex/part/TextLines.h"
 
 namespace simflex {
@@ -617,6 +618,8 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument(path + ": " + error.what());
     }
+    if (warnings)
+        for (const std::string& doubt : listPartDoubts(body)) warnings->push_back(doubt);
     return body;
 }
 

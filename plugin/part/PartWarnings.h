@@ -18,4 +18,7 @@ void writeReducedBody(const std::string& path, const ReducedBody& body,
 /** Those of a part file. @throws std::runtime_error as readReducedBody() does. **/
 std::vector<std::string> readPartWarnings(const std::string& path);
 
+/** What the numbers of a part themselves give reason to warn of: empty for simflex's own. **/
+std::vector<std::string> listPartDoubts(const ReducedBody& body);
+
 }  // namespace simflex

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <sstream>
 #include <stdexcept>
+
+#include "simflex/part/PartWarnings.h"
 
 namespace simflex {
 namespace {
@@ -43,6 +46,12 @@ void checkSymmetry(const std::string& part, const char* quantity, const std::vec
     refuse(part, text.str());
 }
 
+/** By the trace of I₂. **/
+double calcModalMass(const std::array<std::vector<double>, 6>& I2, size_t n, size_t i, size_t j) {
+    const size_t at = i + j * n;
+    return 0.5 * (I2[0][at] + I2[1][at] + I2[2][at]);
+}
+
 /** For mass-normalised modes I₂ˣˣ + I₂ʸʸ + I₂ᶻᶻ = 2·1: the trace of Σm((φ_i·φ_j)1 − φ_iφ_jᵀ). **/
 void checkMassNormalized(const std::string& part, const std::array<std::vector<double>, 6>& I2,
                          size_t n) {
@@ -50,8 +59,7 @@ void checkMassNormalized(const std::string& part, const std::array<std::vector<d
     constexpr double Tolerance = 0.1;
     for (size_t j = 0; j < n; ++j)
         for (size_t i = 0; i <= j; ++i) {
-            const size_t at = i + j * n;
-            const double mass = 0.5 * (I2[0][at] + I2[1][at] + I2[2][at]);
+            const double mass = calcModalMass(I2, n, i, j);
             if (std::abs(mass - (i == j ? 1 : 0)) <= Tolerance) continue;
             std::ostringstream text;
             text << "the modal mass of modes " << i + 1 << " and " << j + 1 << " is " << mass
@@ -152,6 +160,25 @@ ReducedBody ReducedBody::withScaledStiffness(double factor) const {
     scaled.finer.reset();   // so is its stiffness
     scaled.further.reset();
     return scaled;
+}
+
+std::vector<std::string> listPartDoubts(const ReducedBody& body) {
+    constexpr double Tolerance = 1e-3;  // of lumped masses on a fine mesh
+    const size_t n = size_t(body.numModes);
+    double largest = 0;
+    for (size_t j = 0; j < n; ++j)
+        for (size_t i = 0; i <= j; ++i) {
+            const double defect = calcModalMass(body.I2, n, i, j) - (i == j ? 1 : 0);
+            largest = std::max(largest, std::abs(defect));
+        }
+    if (!(largest > Tolerance)) return {};
+    std::ostringstream text;
+    text << std::setprecision(2) << "the modes of part '" << body.name
+         << "' and its masses are not of one model: modal masses by I2 are off by up to "
+         << 100 * largest
+         << " %, and results with them; export mass and modes alike, consistent or "
+         << "lumped";
+    return {text.str()};
 }
 
 void ReducedBody::validate() const {

@@ -289,6 +289,20 @@ TEST_F(ReducedBodyFileTest, WarningsGoWithThePart) {
     EXPECT_TRUE(testing::readText(file) == plain);
 }
 
+TEST_F(ReducedBodyFileTest, MassesOfAnotherModelThanTheModesAreDoubted) {
+    const ReducedBody body = makePart();
+    EXPECT_THAT(listPartDoubts(body), ::testing::IsEmpty());
+    for (const double factor : {0.93, 1.002, 1.08}) {
+        ReducedBody other = body;
+        for (auto& component : other.I2)
+            for (double& value : component) value *= factor;
+        EXPECT_NO_THROW(other.validate());
+        EXPECT_THAT(listPartDoubts(other),
+                    ::testing::ElementsAre(::testing::HasSubstr("are not of one model")))
+            << factor;
+    }
+}
+
 TEST_F(ReducedBodyFileTest, UnitsThatAreNotReadAreRefused) {
     ReducedBody body = makePart();
     body.provenance.units = "mm t s";

@@ -304,7 +304,8 @@ void addInfoCommand(CLI::App& app) {
         ->type_name("FILE.png");
     command->callback([arguments] {
         const ReducedBody body = readReducedBody(arguments->part);
-        const std::vector<std::string> warnings = readPartWarnings(arguments->part);
+        std::vector<std::string> warnings = readPartWarnings(arguments->part);
+        for (const std::string& doubt : listPartDoubts(body)) warnings.push_back(doubt);
         if (!arguments->picture.empty()) drawInterfaces(body).writePng(arguments->picture);
         const auto fileSize = std::filesystem::file_size(arguments->part);
         if (arguments->json) {

@@ -19,10 +19,11 @@ ReducedBody readPart(const ModelValue& value, const ModelOptions& options) {
     if (!std::filesystem::exists(path))
         file.fail("there is no part file '" + path + "'; `simflex reduce` makes one");
     try {
-        if (options.listener.warn)
-            for (const std::string& warning : readPartWarnings(path))
-                options.listener.warn("part '" + value.getName() + "': " + warning);
-        return readReducedBody(path);
+        ReducedBody part = readReducedBody(path);
+        for (const auto& warnings : {readPartWarnings(path), listPartDoubts(part)})
+            for (const std::string& warning : warnings)
+                options.listener.tellWarning("part '" + value.getName() + "': " + warning);
+        return part;
     } catch (const std::exception& error) {
         file.fail(error.what());
     }
