@@ -100,20 +100,8 @@ void addDistributedLoad(const ModelValue& value, const ModelFrames& frames, Sign
         value.get("body").fail("'" + value.get("body").getText() +
                                "' is rigid: put a force `on` a frame of it");
     const FlexibleBody& body = *system.bodies[size_t(index)].flexible;
-    std::string kind;
-    for (const char* one : {"pressure", "traction", "total_force", "modes"})
-        if (value.has(one)) kind = one;
-    if (kind != "modes" && !value.has("nodes"))
-        value.fail("say on which node set it acts: nodes: SET");
-    const ModelValue what = value.get(kind);
-    const LoadShape shape = withPlace(value.has("nodes") ? value.get("nodes") : what, [&] {
-        const ReducedBody& part = body.getPart();
-        if (kind == "modes") return LoadShape::fromModalForces(readModes(what, body.getNumModes()));
-        const ModelValue nodes = value.get("nodes");
-        if (nodes.isList()) return makeNodalShape(part, readNodes(nodes, part), kind, what);
-        return makeNodalShape(part, nodes.getText(), kind, what);
-    });
-    const ModelValue factor = kind == "pressure" ? what : value.get("scale");
+    const LoadShape shape = makeLoadShape(value, body);
+    const ModelValue factor = value.has("pressure") ? value.get("pressure") : value.get("scale");
     if (factor.isGiven() && factor.isLaw()) {
         const Signal size = signals.make(factor);
         system.lawLoads[value.getName()] = {size};
@@ -125,6 +113,29 @@ void addDistributedLoad(const ModelValue& value, const ModelFrames& frames, Sign
 }
 
 }  // namespace
+
+std::vector<int> listLoadNodes(const ModelValue& load, const ReducedBody& part) {
+    const ModelValue nodes = load.get("nodes");
+    if (nodes.isList()) return readNodes(nodes, part);
+    const auto set = part.mesh.nodeSets.find(nodes.getText());
+    return set == part.mesh.nodeSets.end() ? std::vector<int>() : set->second;
+}
+
+LoadShape makeLoadShape(const ModelValue& load, const FlexibleBody& body) {
+    std::string kind;
+    for (const char* one : {"pressure", "traction", "total_force", "modes"})
+        if (load.has(one)) kind = one;
+    if (kind != "modes" && !load.has("nodes"))
+        load.fail("say on which node set it acts: nodes: SET");
+    const ModelValue what = load.get(kind);
+    return withPlace(load.has("nodes") ? load.get("nodes") : what, [&] {
+        const ReducedBody& part = body.getPart();
+        if (kind == "modes") return LoadShape::fromModalForces(readModes(what, body.getNumModes()));
+        const ModelValue nodes = load.get("nodes");
+        if (nodes.isList()) return makeNodalShape(part, readNodes(nodes, part), kind, what);
+        return makeNodalShape(part, nodes.getText(), kind, what);
+    });
+}
 
 void addLoads(const ModelValue& file, const ModelFrames& frames, SignalBuilder& signals,
               ModelSystem& system) {

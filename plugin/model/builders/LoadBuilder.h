@@ -2,6 +2,7 @@
 /** @file
 Adds the loads and connectors of a model file to its system. **/
 
+#include "simflex/forces/LoadShape.h"
 #include "simflex/model/builders/Placement.h"
 #include "simflex/model/builders/SignalBuilder.h"
 
@@ -11,6 +12,11 @@ namespace model {
 /** Forces on frames, and pressures, tractions, forces on node sets and on modes. **/
 void addLoads(const ModelValue& file, const ModelFrames& frames, SignalBuilder& signals,
               ModelSystem& system);
+
+/** Of unit size: what a spread load of the file puts on a part. **/
+LoadShape makeLoadShape(const ModelValue& load, const FlexibleBody& body);
+/** Mesh indices of the nodes it acts on. **/
+std::vector<int> listLoadNodes(const ModelValue& load, const ReducedBody& part);
 
 /** Springs, bushings, torsion springs, stops, actuators and motors. **/
 void addConnectors(const ModelValue& file, const ModelFrames& frames, const Placement& placement,

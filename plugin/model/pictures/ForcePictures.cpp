@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "simflex/forces/LoadShape.h"
+#include "simflex/model/builders/LoadBuilder.h"
 
 namespace simflex {
 namespace model {
@@ -84,16 +84,8 @@ void addSpreadLoad(const Model& model, const ModelValue& load, OffscreenVisualiz
     if (!load.has("nodes")) return;
     const FlexibleBody& body = *model.findBody(load.get("body")).flexible;
     const ReducedBody& part = body.getPart();
-    const std::string set = load.get("nodes").getText();
-    LoadShape shape;
-    if (load.has("pressure")) {
-        shape = LoadShape::pressure(part, set);
-    } else if (load.has("traction")) {
-        shape = LoadShape::traction(part, set, load.get("traction").getVec3());
-    } else {
-        shape = LoadShape::nodeSetForce(part, set, load.get("total_force").getVec3());
-    }
-    const std::vector<int>& nodes = part.mesh.nodeSets.at(set);
+    const LoadShape shape = makeLoadShape(load, body);
+    const std::vector<int> nodes = listLoadNodes(load, part);
     Vec3 center(0);
     for (const int node : nodes) {
         const auto p = part.mesh.position(node);
