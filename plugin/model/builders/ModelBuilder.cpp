@@ -65,6 +65,34 @@ State ModelBuilder::makeInitialState(const ModelSystem& system) const {
     return state;
 }
 
+/** Where a set holds all nodes of an element, as all nodes of a shell do, both its sides count. **/
+void ModelBuilder::warnOfBothSides() const {
+    const ModelValue loads = m_file.get("loads");
+    for (const std::string& name : loads.getKeys()) {
+        const ModelValue load = loads.get(name);
+        if (!load.has("nodes") || !(load.has("pressure") || load.has("traction"))) continue;
+        const auto part = m_frames.getPart(m_frames.findBody(load.get("body")));
+        if (!part) continue;
+        std::vector<char> isIn(size_t(part->mesh.numNodes()), 0);
+        for (const int node : listLoadNodes(load, *part)) isIn[size_t(node)] = 1;
+        size_t numWhole = 0;
+        for (const ElementBlock& block : part->mesh.elements) {
+            const auto size = std::ptrdiff_t(numNodesOf(block.type));
+            for (auto first = block.nodes.begin(); block.nodes.end() - first >= size; first += size)
+                numWhole += std::all_of(first, first + size,
+                                        [&](int node) { return node < 0 || isIn[size_t(node)]; });
+        }
+        if (numWhole > 0)
+            m_options.listener.tellWarning(
+                load.getPlace() + ": load '" + name + "' acts on both sides of " +
+                std::to_string(numWhole) + " elements, as of a shell, all of whose nodes are in " +
+                (load.get("nodes").isList() ? "its list"
+                                            : "'" + load.get("nodes").getText() + "'") +
+                ": a pressure cancels there and a traction counts twice; for one side give a "
+                "total_force");
+    }
+}
+
 void ModelBuilder::warnOfAccuracy(const ModelSystem& system, double size) const {
     for (const Model::BodyEntry& body : system.bodies) {
         const MassProperties& mass = body.mobod.getDefaultMassProperties();
@@ -99,6 +127,7 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
     for (const std::string& doubt : listAngleDoubts(m_file)) m_options.listener.tellWarning(doubt);
     const double size = m_placement.calcSize();
     warnOfAccuracy(system, size);
+    warnOfBothSides();
     for (const Model::JointEntry& joint : system.joints) {
         const ModelValue value = m_file.get("joints").get(joint.name);
         if (!value.has("between")) continue;  // gears mesh anyhow

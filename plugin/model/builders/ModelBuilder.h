@@ -26,6 +26,7 @@ public:
     void noteDoubts(const ModelSystem& system, const SimTK::State& state) const;
 
 private:
+    void warnOfBothSides() const;
     void warnOfAccuracy(const ModelSystem& system, double size) const;
 
     ModelValue m_file;
