@@ -55,6 +55,14 @@ PolygonalMesh readMesh(const ModelValue& file, double scale) {
     } catch (const std::exception& error) {
         file.fail("the mesh '" + path + "' cannot be read: " + error.what());
     }
+    for (int face = 0; face < mesh.getNumFaces(); ++face)
+        for (int k = 0; k < mesh.getNumVerticesForFace(face); ++k) {
+            const int vertex = mesh.getFaceVertex(face, k);
+            if (vertex < 0 || vertex >= mesh.getNumVertices())
+                file.fail("face " + std::to_string(face + 1) + " of '" + path + "' names vertex " +
+                          std::to_string(vertex + 1) + "; there are " +
+                          std::to_string(mesh.getNumVertices()));
+        }
     if (mesh.getNumFaces() == 0) file.fail("there are no faces in '" + path + "'");
     return mesh.scaleMesh(scale);
 }
