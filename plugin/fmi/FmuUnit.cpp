@@ -3,11 +3,15 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <stdexcept>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/fmi/Fmi2.h"
 #include "simflex/fmi/Fmi3.h"
 
@@ -173,7 +177,14 @@ void FmuSlave::set(const std::string& name, double value) {
         else
             call("fmi2SetReal", what, reference, one, &value);
     } else if (variable.type == FmuVariable::Type::Integer) {
-        const int number = int(value);
+        constexpr double WholeTolerance = 1e-9;  // round-off of what was computed
+        const double whole = std::round(value);
+        if (!(std::abs(value - whole) <= WholeTolerance * std::max(1.0, std::abs(value)) &&
+              std::abs(whole) <= double(std::numeric_limits<int>::max())))
+            throw std::runtime_error("'" + name + "' of the FMU is a whole number and cannot be " +
+                                     writeGeneral(value, 9) +
+                                     "; floor(x + 0.5) is the nearest one");
+        const int number = int(whole);
         if (isThird())
             call("fmi3SetInt32", what, reference, one, &number, one);
         else

@@ -309,6 +309,7 @@ private:
             if (!isNumber) fail(name + " is not the number of a mode: modes are numbered from 1");
             return;
         }
+        if (form.hasTexts && !entry.key.empty()) return;
         if (entry.key.empty() || !isName(entry.key, form.hasPaths))
             fail(name +
                  " cannot be a name: letters, digits, _ and - are allowed, and it begins with a "

@@ -47,6 +47,7 @@ struct SchemaForm {
     bool hasNumbers = false;        ///< the keys of entries are numbers from 1
     bool hasWords = false;          ///< the keys of entries are words of formulas
     bool hasPaths = false;          ///< the keys of entries may be paths: bodies.arm.mass
+    bool hasTexts = false;          ///< the keys of entries may be any text: y[1] of an FMU
 
     std::vector<SchemaKey> keys;
     std::vector<std::string> oneOf;  ///< exactly one of these keys must be given

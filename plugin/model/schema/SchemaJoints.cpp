@@ -464,14 +464,15 @@ SchemaForm state() {
 
 SchemaForm controller() {
     SchemaForm inputs = entries("inputs", {law()}), start = entries("start values", {number()});
-    inputs.hasPaths = start.hasPaths = true;
+    inputs.hasTexts = start.hasTexts = true;
     return map(
         "a controller",
         {
             SchemaKey("fmu", {file("an FMU")}, "FMU for co-simulation (FMI 2.0 or 3.0).")
                 .required()
                 .such("controller.fmu"),
-            SchemaKey("inputs", {inputs}, "Values of its inputs, by their names in the FMU.")
+            SchemaKey("inputs", {inputs},
+                      "Values of its inputs, by their names in the FMU, such as \"y[1]\".")
                 .such("{angle: \"angle - target\"}"),
             SchemaKey("outputs", {list({name("an output")}), entries("outputs", {text()})},
                       "Its outputs, which laws know as CONTROLLER.OUTPUT; to rename them: {OUTPUT: "

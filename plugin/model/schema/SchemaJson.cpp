@@ -34,7 +34,8 @@ Json convert(const YamlTree& tree) {
         return object;
     }
     double value = 0;
-    if (!tree.isQuoted && formula::readPlainNumber(tree.scalar, value)) return Json(value, JsonDigits);
+    if (!tree.isQuoted && formula::readPlainNumber(tree.scalar, value))
+        return Json(value, JsonDigits);
     if (!tree.isQuoted && (tree.scalar == "true" || tree.scalar == "false"))
         return Json(tree.scalar == "true");
     return Json(tree.scalar);
@@ -167,6 +168,7 @@ std::vector<Json> makeForm(const SchemaForm& form) {
             return {makeMap(form)};
         case Kind::Entries: {
             const char* const pattern = form.hasNumbers ? "^[1-9][0-9]*$"
+                                        : form.hasTexts ? "^.+$"
                                         : form.hasPaths ? PathPattern
                                         : form.hasWords
                                             ? "^(?!(t|pi|deg|g)$)[A-Za-z_][A-Za-z0-9_]*$"

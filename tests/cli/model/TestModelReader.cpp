@@ -483,6 +483,17 @@ TEST(ModelReader, TablesAreChecked) {
                 HasSubstr("a parameter has the name 'a' already"));
 }
 
+TEST(ModelReader, VariablesOfAUnitHaveAnyNames) {
+    const ModelValue model = readRest(
+        "controllers: {s: {fmu: f.fmu, inputs: {'y[1]': t, der(x): 2*t}, outputs: {u: 'u[1]'}, "
+        "period: 1, start: {'k[1,2]': 3}}}\n");
+    const ModelValue controller = model.get("controllers").get("s");
+    EXPECT_THAT(controller.get("inputs").getKeys(), ElementsAre("y[1]", "der(x)"));
+    EXPECT_EQ(controller.get("start").get("k[1,2]").getNumber(), 3);
+    EXPECT_THAT(refuseRest("connectors: {'y[1]': {type: spring}}\n"),
+                HasSubstr("'y[1]' cannot be a name"));
+}
+
 TEST(ModelReader, SettingsAreFormulasWithChoicesAndNegations) {
     for (const auto& [value, number] : std::vector<std::pair<std::string, double>>{
              {"2 > 1 ? 3 : 4", 3}, {"b > 2 ? 3 : b > 0 ? 4 : 5", 4}, {"!(2 > 1)", 0}, {"!0", 1}}) {
