@@ -14,6 +14,7 @@
 
 #include "StepSolids.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/NameDistance.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Sandbox.h"
 #include "simflex/fe/calculix/CalculixRun.h"
@@ -410,7 +411,7 @@ bool runGmsh(const std::string& path, const GmshOptions& options, const fs::path
     } else if (isStep) {
         add({"-setstring", "Geometry.OCCTargetUnit", "M"});
     }
-    for (const auto& [name, value] : options.settings) add({"-setnumber", name, value});
+    for (const auto& [name, value] : options.settings) add({"-setnumber", name, number(value)});
     callGmsh(path, options, folder, arguments, MeshName);
     return !assembly.empty();
 }
@@ -585,6 +586,40 @@ std::vector<std::string> writeDeck(const std::string& path, const fs::path& mesh
     return notes;
 }
 
+/** Gmsh takes any name, and does nothing with one that the script does not have. **/
+void checkSettings(const std::string& path, const GmshOptions& options) {
+    const auto isPart = [](char c) { return isLetter(c) || isDigit(c) || c == '_'; };
+    std::vector<std::string> known;
+    std::string texts;
+    if (isGmshScript(path))
+        for (const std::string& file : listScriptFiles(path)) {
+            std::ifstream in(file, std::ios::binary);
+            texts += std::string(std::istreambuf_iterator<char>(in), {}) + '\n';
+        }
+    for (size_t i = 0; i < texts.size();) {
+        const size_t begin = i;
+        while (i < texts.size() && isPart(texts[i])) ++i;
+        if (i > begin && !isDigit(texts[begin])) known.push_back(texts.substr(begin, i - begin));
+        if (i == begin) ++i;
+    }
+    for (const auto& [name, value] : options.settings) {
+        if (!std::isfinite(value))
+            throw std::invalid_argument("the setting '" + name + "' of " + path + " is not finite");
+        if (name.find('.') != std::string::npos) continue;  // an option of Gmsh's own
+        bool isKnown = false;                               // ONELAB's names may be paths
+        for (size_t at = texts.find(name); at != std::string::npos && !isKnown;
+             at = texts.find(name, at + 1))
+            isKnown = !(at > 0 && isPart(texts[at - 1])) &&
+                      !(at + name.size() < texts.size() && isPart(texts[at + name.size()]));
+        if (isKnown && !name.empty()) continue;
+        const std::string nearest = findNearestName(name, known);
+        throw std::invalid_argument(
+            isGmshScript(path) ? "the script " + path + " has no constant '" + name + "'" +
+                                     (nearest.empty() ? "" : "; did you mean '" + nearest + "'?")
+                               : path + " is no script (.geo) and has no constant '" + name + "'");
+    }
+}
+
 }  // namespace
 
 bool isGmshScript(const std::string& path) {
@@ -622,6 +657,7 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
         throw std::invalid_argument("the thickness is " + writeGeneral(options.thickness, 6) +
                                     "; it must be positive");
     if (!fs::is_regular_file(path)) throw std::runtime_error("cannot read part '" + path + "'");
+    checkSettings(path, options);
     TemporaryFolder folder;
     const bool isAssembly = runGmsh(path, options, folder.path());
     const fs::path deck =

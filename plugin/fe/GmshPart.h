@@ -45,8 +45,9 @@ struct GmshOptions {
     bool allowsScripts = false;
     /** One unit of the geometry in metres; 0: metres, of STEP and IGES as they say. **/
     double lengthUnit = 0;
-    /** Gmsh's own options and constants of the script, `-setnumber NAME VALUE`. **/
-    std::vector<std::pair<std::string, std::string>> settings;
+    /** Gmsh's own options (Mesh.Algorithm) and constants of the script, `-setnumber NAME VALUE`. A
+    constant that the script does not name is refused. **/
+    std::vector<std::pair<std::string, double>> settings;
     std::string program;   ///< of Gmsh; if empty, $SIMFLEX_GMSH, else `gmsh` on the PATH
     std::string keepDeck;  ///< if not empty, the deck is kept under this name (.inp)
     CalculixOptions calculix;

@@ -122,6 +122,13 @@ TEST_F(CliTest, ReduceMeshesGeometryOfAMaterial) {
     EXPECT_EQ(run("reduce box.geo --material wood"), 1);
     EXPECT_THAT(err, AllOf(HasSubstr("'wood'"), HasSubstr("titanium")));
     EXPECT_EQ(run("reduce box.geo --material steel --length-unit furlong"), 2);
+    ASSERT_EQ(run("reduce box.geo --material titanium --length-unit 1e-3 --mesh-size 10 -i "
+                  "end=END -m 12"),
+              0)
+        << err;
+    EXPECT_NEAR(readReducedBody(folder / "box.h5").mass, 0.06 * 0.02 * 0.01 * 4430, 1e-9);
+    EXPECT_EQ(run("reduce box.geo --material steel --gmsh Mesh.Algorithm3D=2*5"), 2);
+    EXPECT_THAT(err, HasSubstr("'2*5' of 'Mesh.Algorithm3D=2*5' is not a number"));
 }
 
 TEST_F(CliTest, ForgottenUnitsAreReported) {

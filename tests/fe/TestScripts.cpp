@@ -8,6 +8,7 @@ What scripts of Gmsh can do, and that meshes and CAD files are none. **/
 #include <sys/prctl.h>
 
 #include <cerrno>
+#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
@@ -145,6 +146,23 @@ TEST_F(Scripts, DoAnythingWhereTheyAreAllowedTo) {
     options.gmsh.allowsScripts = true;
     EXPECT_EQ(read(options), "accepted");
     EXPECT_THAT(listModel(), ElementsAre("OUT", "RAN", "box.geo", "helper.txt"));
+}
+
+TEST_F(Scripts, ConstantsThatTheyDoNotHaveAreRefused) {
+    write("size.txt", "DefineConstant[ width = {0.02, Name \"Size/width\"} ];\n");
+    SourceOptions options =
+        optionsOf(write("box.geo", "Include \"size.txt\";\n" + std::string(kBox)));
+    options.gmsh.allowsScripts = true;
+    for (const std::string name : {"widt", "WIDTH", "width2", "Volum"}) {
+        options.gmsh.settings = {{name, 0.03}};
+        EXPECT_THAT(read(options), HasSubstr("has no constant '" + name + "'")) << name;
+    }
+    options.gmsh.settings = {{"widt", 0.03}};
+    EXPECT_THAT(read(options), HasSubstr("did you mean 'width'?"));
+    options.gmsh.settings = {{"width", 0.03}, {"Size/width", 0.03}, {"Mesh.Algorithm3D", 1}};
+    EXPECT_EQ(read(options), "accepted");
+    options.gmsh.settings = {{"width", std::nan("")}};
+    EXPECT_THAT(read(options), HasSubstr("is not finite"));
 }
 
 TEST_F(Scripts, ThatNeverEndAreKilledOnRequest) {

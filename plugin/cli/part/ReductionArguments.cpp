@@ -89,9 +89,8 @@ void SourceArguments::addTo(CLI::App& command) {
         "T")
         ->check(makePositiveCheck());
     add(gmsh, "--length-unit", m_lengthUnit,
-        "Unit of the geometry: m, cm, mm, um, in or ft (default: m; STEP files state their own, "
-        "leave\n"
-        "it out there)",
+        "Unit of the geometry: m, cm, mm, um, in, ft, or its length in metres, such as 1e-3\n"
+        "(default: m; STEP files state their own, leave it out there)",
         "UNIT");
     addRepeated(command, "--gmsh", m_settings,
                 "Constant of the script or option of Gmsh, for example Mesh.Algorithm3D=10",
@@ -106,15 +105,25 @@ SourceOptions SourceArguments::parse() const {
     SourceOptions options = m_options;
     if (!m_lengthUnit.empty()) {
         const auto unit = LengthUnits.find(m_lengthUnit);
-        if (unit == LengthUnits.end())
-            throw CLI::ValidationError("--length-unit",
-                                       "'" + m_lengthUnit + "' is none of m, cm, mm, um, in, ft");
-        options.gmsh.lengthUnit = unit->second;
+        double& length = options.gmsh.lengthUnit;
+        if (unit != LengthUnits.end())
+            length = unit->second;
+        else if (!readNumber(m_lengthUnit, length) || !(length > 0))
+            throw CLI::ValidationError("--length-unit", "'" + m_lengthUnit +
+                                                            "' is none of m, cm, mm, um, in, ft, "
+                                                            "nor a length in metres, such as 1e-3");
     }
     for (const std::string& text : m_materials)
         options.material += (options.material.empty() ? "" : ";") + text;
-    for (const std::string& text : m_settings)
-        options.gmsh.settings.push_back(splitAssignment("--gmsh", text));
+    for (const std::string& text : m_settings) {
+        const auto [name, number] = splitAssignment("--gmsh", text);
+        double value = 0;
+        if (!readNumber(trimBlanks(number), value))
+            throw CLI::ValidationError("--gmsh", "'" + number + "' of '" + text +
+                                                     "' is not a number (formulas have their place "
+                                                     "in a model's settings)");
+        options.gmsh.settings.emplace_back(name, value);
+    }
     return options;
 }
 

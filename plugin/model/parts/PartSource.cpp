@@ -74,7 +74,7 @@ void readGeometry(const ModelValue& part, SourceOptions& source) {
     if (part.has("length_unit")) source.gmsh.lengthUnit = part.get("length_unit").getNumber();
     const ModelValue settings = part.get("settings");
     for (const std::string& name : settings.getKeys())
-        source.gmsh.settings.emplace_back(name, settings.get(name).getText());
+        source.gmsh.settings.emplace_back(name, settings.get(name).getNumber());
 }
 
 InterfaceOptions readInterface(const ModelValue& value) {

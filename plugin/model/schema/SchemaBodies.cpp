@@ -125,7 +125,7 @@ SchemaForm part() {
                 .with({"geometry"})
                 .orElseNote("as the file says, else 1")
                 .such("1e-3"),
-            SchemaKey("settings", {entries("settings", {text()})}, "Constants of a .geo script.")
+            SchemaKey("settings", {entries("settings", {number()})}, "Constants of a .geo script.")
                 .with({"geometry"})
                 .such("{thickness: 0.01}"),
             SchemaKey("units", {text()}, "Units of the deck or geometry: length-mass-time.")
