@@ -665,12 +665,32 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
     const std::vector<std::string> materials =
         writeDeck(path, folder.path() / MeshName, options, !isAssembly, deck);
 
+    // Places in a deck that is gone say nothing.
+    const auto withoutPlace = [&](std::string text) {
+        const std::string name = deck.string() + ":";
+        for (size_t at; options.keepDeck.empty() && (at = text.find(name)) != std::string::npos;) {
+            size_t end = at + name.size();
+            while (end < text.size() && (isDigit(text[end]) || text[end] == ':')) ++end;
+            if (end < text.size() && text[end] == ' ') ++end;
+            text.erase(at, end - at);
+        }
+        return text;
+    };
+    CalculixOptions calculix = options.calculix;
+    for (auto member : {&CalculixOptions::note, &CalculixOptions::warn})
+        if (options.calculix.*member)
+            calculix.*member = [&options, member, withoutPlace](const std::string& text) {
+                (options.calculix.*member)(withoutPlace(text));
+            };
     FeModel model;
     try {
-        model = readCalculixDeck(deck.string(), options.calculix);
+        model = readCalculixDeck(deck.string(), calculix);
     } catch (const std::invalid_argument& error) {
-        throw std::invalid_argument(path + ": the mesh cannot be reduced: " + error.what());
+        throw std::invalid_argument(path +
+                                    ": the mesh cannot be reduced: " + withoutPlace(error.what()));
     }
+    for (auto* texts : {&model.notes, &model.warnings})
+        for (std::string& text : *texts) text = withoutPlace(text);
     if (options.keepDeck.empty()) model.source = path;
     for (const std::string& text : materials) {
         model.notes.push_back(text);
