@@ -4,6 +4,8 @@
 
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/BlockEliminationSolver.h"
+#include "simflex/solver/elimination/NewtonCombination.h"
 #include "simflex/solver/equations/Evaluation.h"
 
 namespace simflex {
@@ -220,6 +222,221 @@ TEST(RigidTrees, ATelescopeIsControlledByTheLengthThatItHas) {
         const Vec3 end = arm.getBodyOriginLocation(integrator.getState());
         EXPECT_LT((end - exact).norm(), bound) << accuracy;
     }
+}
+
+/** Bodies that hang on one another at random, with springs, dampers and two kinds of gravity. **/
+struct RandomTree {
+    enum class Kinds { All, Balls };
+
+    RandomTree(int seed, int numBodies, Kinds kinds, Rotations rotations) {
+        random.setSeed(seed);
+        Force::UniformGravity(forces, matter, Vec3(0.3, 2, 1));
+        const Force::Gravity gravity(forces, matter, Vec3(1, -9.81, 2));
+        Force::GlobalDamper(forces, matter, 0.3);
+        std::vector<MobilizedBody> bodies{matter.Ground()};
+        for (int k = 0; k < numBodies; ++k) {
+            const Real choice = 0.5 * (random.getValue() + 1) * Real(bodies.size());
+            bodies.push_back(add(kinds == Kinds::All ? k % 13 : 11, bodies[size_t(choice)]));
+        }
+        state = system.realizeTopology();
+        matter.setUseEulerAngles(state, rotations == Rotations::EulerAngles);
+        system.realizeModel(state);
+        gravity.setBodyIsExcluded(state, bodies[5], true);
+        for (int i = 0; i < state.getNQ(); ++i) state.updQ()[i] += 0.5 * random.getValue();
+        for (int i = 0; i < state.getNU(); ++i) state.updU()[i] = random.getValue();
+        system.realize(state, Stage::Position);
+        matter.normalizeQuaternions(state);
+    }
+
+    Vec3 pickVector() {
+        const Real x = random.getValue(), y = random.getValue(), z = random.getValue();
+        return {x, y, z};
+    }
+    Transform pickTransform() {
+        const Vec3 a = pickVector();
+        return {Rotation(BodyRotationSequence, a[0], XAxis, a[1], YAxis, a[2], ZAxis),
+                pickVector()};
+    }
+    MobilizedBody add(int kind, MobilizedBody& parent) {
+        const Real m = 1.5 + random.getValue();
+        const Vec3 c = 0.3 * pickVector();
+        const Body::Rigid body(MassProperties(
+            m, c,
+            Inertia(m * Vec3(0.3, 0.4, 0.35), 0.05 * m * pickVector()).shiftFromMassCenter(c, m)));
+        const Transform F = pickTransform(), M = pickTransform();
+        switch (kind) {
+            case 0:
+                return MobilizedBody::Free(parent, F, body, M);
+            case 1:
+                return addSpring(MobilizedBody::Pin(parent, F, body, M));
+            case 2:
+                return addSpring(MobilizedBody::Slider(parent, F, body, M));
+            case 3:
+                return MobilizedBody::Cylinder(parent, F, body, M);
+            case 4:
+                return addSpring(MobilizedBody::Screw(parent, F, body, M, 0.2));
+            case 5:
+                return addSpring(MobilizedBody::Universal(parent, F, body, M));
+            case 6:
+                return MobilizedBody::Planar(parent, F, body, M);
+            case 7:
+                return MobilizedBody::BendStretch(parent, F, body, M);
+            case 8:
+                return addSpring(MobilizedBody::Gimbal(parent, F, body, M));
+            case 9:
+                return MobilizedBody::Bushing(parent, F, body, M);
+            case 10:
+                return MobilizedBody::Translation(parent, F, body, M);
+            case 11:
+                return addSpring(MobilizedBody::Ball(parent, F, body, M));
+            default:
+                return MobilizedBody::Weld(parent, F, body, M);
+        }
+    }
+    MobilizedBody addSpring(const MobilizedBody& body) {
+        Force::MobilityLinearSpring(forces, body, MobilizerQIndex(0), 3, 0.2);
+        Force::MobilityLinearDamper(forces, body, MobilizerUIndex(0), 2);
+        return body;
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    Random::Uniform random{-1, 1};
+    State state;
+};
+
+/** Speeds, accelerations and coordinates of a RandomTree, and what its equations make of them. **/
+class TreeEquations {
+public:
+    explicit TreeEquations(RandomTree& tree)
+        : equations(tree.system, tree.state),
+          numU(size_t(equations.getTopology().numU)),
+          q(size_t(equations.getTopology().numQ)),
+          u(numU),
+          uDot(numU) {
+        equations.getBlocks().getFromState(tree.state, q.data(), u.data());
+        for (double& value : uDot) value = 3 * tree.random.getValue();
+    }
+    Eigen::VectorXd calcResidual(const std::vector<double>& atQ, const std::vector<double>& atU,
+                                 const std::vector<double>& atUDot) {
+        Eigen::VectorXd r(numU);
+        equations.realize(0, atQ.data(), atU.data());
+        equations.calcResidual(atQ.data(), atU.data(), atUDot.data(), nullptr, r.data());
+        return r;
+    }
+    /** J by central differences. **/
+    Eigen::MatrixXd calcDifferences(const NewtonFactors& factors) {
+        constexpr double h = 1e-5;
+        Eigen::MatrixXd J(numU, numU);
+        for (size_t j = 0; j < numU; ++j) {
+            Eigen::VectorXd ends[2];
+            for (int side : {0, 1}) {
+                const double change = side == 0 ? -h : h;
+                std::vector<double> atQ = q, atU = u, atUDot = uDot, delta(numU, 0);
+                delta[j] = factors.stiffness * change;
+                equations.getBlocks().displaceQ(delta.data(), atQ.data());
+                atU[j] += change;
+                atUDot[j] += change / factors.mass;
+                ends[side] = calcResidual(atQ, atU, atUDot);
+            }
+            J.col(Eigen::Index(j)) = (ends[1] - ends[0]) / (2 * h);
+        }
+        calcResidual(q, u, uDot);
+        return J;
+    }
+    NewtonSystem formSystem(const NewtonFactors& factors) {
+        NewtonSystem system = equations.getTopology().makeNewtonSystem();
+        equations.formNewtonSystem(factors, false, q.data(), u.data(), uDot.data(), system);
+        return system;
+    }
+
+    Evaluation equations;
+    size_t numU;
+    std::vector<double> q, u, uDot;
+};
+
+TEST(RigidTrees, DerivativesAreExact) {
+    const NewtonFactors factors(0.3, 0.7);
+    for (const Rotations rotations : {Rotations::Quaternions, Rotations::EulerAngles})
+        for (int seed = 1; seed <= 2; ++seed) {
+            RandomTree tree(seed, 26, RandomTree::Kinds::All, rotations);
+            TreeEquations trial(tree);
+            EXPECT_FALSE(trial.equations.getTopology().hasForeignForces);
+            const Eigen::MatrixXd expected = trial.calcDifferences(factors);
+            const NewtonSystem system = trial.formSystem(factors);
+            Eigen::MatrixXd J = Eigen::MatrixXd::Zero(expected.rows(), expected.cols());
+            for (int b = 0; b < trial.equations.getTopology().numBlocks(); ++b) {
+                const NewtonSystem::Block& block = system.blocks[size_t(b)];
+                std::vector<double> matrix = block.matrix, workspace;
+                if (block.form == NewtonBlock::Form::Tree)
+                    block.tree.expand(block.size, matrix.data(), workspace);
+                const int first = trial.equations.getBlock(b).firstU;
+                J.block(first, first, block.size, block.size) =
+                    Eigen::Map<const Eigen::MatrixXd>(matrix.data(), block.size, block.size);
+            }
+            EXPECT_LT((J - expected).cwiseAbs().maxCoeff(), 1e-9 * J.cwiseAbs().maxCoeff());
+        }
+}
+
+TEST(RigidTrees, LongTreesAreEliminatedBodyByBody) {
+    RandomTree tree(3, 60, RandomTree::Kinds::Balls, Rotations::Quaternions);
+    TreeEquations trial(tree);
+    trial.calcResidual(trial.q, trial.u, trial.uDot);
+    NewtonSystem system = trial.formSystem(NewtonFactors(0.1));
+    const NewtonSystem second = trial.formSystem(NewtonFactors(0.1, 0.2)),
+                       third = trial.formSystem(NewtonFactors(0.2, 0.1));
+    int numTrees = 0;
+    for (const NewtonSystem::Block& block : system.blocks)
+        numTrees += block.form == NewtonBlock::Form::Tree ? 1 : 0;
+    EXPECT_GT(numTrees, 0);
+    for (double& value : system.r) value = tree.random.getValue();
+    const std::complex<double> weights[] = {{0.2, 0.3}, {0.5, -0.4}, {0.3, 0.1}};
+    ComplexNewtonSystem combined = makeCombined(system, 0);
+    combine(system, second, third, weights, combined);
+    std::copy(system.r.begin(), system.r.end(), combined.r.begin());
+    const auto expectSolution = [&](const auto& given, auto& solver) {
+        solver.factor(given);
+        solver.solve(given);
+        for (int b = 0; b < trial.equations.getTopology().numBlocks(); ++b) {
+            const auto& block = given.blocks[size_t(b)];
+            if (block.form != NewtonBlock::Form::Tree) continue;
+            auto product = given.r, workspace = given.r;
+            const int first = trial.equations.getBlock(b).firstU;
+            block.tree.multiply(solver.getDeltaU().data() + first, product.data(), workspace);
+            for (int i = 0; i < block.size; ++i)
+                EXPECT_LT(std::abs(product[size_t(i)] + given.r[size_t(first + i)]), 1e-10);
+        }
+    };
+    BlockEliminationSolver real(system);
+    expectSolution(system, real);
+    ComplexBlockEliminationSolver complex(combined);
+    expectSolution(combined, complex);
+}
+
+/** An old matrix leads away from the solution in a long chain: M⁻¹ΔM is large. **/
+TEST(RigidTrees, LongChainsTakeFewIterationsAStep) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    Force::UniformGravity(forces, matter, Vec3(10, -9.8, 3));
+    Force::GlobalDamper(forces, matter, 1);
+    const Body::Rigid link(MassProperties(1, Vec3(0, -0.5, 0), UnitInertia(1)));
+    MobilizedBody parent = matter.Ground();
+    for (int i = 0; i < 50; ++i)
+        parent =
+            MobilizedBody::Ball(parent, Transform(Vec3(0, i == 0 ? 0 : -1, 0)), link, Transform());
+    State state = system.realizeTopology();
+    Random::Gaussian random;
+    random.setSeed(3);
+    for (int i = 0; i < state.getNU(); ++i) state.updU()[i] = random.getValue();
+    BdfIntegrator integrator(system);
+    integrator.setAccuracy(1e-3);
+    integrator.initialize(state);
+    integrator.stepTo(0.2);
+    const IntegratorStatistics& statistics = integrator.getStatistics();
+    EXPECT_LT(statistics.newtonIterations, 3 * statistics.stepsAttempted);
+    EXPECT_EQ(statistics.convergenceFailures, 0);
 }
 
 }  // namespace

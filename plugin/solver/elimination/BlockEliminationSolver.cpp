@@ -277,7 +277,8 @@ private:
         bool isSymmetric = system.pairs.empty() && system.couplings.empty();
         for (size_t b = 0; b < m_blocks.size(); ++b) {
             m_cliqueValues[b] = m_isLate[b] ? nullptr : m_blocks[b].getSchur();
-            isSymmetric = isSymmetric && system.blocks[b].form != NewtonBlock::Form::General;
+            isSymmetric = isSymmetric && system.blocks[b].form != NewtonBlock::Form::General &&
+                          system.blocks[b].form != NewtonBlock::Form::Tree;
         }
         for (LateBlock& late : m_lateBlocks) fillLateBlock(system, late);
         size_t clique = size_t(m_firstComplianceClique);
@@ -312,6 +313,10 @@ private:
             late.minusJ.topRightCorner(3, n - 6) =
                 late.minusJ.bottomLeftCorner(n - 6, 3).transpose();
             late.minusJ.diagonal().tail(n - 6) = -Map<const Vector>(part.diagonal.data(), n - 6);
+        } else if (block.form == NewtonBlock::Form::Tree) {
+            std::vector<Scalar> workspace;
+            block.tree.expand(n, late.minusJ.data(), workspace);
+            late.minusJ *= Scalar(-1);
         } else {
             late.minusJ = -Map<const Matrix>(block.matrix.data(), n, n);
         }

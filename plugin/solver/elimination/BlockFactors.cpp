@@ -20,7 +20,6 @@ bool BlockFactors<Scalar>::factor(const System& system, const Block& block) {
     if (n == 0) return true;
     if (m_form == Form::Arrow) return m_arrow->factor(block, m_schur.data());
 
-    const Map<const Matrix> J(block.matrix.data(), n, n);
     m_Gt.resize(n, m);
     m_W.resize(n, m);
     m_r.resize(n);
@@ -28,6 +27,22 @@ bool BlockFactors<Scalar>::factor(const System& system, const Block& block) {
     m_Gz.resize(m);
     m_lambda.resize(m);
     system.expandGt(block, m_Gt.data());
+    if (m_form == Form::Tree) {
+        m_needsPivoting = !m_tree.factor(block.tree);
+        if (m_needsPivoting) {
+            m_expanded.resize(n, n);
+            block.tree.expand(n, m_expanded.data(), m_workspace);
+            m_pivoting.compute(m_expanded);
+        }
+        if (m_needsPivoting && !(m_pivoting.matrixLU().diagonal().cwiseAbs().minCoeff() > 0))
+            return false;
+        m_W = m_Gt.template cast<Scalar>();
+        for (int k = 0; k < m; ++k) solveInPlace(m_W.col(k).data());
+        if (m == 0) return true;
+        m_schur.noalias() = m_Gt.transpose() * m_W;
+        return m_schur.allFinite();
+    }
+    const Map<const Matrix> J(block.matrix.data(), n, n);
     if constexpr (IsReal<Scalar>) {
         if (m_form == Form::Symmetric) {
             m_symmetric.compute(J);
@@ -64,14 +79,21 @@ void BlockFactors<Scalar>::eliminate(const Scalar* r, Scalar* Gz) {
             return;
         }
     }
-    if (m_needsPivoting) {
-        m_r = m_z;
-        m_z = m_pivoting.solve(m_r);
-    } else {
-        m_general.solveInPlace(m_z.data());
-    }
+    solveInPlace(m_z.data());
     m_Gz.noalias() = m_Gt.transpose() * m_z;
     std::copy_n(m_Gz.data(), m_Gz.size(), Gz);
+}
+
+template <class Scalar>
+void BlockFactors<Scalar>::solveInPlace(Scalar* x) {
+    if (m_needsPivoting) {
+        m_r = Map<const Vector>(x, m_r.size());
+        Map<Vector>(x, m_r.size()) = m_pivoting.solve(m_r);
+    } else if (m_form == Form::Tree) {
+        m_tree.solveInPlace(x);
+    } else {
+        m_general.solveInPlace(x);
+    }
 }
 
 template <class Scalar>

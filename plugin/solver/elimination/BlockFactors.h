@@ -1,7 +1,8 @@
 #pragma once
 /** @file
 Step 1 of block elimination, for one block (private header): J_b factored, and what it adds to the
-Schur complement, S_b = G_b J_b⁻¹ G_bᵀ. Arrows go by ArrowFactors, other forms by dense matrices.
+Schur complement, S_b = G_b J_b⁻¹ G_bᵀ. Arrows go by ArrowFactors, trees by TreeFactors, other forms
+by dense matrices.
 
 Dense numbers are worked on in Eigen's own, aligned storage: how a sum is split then never depends
 on an address, and results are the same to the bit from run to run. **/
@@ -13,6 +14,7 @@ on an address, and results are the same to the bit from run to run. **/
 #include "simflex/solver/NewtonSystem.h"
 #include "simflex/solver/elimination/ArrowFactors.h"
 #include "simflex/solver/elimination/ChunkedLu.h"
+#include "simflex/solver/elimination/TreeFactors.h"
 
 namespace simflex {
 
@@ -57,6 +59,11 @@ private:
     ChunkedLu<Scalar> m_general;
     Eigen::PartialPivLU<Matrix> m_pivoting;  ///< where that fails
     bool m_needsPivoting = false;
+    TreeFactors<Scalar> m_tree;
+    std::vector<Scalar> m_workspace;
+    Matrix m_expanded;  ///< a tree's J where that fails
+    /** Of the general form and of trees. **/
+    void solveInPlace(Scalar* x);
     Eigen::MatrixXd m_Gt;
     Matrix m_W;
     Vector m_r, m_z, m_Gz, m_lambda;

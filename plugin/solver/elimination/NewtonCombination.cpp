@@ -104,6 +104,15 @@ void combine(const NewtonSystem& a, const NewtonSystem& b, const NewtonSystem& c
         if (isArrow) {
             combineEntries(from.head, second.head, third.head, weights, block.head);
             combineEntries(from.coupling, second.coupling, third.coupling, weights, block.coupling);
+        } else if (from.form == Form::Tree) {
+            block.tree.nodes = from.tree.nodes;
+            block.tree.inertia = from.tree.inertia;
+            block.tree.screws = from.tree.screws;
+            combineEntries(from.tree.motions, second.tree.motions, third.tree.motions, weights,
+                           block.tree.motions);
+            combineEntries(from.tree.turned, second.tree.turned, third.tree.turned, weights,
+                           block.tree.turned);
+            combineEntries(from.tree.own, second.tree.own, third.tree.own, weights, block.tree.own);
         } else {
             combineEntries(from.matrix, second.matrix, third.matrix, weights, block.matrix);
         }

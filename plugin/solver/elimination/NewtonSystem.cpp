@@ -94,7 +94,8 @@ void BasicNewtonSystem<Scalar>::checkSizes() const {
         fits = fits && block.Gt.size() == size_t(block.heightOfGt()) * m;
         if (block.part < 0) {
             fits = fits && block.form != Block::Form::Arrow && block.matrix.size() == n * n &&
-                   block.columns == Block::Columns::Own;
+                   block.columns == Block::Columns::Own &&
+                   (block.form != Block::Form::Tree || block.tree.screws.size() == 6 * n);
         } else {
             if (block.part >= int(parts.size())) refuse(name + " names a part that is not there");
             const Part& part = parts[size_t(block.part)];
@@ -109,7 +110,8 @@ void BasicNewtonSystem<Scalar>::checkSizes() const {
             fits = fits && block.size == 6 + part.numModes && columns == int(m) &&
                    block.head.size() == 36 && block.coupling.size() == 3 * (n - 6) &&
                    block.coefficients.size() == (isShared ? 6 * m : 0) &&
-                   (block.form == Block::Form::Arrow || block.matrix.size() == n * n);
+                   (block.form == Block::Form::Arrow || block.matrix.size() == n * n) &&
+                   block.form != Block::Form::Tree;
         }
         if (!fits) refuse("the sizes of " + name + " do not fit together");
         for (int row : block.rows)
@@ -177,14 +179,23 @@ void NewtonSystem::write(std::ostream& stream) const {
         writeArray(stream, *part.shapes);
     }
     for (const Block& block : blocks) {
-        stream << block.size << ' ' << block.part << ' ' << int(block.form) << ' '
-               << int(block.columns) << '\n';
+        // A tree is written out.
+        const bool isTree = block.form == Block::Form::Tree;
+        std::vector<double> expanded;
+        if (isTree) {
+            expanded.resize(block.matrix.size());
+            std::vector<double> workspace;
+            block.tree.expand(block.size, expanded.data(), workspace);
+        }
+        stream << block.size << ' ' << block.part << ' '
+               << int(isTree ? Block::Form::General : block.form) << ' ' << int(block.columns)
+               << '\n';
         stream << block.sides.size();
         for (const Side& side : block.sides) stream << ' ' << side.frame << ' ' << side.numColumns;
         stream << '\n';
         writeArray(stream, block.head);
         writeArray(stream, block.coupling);
-        writeArray(stream, block.matrix);
+        writeArray(stream, isTree ? expanded : block.matrix);
         writeArray(stream, block.rows);
         writeArray(stream, block.Gt);
         writeArray(stream, block.coefficients);
@@ -255,16 +266,39 @@ NewtonSystem NewtonSystem::read(std::istream& stream) {
 }
 
 template <>
+void BasicTreeMatrix<double>::visit(Checkpoint& checkpoint, int numSpeeds) {
+    constexpr int MostBodies = 1 << 20;
+    int count = int(nodes.size());
+    checkpoint.visitWithin(count, 0, MostBodies, "the number of bodies");
+    nodes.resize(size_t(count));
+    int end = 0;
+    for (int b = 0; b < count; ++b) {
+        Node& node = nodes[size_t(b)];
+        checkpoint.visitWithin(node.parent, -1, b - 1, "a body's parent");
+        checkpoint.visitWithin(node.numSpeeds, 0, 6, "the speeds of a body");
+        node.firstSpeed = end;
+        end += node.numSpeeds;
+    }
+    if (end != numSpeeds) Checkpoint::refuse("its tree of bodies has other speeds");
+    if (checkpoint.isReading()) resize(nodes, numSpeeds);
+    checkpoint.visit(inertia, screws, motions, turned, own);
+}
+
+template <>
 void NewtonSystem::visit(Checkpoint& checkpoint) {
     for (Part& part : parts) checkpoint.visit(part.diagonal);
     for (Block& block : blocks) {
         int form = int(block.form);
         const Block::Form simplest = block.part < 0 ? Block::Form::Symmetric : Block::Form::Arrow;
-        checkpoint.visitWithin(form, int(simplest), int(Block::Form::General),
-                               "the form of a matrix");
+        const Block::Form last = block.part < 0 ? Block::Form::Tree : Block::Form::General;
+        checkpoint.visitWithin(form, int(simplest), int(last), "the form of a matrix");
         block.form = Block::Form(form);
         checkpoint.visit(block.head, block.coupling, block.Gt, block.coefficients);
         if (block.form == Block::Form::Arrow) continue;
+        if (block.form == Block::Form::Tree) {
+            block.tree.visit(checkpoint, block.size);
+            continue;
+        }
         block.matrix.resize(size_t(block.size) * size_t(block.size));
         checkpoint.visit(block.matrix);
     }

@@ -16,7 +16,8 @@ bodies. A flexible body's J is an *arrow*,
     [ H   E ]    H: 6×6 (rotation, translation),  E: only the 3 rotation rows are filled,
     [ Eᵀ  d ]    d: a diagonal, the same for all bodies of one part,
 
-or dense when gyroscopic terms are wanted. Its constraints act through frames: the modal part of a
+or dense when gyroscopic terms are wanted. A long tree's J is given body by body (TreeMatrix.h). A
+flexible body's constraints act through frames: the modal part of a
 column of Gᵀ is (shapes of the frame)·(6 coefficients), so that only 12 numbers a column are stored
 and a part's shapes once. Where shapes change with the deformation (stiffening), and where modes are
 constrained or held, the columns are the block's own; J is an arrow all the same. Standard types
@@ -30,6 +31,8 @@ one is, never Hermitian: no transpose conjugates. **/
 #include <memory>
 #include <vector>
 
+#include "simflex/solver/TreeMatrix.h"
+
 namespace simflex {
 
 class Checkpoint;
@@ -39,7 +42,8 @@ struct NewtonBlock {
     enum class Form {
         Arrow,      ///< head, coupling, and the part's diagonal
         Symmetric,  ///< matrix, symmetric and positive definite
-        General     ///< matrix
+        General,    ///< matrix
+        Tree        ///< tree
     };
     /** Of Gᵀ, whatever the form of J. **/
     enum class Columns {
@@ -84,6 +88,7 @@ struct BasicNewtonSystem {
         std::vector<Scalar> head;      ///< 6×6, if there is a part
         std::vector<Scalar> coupling;  ///< n_f×3, if there is a part: Eᵀ
         std::vector<Scalar> matrix;    ///< n×n; empty as long as the form is Arrow
+        BasicTreeMatrix<Scalar> tree;  ///< of a tree
 
         /** Sizes a block without part. **/
         void resize(int numSpeeds, std::vector<int> constraintRows);

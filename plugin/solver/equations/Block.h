@@ -29,14 +29,34 @@ struct GravityField {
     std::vector<SimTK::Vec3> atBody;  ///< by MobilizedBodyIndex
 };
 
+/** Linear forces on mobilities, summed for each of them, by Simbody's index of its speed:
+f = constant − damping·u − stiffness·q, q being the coordinate of the same place in its mobilizer.
+**/
+struct MobilityForces {
+    std::vector<double> constant, damping, stiffness;
+
+    double calcForce(int speed, double q, double u) const {
+        const size_t i = size_t(speed);
+        return constant[i] - damping[i] * u - stiffness[i] * q;
+    }
+};
+
 /** What every block of a system shares in one evaluation. **/
 struct EvaluationContext {
     const GravityField* gravity = nullptr;
+    const MobilityForces* mobilities = nullptr;  ///< null: there are none
     /** Private State with the current q and u, realized to Stage::Velocity; null if no block needs
      * Simbody. **/
     const SimTK::State* state = nullptr;
     const TimeValues* timeValues = nullptr;
     double loadFraction = 1;  ///< of the loads on whole blocks
+};
+
+/** What J of a block has, and how it is given. **/
+enum class BlockDerivatives {
+    Constant,  ///< of elastic forces and damping: an arrow, or M/mass of a rigid tree
+    Dense,     ///< of everything that calcResidual() has but loads, written out
+    ByBodies   ///< the same; of a long tree not written out
 };
 
 class Block {
@@ -80,10 +100,10 @@ public:
     virtual SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                                     const double* uDot) const = 0;
 
-    /** J of NewtonFactors.h; flexible bodies honour `dense`, rigid trees are M/mass. **/
-    virtual void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q,
-                                 const double* u, const double* uDot,
-                                 NewtonSystem::Block& block) = 0;
+    /** J of NewtonFactors.h. **/
+    virtual void formNewtonBlock(const NewtonFactors& factors, BlockDerivatives derivatives,
+                                 const EvaluationContext& context, const double* q, const double* u,
+                                 const double* uDot, NewtonSystem::Block& block) = 0;
 
     /** J = M. **/
     virtual void formMassBlock(NewtonSystem::Block& block) = 0;

@@ -47,7 +47,9 @@ void visitForeignForces(const Evaluation& equations, double time, const double* 
     const Vector otherMobilityForces = system.getMobilityForces(state, Stage::Dynamics);
     for (const GeneralForceSubsystem* forces : listGeneralForceSubsystems(system))
         for (ForceIndex f(0); f < forces->getNumForces(); ++f) {
-            if (forces->isForceDisabled(start, f)) continue;
+            const bool isApplied = !forces->isForceDisabled(start, f) ||
+                                   equations.getSimbody().isMobilityForce(forces->getForce(f));
+            if (!isApplied) continue;
             forces->setForceIsDisabled(state, f, false);
             try {
                 system.realize(state, Stage::Dynamics);
@@ -140,7 +142,7 @@ std::string findNonFinite(Evaluation& equations, double time, const double* q, c
         if (!isFinite(r.data(), block->numU))
             return "a load on the whole of '" + block->name + "' is not" + at.str();
     }
-    if (topology.hasForeignForces) visitForeignForces(equations, time, q, u, visit, fail);
+    if (topology.hasSimbodyForces()) visitForeignForces(equations, time, q, u, visit, fail);
     return culprit;
 }
 
@@ -221,7 +223,7 @@ std::string findLargestElement(Evaluation& equations, double time, const double*
 
 std::string findLargestForeignForce(Evaluation& equations, double time, const double* q,
                                     const double* u, int block) {
-    if (!equations.getTopology().hasForeignForces) return "";
+    if (!equations.getTopology().hasSimbodyForces()) return "";
     Block& target = *equations.updBlocks().all[size_t(block)];
     std::vector<double> r(size_t(target.numU), 0);
     Real largest = 0;

@@ -8,6 +8,7 @@
 #include "simflex/base/Checkpoint.h"
 #include "simflex/base/ParallelFor.h"
 #include "simflex/solver/equations/FlexibleBlock.h"
+#include "simflex/solver/equations/RigidTree.h"
 
 namespace simflex {
 
@@ -292,9 +293,31 @@ void Evaluation::calcResidual(const double* q, const double* u, const double* uD
                               const double* lambda, double* r) {
     require(Stage::Velocities, "calcResidual");
     calcUnclearedResidual(q, u, uDot, lambda, r);
-    if (m_simbody->getPrescribed()) m_simbody->getPrescribed()->clearResidual(r);
+    clearPrescribed(r);
     m_stage = Stage::Residual;
     m_hasInertia = true;
+}
+
+void Evaluation::clearPrescribed(double* r) const {
+    if (m_simbody->getPrescribed()) m_simbody->getPrescribed()->clearResidual(r);
+}
+
+void Evaluation::calcUnknownForces(const double* q, const double* u, const double* uDot,
+                                   double* r) {
+    require(Stage::Velocities, "calcUnknownForces");
+    m_scratch.assign(size_t(m_topology->numMultipliers), 0);
+    m_simbody->collectForces(m_scratch.data());
+    for (RigidTree* tree : m_blocks->rigid) {
+        double* own = r + tree->firstU;
+        if (tree->knowsDerivatives())
+            std::fill_n(own, tree->numU, 0.0);
+        else
+            tree->calcResidual(m_blocks->context, q + tree->firstQ, u + tree->firstU,
+                               uDot + tree->firstU, own);
+        m_simbody->subtractForces(*tree, own);
+    }
+    m_loads.subtractForces(r);
+    clearPrescribed(r);
 }
 
 void Evaluation::calcUnclearedResidual(const double* q, const double* u, const double* uDot,
@@ -386,9 +409,14 @@ void Evaluation::formNewtonSystem(const NewtonFactors& factors, bool dense, cons
     for (size_t p = 0; p < m_topology->parts.size(); ++p)
         m_blocks->flexible[size_t(m_topology->parts[p].firstBlock)]->calcDiagonal(
             factors, system.parts[p].diagonal.data());
+    const BlockDerivatives ofFlexible =
+        dense ? BlockDerivatives::Dense : BlockDerivatives::Constant;
+    const BlockDerivatives ofTrees =
+        level == MotionLevel::Acceleration ? m_trees.choose(dense) : BlockDerivatives::Constant;
     parallelFor(m_topology->numBlocks(), m_blocks->numThreads, [&](int b) {
         Block& block = *m_blocks->all[size_t(b)];
-        block.formNewtonBlock(factors, dense, q + block.firstQ, u + block.firstU,
+        block.formNewtonBlock(factors, b < m_topology->numFlexible ? ofFlexible : ofTrees,
+                              m_blocks->context, q + block.firstQ, u + block.firstU,
                               uDot + block.firstU, system.blocks[size_t(b)]);
         m_joints.formColumns(b, system.blocks[size_t(b)]);
     });

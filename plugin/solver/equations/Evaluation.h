@@ -135,6 +135,8 @@ public:
     double calcPower(const double* q, const double* u, const double* uDot, const double* lambda);
     /** False if calcPower() is zero wherever bodies are. **/
     bool canHavePower() const;
+    /** The residual without what trees know the derivatives of, and without multipliers. **/
+    void calcUnknownForces(const double* q, const double* u, const double* uDot, double* r);
     /** See TimedLoads. **/
     void calcTimedLoads(double time, const NewtonFactors& factors, const double* q, const double* u,
                         const double* uDot, double* r, double* g);
@@ -206,6 +208,7 @@ private:
     void moveTo(double time);
     void calcUnclearedResidual(const double* q, const double* u, const double* uDot,
                                const double* lambda, double* r);
+    void clearPrescribed(double* r) const;
 
     std::shared_ptr<const Topology> m_topology;
     std::unique_ptr<Blocks> m_blocks;

@@ -280,10 +280,10 @@ void FlexibleBlock::formArrow(double mass, NewtonSystem::Block& block) {
     for (int i = 0; i < 3 * m_n; ++i) coupling[i] = factor * NXi[i];  // Cᵀ = −Nξ
 }
 
-void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q,
-                                    const double* u, const double* uDot,
-                                    NewtonSystem::Block& block) {
-    if (dense) {
+void FlexibleBlock::formNewtonBlock(const NewtonFactors& factors, BlockDerivatives derivatives,
+                                    const EvaluationContext&, const double* q, const double* u,
+                                    const double* uDot, NewtonSystem::Block& block) {
+    if (derivatives != BlockDerivatives::Constant) {
         const double *xi = q + 7, *xiDot = u + 6;
         FlexibleBodyData* data = &updProducts(0, m_model);
         calcProducts(m_model, 1, &xi, &xiDot, &data);

@@ -85,7 +85,8 @@ public:
                     double* coefficients) const;
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                             const double* uDot) const override;
-    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q, const double* u,
+    void formNewtonBlock(const NewtonFactors& factors, BlockDerivatives derivatives,
+                         const EvaluationContext& context, const double* q, const double* u,
                          const double* uDot, NewtonSystem::Block& block) override;
     void formMassBlock(NewtonSystem::Block& block) override;
     /** Adds −ΔM u̇ = −[(I − I₀) ω̇ + C ξ̈; Cᵀ ω̇] to forces on the frame and on the mobilities.

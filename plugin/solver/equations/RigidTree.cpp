@@ -347,7 +347,7 @@ void RigidTree::addInForces(double* r) {
     }
 }
 
-void RigidTree::calcResidual(const EvaluationContext& context, const double*, const double*,
+void RigidTree::calcResidual(const EvaluationContext& context, const double* q, const double* u,
                              const double* uDot, double* r) {
     for (size_t b = 0; b < m_bodies.size(); ++b) {
         const RigidBody& body = m_bodies[b];
@@ -364,6 +364,11 @@ void RigidTree::calcResidual(const EvaluationContext& context, const double*, co
                       SpatialVec((body.X_GB.R() * body.mass.getMassCenter()) % weight, weight);
     }
     std::fill(r, r + numU, 0.0);
+    if (context.mobilities)
+        for (const RigidBody& body : m_bodies)
+            for (int k = 0; k < body.nu; ++k)
+                r[body.u0 + k] -=
+                    context.mobilities->calcForce(body.stateU0 + k, q[body.q0 + k], u[body.u0 + k]);
     addInForces(r);
 }
 
@@ -439,9 +444,16 @@ void RigidTree::formMassMatrix(double factor, NewtonSystem::Block& block) {
     }
 }
 
-void RigidTree::formNewtonBlock(const NewtonFactors& factors, bool, const double*, const double*,
-                                const double*, NewtonSystem::Block& block) {
-    formMassMatrix(1 / factors.mass, block);
+void RigidTree::formNewtonBlock(const NewtonFactors& factors, BlockDerivatives derivatives,
+                                const EvaluationContext& context, const double* q, const double* u,
+                                const double* uDot, NewtonSystem::Block& block) {
+    constexpr int LargestDense = 30;  // speeds: fewer are eliminated faster as a matrix
+    if (derivatives == BlockDerivatives::Constant || !knowsDerivatives())
+        return formMassMatrix(1 / factors.mass, block);
+    formTangent(factors, context, q, u, uDot, block.tree);
+    const bool isTree = derivatives == BlockDerivatives::ByBodies && numU > LargestDense;
+    block.form = isTree ? NewtonSystem::Block::Form::Tree : NewtonSystem::Block::Form::General;
+    if (!isTree) block.tree.expand(numU, block.matrix.data(), m_treeWorkspace);
 }
 
 void RigidTree::formMassBlock(NewtonSystem::Block& block) {

@@ -12,7 +12,8 @@ Simbody's mobilizers; a custom one with an N of its own asks Simbody.
     A_B = shift(A_P) + H_B u̇_B + bias,   r = Σ_B J_Bᵀ F_inertial(A_B),   M = Σ_B J_Bᵀ M_B J_B
 
 J_B, the columns H of B and its ancestors shifted to B's origin, is never formed: accelerations
-pass outwards and forces inwards in O(n), M by composite bodies in O(n·depth). **/
+pass outwards and forces inwards in O(n), M by composite bodies in O(n·depth), and the
+derivatives of r with respect to u and q are known body by body (RigidTreeTangent.cpp). **/
 
 #include <optional>
 
@@ -43,6 +44,9 @@ public:
     /** True if poses and Jacobians come from Simbody, so that realize() needs
      * EvaluationContext::state. **/
     bool needsSimbody() const { return m_needsSimbody; }
+    /** True if the Newton block can have the exact derivatives of all forces that calcResidual()
+    has. **/
+    bool knowsDerivatives() const { return !m_needsSimbody; }
 
     /** Writes q and u of this block into Simbody's vectors. **/
     void putSpeeds(const double* u, SimTK::Vector& stateU) const;
@@ -60,7 +64,8 @@ public:
     void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
                                             const double* uDot) const override;
-    void formNewtonBlock(const NewtonFactors& factors, bool dense, const double* q, const double* u,
+    void formNewtonBlock(const NewtonFactors& factors, BlockDerivatives derivatives,
+                         const EvaluationContext& context, const double* q, const double* u,
                          const double* uDot, NewtonSystem::Block& block) override;
     void formMassBlock(NewtonSystem::Block& block) override;
     void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
@@ -156,6 +161,38 @@ private:
         SimTK::Transform X_BF;
     };
 
+    /** @name Derivatives: RigidTreeTangent.cpp has the equations **/
+    /**@{**/
+    /** A body, about a resting point. **/
+    struct BodyTangent {
+        SimTK::Vec3 reference{0};  ///< that point
+        SimTK::SpatialVec V, A;
+        SimTK::Real mass = 0;  ///< I: mass, mass times its centre, and inertia
+        SimTK::Vec3 moment{0};
+        SimTK::Mat33 inertia{0};
+        SimTK::Mat33 gyration{0};  ///< D: moments; forces are −2 momentum × ν
+        SimTK::Vec3 momentum{0};
+        SimTK::Mat33 byGravity{0};  ///< I (· × g): moments; forces are −weight × ω
+        SimTK::Vec3 weight{0};
+        SimTK::SpatialVec force;  ///< F, of all bodies outboard too
+    };
+    struct SpeedTangent {
+        SimTK::SpatialVec S, alpha, beta;
+        SimTK::Vec3 nu{0};  ///< angular part
+    };
+    struct ScrewRates;
+    static void calcScrewRates(const RigidBody& body, const double* q, const double* u,
+                               ScrewRates& rates);
+    /** A screw of a body's mobilizer, from F's axes and origin to Ground's axes and the resting
+    point. **/
+    SimTK::SpatialVec carryFromF(const RigidBody& body, const SimTK::SpatialVec& screw) const;
+    void calcTangents(const EvaluationContext& context, const double* q, const double* u,
+                      const double* uDot);
+    void formTangent(const NewtonFactors& factors, const EvaluationContext& context,
+                     const double* q, const double* u, const double* uDot,
+                     BasicTreeMatrix<double>& tree);
+    /**@}**/
+
     static Mobilizer classify(const SimTK::MobilizedBody& mobod);
     static bool hasQuaternion(const RigidBody& body) {
         return body.turning == Turning::Quaternion || body.turning == Turning::LineQuaternion;
@@ -207,6 +244,9 @@ private:
     std::vector<Frame> m_frameData;
     std::vector<Composite> m_composites;
     std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, of one pass
+    std::vector<BodyTangent> m_tangents;
+    std::vector<SpeedTangent> m_speedTangents;
+    std::vector<double> m_treeWorkspace;
     bool m_needsSimbody = false;
     bool m_hasUnknownTurning = false;
     Eigen::VectorXd

@@ -23,6 +23,38 @@ void SimbodyBridge::updateGravity(const State& state) {
         for (MobilizedBodyIndex i(1); i < int(m_gravity.atBody.size()); ++i)
             if (!gravity->getBodyIsExcluded(state, i))
                 m_gravity.atBody[i] += gravity->getGravityVector(state);
+    for (const Force::UniformGravity* gravity : m_uniformGravities)
+        for (MobilizedBodyIndex i(1); i < int(m_gravity.atBody.size()); ++i)
+            m_gravity.atBody[i] += gravity->getGravity();
+}
+
+void SimbodyBridge::updateMobilityForces(const State& state) {
+    if (m_mobilityForceElements.empty()) return;
+    const size_t n = size_t(state.getNU());
+    for (auto* values : {&m_mobilities.constant, &m_mobilities.damping, &m_mobilities.stiffness})
+        values->assign(n, 0);
+    for (const MobilityForce& element : m_mobilityForceElements) {
+        const size_t u = size_t(std::max(element.u, 0));
+        if (Force::MobilityLinearSpring::isInstanceOf(*element.force)) {
+            const auto& spring = Force::MobilityLinearSpring::downcast(*element.force);
+            const Real stiffness = spring.getStiffness(state);
+            m_mobilities.stiffness[u] += stiffness;
+            m_mobilities.constant[u] += stiffness * spring.getQZero(state);
+        } else if (Force::MobilityLinearDamper::isInstanceOf(*element.force)) {
+            m_mobilities.damping[u] +=
+                Force::MobilityLinearDamper::downcast(*element.force).getDamping(state);
+        } else {
+            for (double& damping : m_mobilities.damping) damping += element.damping;
+        }
+    }
+    m_blocks.context.mobilities = &m_mobilities;
+}
+
+bool SimbodyBridge::isMobilityForce(const Force& force) const {
+    return std::any_of(m_mobilityForceElements.begin(), m_mobilityForceElements.end(),
+                       [&](const MobilityForce& element) {
+                           return &element.force->getImpl() == &force.getImpl();
+                       });
 }
 
 void SimbodyBridge::updateHeldForces() {
@@ -33,10 +65,20 @@ void SimbodyBridge::updateHeldForces() {
 }
 
 void SimbodyBridge::setLoadFraction(double fraction) {
-    if (m_fullGravity.atBody.empty()) m_fullGravity = m_gravity;
+    if (m_fullGravity.atBody.empty()) {
+        m_fullGravity = m_gravity;
+        m_fullMobilities = m_mobilities;
+    }
     m_blocks.context.loadFraction = fraction;
     for (size_t i = 0; i < m_gravity.atBody.size(); ++i)
         m_gravity.atBody[i] = fraction * m_fullGravity.atBody[i];
+    const auto scale = [&](const std::vector<double>& full, std::vector<double>& part) {
+        std::transform(full.begin(), full.end(), part.begin(),
+                       [&](double value) { return fraction * value; });
+    };
+    scale(m_fullMobilities.constant, m_mobilities.constant);
+    scale(m_fullMobilities.damping, m_mobilities.damping);
+    scale(m_fullMobilities.stiffness, m_mobilities.stiffness);
 }
 
 void SimbodyBridge::place(double time, const double* q, const double* u) {
@@ -228,7 +270,7 @@ void SimbodyBridge::takeVariables(const std::vector<DiscreteVarKey>& keys, const
     // Forces that a contact subsystem keeps would outlive the contacts that they belong to.
     m_placedTime = NaN;
     for (ForceDifferences& differences : m_differences) differences.takeVariables(keys, from);
-    updateGravity(from);
+    updateKnownForces(from);
     updateHeldForces();
     m_prescribedTime = NaN;
 }

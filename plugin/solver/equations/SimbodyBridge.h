@@ -2,9 +2,10 @@
 /** @file
 What Simbody is asked for while equations of motion are evaluated, on private States (private
 header): foreign forces, Simbody's constraints, Motions, auxiliary variables z, and poses and N(q)
-of mobilizers that only Simbody knows. Within a realization of Simbody's own
-(Topology::Setting::Native) all foreign forces, gravity among them, are given, and Simbody is asked
-on the State that is being realized. **/
+of mobilizers that only Simbody knows. Gravity and linear forces on mobilities are no foreign
+forces: their parameters are read once, and again when variables change, and the blocks apply them.
+Within a realization of Simbody's own (Topology::Setting::Native) all foreign forces, gravity among
+them, are given, and Simbody is asked on the State that is being realized. **/
 
 #include <algorithm>
 #include <memory>
@@ -38,6 +39,10 @@ public:
     /** Writes the q and u that locks and Motions prescribe at this time. With `uHist`, prescribed
     accelerations make u = u_hist + γu̇. **/
     void prescribe(double time, double gamma, const double* uHist, double* q, double* u);
+
+    /** True for one of Simbody's force elements that the blocks apply themselves, which is disabled
+    in getState(). **/
+    bool isMobilityForce(const SimTK::Force& force) const;
 
     /** Zeroes what is prescribed in errors of q and u. **/
     void clearPrescribedErrors(double* errorQ, double* errorU) const;
@@ -87,6 +92,11 @@ private:
     friend class TimedLoads;       // its own State is a copy
 
     void updateGravity(const SimTK::State& state);
+    void updateMobilityForces(const SimTK::State& state);
+    void updateKnownForces(const SimTK::State& state) {
+        updateGravity(state);
+        updateMobilityForces(state);
+    }
     /** Writes a point into m_private: no more than is new, so that Simbody evaluates the rest only.
      **/
     void place(double time, const double* q, const double* u);
@@ -109,6 +119,15 @@ private:
     std::vector<double> m_placedQ, m_placedU;
     GravityField m_gravity, m_fullGravity;
     std::vector<const SimTK::Force::Gravity*> m_gravityForces;  ///< enabled ones
+    std::vector<const SimTK::Force::UniformGravity*> m_uniformGravities;
+    /** A linear force on one mobility, or on all (−1). **/
+    struct MobilityForce {
+        const SimTK::Force* force;
+        int u;
+        SimTK::Real damping;  ///< of a GlobalDamper
+    };
+    std::vector<MobilityForce> m_mobilityForceElements;  ///< enabled ones
+    MobilityForces m_mobilities, m_fullMobilities;
     std::unique_ptr<SimbodyConstraints> m_constraints;
     std::unique_ptr<PrescribedMotion> m_prescribed;
     double m_prescribedTime = SimTK::NaN;            ///< at which Motions were asked for last

@@ -162,9 +162,12 @@ struct Topology {
     int numElementRows = 0;  ///< of elements and differenced forces
     std::vector<LoadedBlock> loadedBlocks;
 
-    bool hasForeignForces = false;  ///< of Simbody's elements other than gravity
-    bool areForcesHeld = false;     ///< which change with their variables only
-    bool needsSimbody = false;      ///< N(q) or forces are asked of Simbody
+    bool hasForeignForces = false;   ///< of Simbody's elements that the blocks do not apply
+    bool hasMobilityForces = false;  ///< of Simbody's elements that rigid trees apply
+    /** Of Simbody's elements other than gravity. **/
+    bool hasSimbodyForces() const { return hasForeignForces || hasMobilityForces; }
+    bool areForcesHeld = false;  ///< which change with their variables only
+    bool needsSimbody = false;   ///< N(q) or forces are asked of Simbody
 
     int numBlocks() const { return int(blockSizes.size()); }
     bool hasModes() const;

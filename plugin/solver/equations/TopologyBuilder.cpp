@@ -180,6 +180,10 @@ void TopologyBuilder::collectGravityAndForces(const State& state,
     m_topology.areForcesHeld = differentiated.empty();
     // Rates of z follow from Simbody's accelerations, those of all its forces.
     const bool isGravitySimbodys = !m_topology.guts && state.getNZ() > 0;
+    // Rigid trees apply them; a force that is to be differentiated stays where it is.
+    const bool takesMobilityForces = m_topology.setting == Topology::Setting::Implicit &&
+                                     differentiated.empty() &&
+                                     (!m_topology.guts || m_topology.guts->bodies().empty());
     for (SubsystemIndex s(0); s < m_system.getNumSubsystems(); ++s) {
         const Subsystem& subsystem = m_system.getSubsystem(s);
         if (!dynamic_cast<const ForceSubsystem::Guts*>(&subsystem.getSubsystemGuts())) continue;
@@ -194,19 +198,62 @@ void TopologyBuilder::collectGravityAndForces(const State& state,
         for (ForceIndex f(0); f < forces.getNumForces(); ++f) {
             const Force& force = forces.getForce(f);
             if (forces.isForceDisabled(state, f)) continue;
-            if (!Force::Gravity::isInstanceOf(force) || isGravitySimbodys) {
+            const bool isKnown =
+                !isGravitySimbodys &&
+                (takeGravity(force) || (takesMobilityForces && takeMobilityForce(force)));
+            if (!isKnown) {
                 m_topology.hasForeignForces = true;
                 m_topology.areForcesHeld = m_topology.areForcesHeld && isHeldForce(force);
                 continue;
             }
-            m_simbody.m_gravityForces.push_back(&Force::Gravity::downcast(force));
             forces.setForceIsDisabled(m_simbody.m_private, f, true);
         }
     }
-    m_simbody.updateGravity(state);
+    m_topology.hasMobilityForces = !m_simbody.m_mobilityForceElements.empty();
+    m_simbody.updateKnownForces(state);
     // Disabling a force lowers the stage of the private State; blocks still read velocities from
     // it.
     m_system.realize(m_simbody.m_private, Stage::Velocity);
+}
+
+bool TopologyBuilder::takeGravity(const Force& force) {
+    if (Force::Gravity::isInstanceOf(force))
+        m_simbody.m_gravityForces.push_back(&Force::Gravity::downcast(force));
+    else if (Force::UniformGravity::isInstanceOf(force))
+        m_simbody.m_uniformGravities.push_back(&Force::UniformGravity::downcast(force));
+    else
+        return false;
+    return true;
+}
+
+bool TopologyBuilder::takeMobilityForce(const Force& force) {
+    const bool isGlobal = Force::GlobalDamper::isInstanceOf(force),
+               isSpring = Force::MobilityLinearSpring::isInstanceOf(force),
+               isDamper = Force::MobilityLinearDamper::isInstanceOf(force);
+    if (!isGlobal && !isSpring && !isDamper) return false;
+    // Where it acts, and a GlobalDamper's constant, only the force itself can tell.
+    State trial = m_simbody.m_private;
+    trial.updU() = Real(1);
+    constexpr Real Far = 1e6;
+    if (isSpring) {
+        const auto& spring = Force::MobilityLinearSpring::downcast(force);
+        spring.setStiffness(trial, 1);
+        spring.setQZero(trial, Far);
+    } else if (isDamper) {
+        Force::MobilityLinearDamper::downcast(force).setDamping(trial, 1);
+    }
+    Vector_<SpatialVec> bodyForces;
+    Vector_<Vec3> particleForces;
+    Vector mobilityForces;
+    force.calcForceContribution(trial, bodyForces, particleForces, mobilityForces);
+    if (isGlobal) {
+        if (trial.getNU() > 0)
+            m_simbody.m_mobilityForceElements.push_back({&force, -1, -mobilityForces[0]});
+        return true;
+    }
+    for (int u = 0; u < mobilityForces.size(); ++u)
+        if (mobilityForces[u] != 0) m_simbody.m_mobilityForceElements.push_back({&force, u, 0});
+    return true;
 }
 
 void TopologyBuilder::makeBlocks(const State& state) {

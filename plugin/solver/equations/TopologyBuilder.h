@@ -41,6 +41,9 @@ private:
     void refuseUnsupported(const SimTK::State& state) const;
     void collectGravityAndForces(const SimTK::State& state,
                                  const std::vector<ForceSelection>& differentiated);
+    /** Lets the blocks apply one of Simbody's force elements, if they can. **/
+    bool takeGravity(const SimTK::Force& force);
+    bool takeMobilityForce(const SimTK::Force& force);
     void makeBlocks(const SimTK::State& state);
     void makeBatches();
     void makeJoints();

@@ -6,23 +6,39 @@
 #include "simflex/base/Checkpoint.h"
 #include "simflex/solver/equations/CoordinateScales.h"
 #include "simflex/solver/equations/Evaluation.h"
+#include "simflex/solver/equations/RigidTree.h"
 
 namespace simflex {
 
 using namespace SimTK;
 
 TreeDerivatives::TreeDerivatives(const Topology& topology, const Blocks& blocks) {
-    constexpr int MostSpeeds = 200;  // each takes two evaluations
     // Joints alone need none, and pass their singular positions best with a symmetric matrix.
-    const bool mayBeStiff = topology.hasForeignForces || topology.numMultipliers == 0;
-    const bool areWanted = topology.setting == Topology::Setting::Implicit &&
-                           topology.numFlexible == 0 && mayBeStiff && topology.numU <= MostSpeeds;
-    if (!areWanted || topology.numU == 0) return;
+    const bool mayBeStiff = topology.hasSimbodyForces() || topology.numMultipliers == 0;
+    m_areWanted = topology.setting == Topology::Setting::Implicit && topology.numFlexible == 0 &&
+                  topology.numU > 0 && mayBeStiff;
+    m_areAlwaysWanted = topology.numMultipliers == 0;
+    m_mayBeByBodies = topology.differenced.empty() &&
+                      std::none_of(topology.isPrescribed.begin(), topology.isPrescribed.end(),
+                                   [](char is) { return is != 0; });
+    m_hasLoads = !topology.loadedBlocks.empty();
+    const bool knowsAll =
+        !topology.hasForeignForces &&
+        std::all_of(blocks.rigid.begin(), blocks.rigid.end(),
+                    [](const RigidTree* tree) { return tree->knowsDerivatives(); });
+    if (!m_areWanted || knowsAll) return;
     m_metres = CoordinateScales(blocks).metres;
     for (int b = 0; b < topology.numBlocks(); ++b) {
         const size_t n = size_t(topology.blockSizes[size_t(b)]);
         m_trees.push_back({b, std::vector<double>(n * n, 0), std::vector<double>(n * n, 0)});
     }
+}
+
+BlockDerivatives TreeDerivatives::choose(bool dense) const {
+    if (!m_areWanted || !(dense || m_areAlwaysWanted)) return BlockDerivatives::Constant;
+    const bool isWrittenOut = dense && (canCalc() || m_hasLoads);
+    return m_areAlwaysWanted && m_mayBeByBodies && !isWrittenOut ? BlockDerivatives::ByBodies
+                                                                 : BlockDerivatives::Dense;
 }
 
 bool TreeDerivatives::calc(Evaluation& equations, const double* q, const double* u,
@@ -32,7 +48,6 @@ bool TreeDerivatives::calc(Evaluation& equations, const double* q, const double*
     const Topology& topology = equations.getTopology();
     const double time = equations.updFunctions().get().time;
     const size_t numU = size_t(topology.numU);
-    const std::vector<double> lambda(size_t(topology.numMultipliers), 0);
     std::vector<double> r0(numU), r(numU), movedQ(q, q + topology.numQ), movedU(u, u + numU),
         delta(numU);
     bool isFinite = true;
@@ -40,7 +55,7 @@ bool TreeDerivatives::calc(Evaluation& equations, const double* q, const double*
     const auto evaluate = [&](const double* atQ, const double* atU, double* residual) {
         equations.realize(time, atQ, atU);
         equations.updLoads().clearStiffForces();
-        equations.calcResidual(atQ, atU, uDot, lambda.data(), residual);
+        equations.calcUnknownForces(atQ, atU, uDot, residual);
     };
     evaluate(q, u, r0.data());
     const auto visitSpeeds = [&](double size, auto&& matrixOf, const auto& move) {

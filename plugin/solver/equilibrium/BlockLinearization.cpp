@@ -134,7 +134,7 @@ void BlockLinearization::linearize(Instant& instant) {
     };
     differentiate();
     if (motion.isAtRest()) {
-        bool isDamped = !topology.elements.empty() || topology.hasForeignForces;
+        bool isDamped = !topology.elements.empty() || topology.hasSimbodyForces();
         for (const FlexibleBlock* block : m_equations.getBlocks().flexible)
             isDamped = isDamped || !block->getDamping().isZero();
         if (isDamped)

@@ -29,7 +29,8 @@ BlockGraph::BlockGraph(const Evaluation& equations, Links links) {
         for (const FrameRef& frame : frames) blocks.push_back(frame.block);
         join(blocks);
     };
-    if (links == Links::Everywhere || topology.hasForeignForces || !topology.simbodyRows.empty()) {
+    if (links == Links::Everywhere || topology.hasSimbodyForces() ||
+        !topology.simbodyRows.empty()) {
         std::vector<int> all(static_cast<size_t>(count));
         std::iota(all.begin(), all.end(), 0);
         join(all);
@@ -605,8 +606,8 @@ BlockMatrix<double> calcStiffness(
     const std::function<void(const std::vector<double>& q, VectorXd& r)>& evaluate) {
     const Topology& topology = equations.getTopology();
     const auto isZero = [](double value) { return value == 0; };
-    if (topology.hasForeignForces || !topology.simbodyRows.empty() || !topology.frictions.empty() ||
-        !std::all_of(point.u.begin(), point.u.end(), isZero) ||
+    if (topology.hasSimbodyForces() || !topology.simbodyRows.empty() ||
+        !topology.frictions.empty() || !std::all_of(point.u.begin(), point.u.end(), isZero) ||
         !std::all_of(point.uDot.begin(), point.uDot.end(), isZero))
         return differentiateByQ(equations, scales, graph, point.t, point.q, point.u, evaluate);
 
@@ -652,7 +653,8 @@ BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateSca
                                       const SolutionPoint& point,
                                       const std::function<void()>& observer) {
     const Topology& topology = equations.getTopology();
-    if (topology.hasForeignForces || !topology.simbodyRows.empty() || !topology.frictions.empty() ||
+    if (topology.hasSimbodyForces() || !topology.simbodyRows.empty() ||
+        !topology.frictions.empty() ||
         std::any_of(point.u.begin(), point.u.end(), [](double value) { return value != 0; }))
         return differentiateByU(equations, scales, graph, point, observer);
 

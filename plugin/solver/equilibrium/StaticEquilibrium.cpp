@@ -1564,7 +1564,7 @@ std::vector<StaticEquilibrium::PathPoint> StaticEquilibrium::followPath(
         throw std::invalid_argument(
             "no path of equilibria is followed in a system with friction or states of its own; "
             "leave them out");
-    if (topology.hasForeignForces)
+    if (topology.hasSimbodyForces())
         throw std::invalid_argument(
             "no path of equilibria is followed with force elements of Simbody's: springs among "
             "them would grow with the loads; use those of simflex");

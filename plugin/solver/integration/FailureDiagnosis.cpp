@@ -92,7 +92,7 @@ std::string FailureDiagnosis::explainSingularBlock(int block, const NewtonSystem
     };
     const std::string& name = m_equations.getBlock(block).name;
     if (!isFinite(values.matrix) || !isFinite(values.head) || !isFinite(values.coupling) ||
-        !isFinite(values.Gt))
+        !isFinite(values.tree.inertia) || !isFinite(values.tree.motions) || !isFinite(values.Gt))
         return "the Newton matrix of '" + name +
                "' is not finite: check the mass of its bodies, and forces and motions that may "
                "return numbers that are not";

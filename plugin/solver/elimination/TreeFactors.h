@@ -1,0 +1,50 @@
+#pragma once
+/** @file
+J⁻¹ of a tree of rigid bodies in O(n) (private header), as articulated bodies are eliminated from
+the tips to the root (R. Featherstone, Rigid Body Dynamics Algorithms, 7), but for matrices that are
+not symmetric. With Q and b of a body and of what is eliminated outboard of it,
+
+    D = Sᵀ Q X + E,   W = Q X + C,   K = D⁻¹ Sᵀ Q,   e = D⁻¹ (r − Sᵀ b),
+    Q_P += Q − W K,   b_P += b + W e,   x = e − K z_P
+
+Pivots are exchanged within a body only; factor() tries the result on a known solution. **/
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "simflex/solver/TreeMatrix.h"
+
+namespace simflex {
+
+template <class Scalar>
+class TreeFactors {
+public:
+    /** @returns false if that fails, or loses more than half the digits: the caller has to pivot.
+     * **/
+    bool factor(const BasicTreeMatrix<Scalar>& J);
+    /** x ← J⁻¹x. **/
+    void solveInPlace(Scalar* x);
+
+private:
+    static constexpr int Most = 6;  ///< speeds of a body
+    using Forces = Eigen::Matrix<Scalar, 6, Eigen::Dynamic, Eigen::ColMajor, 6, Most>;
+    using Motions = Eigen::Matrix<Scalar, 12, Eigen::Dynamic, Eigen::ColMajor, 12, Most>;
+    using Square =
+        Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Most, Most>;
+    using Gain = Eigen::Matrix<Scalar, Eigen::Dynamic, 12, Eigen::ColMajor, Most, 12>;
+    struct Node {
+        int parent, firstSpeed, numSpeeds;
+        Forces S, W;
+        Motions X;
+        Gain K;
+        Square inverse;
+    };
+
+    std::vector<Node> m_nodes;
+    std::vector<Scalar> m_x, m_r, m_again, m_workspace;  ///< of the trial
+    std::vector<Eigen::Matrix<Scalar, 6, 12>> m_Q;
+    std::vector<Eigen::Matrix<Scalar, 6, 1>> m_b;
+    std::vector<Eigen::Matrix<Scalar, 12, 1>> m_z;
+};
+
+}  // namespace simflex
