@@ -22,6 +22,9 @@ TreeDerivatives::TreeDerivatives(const Topology& topology, const Blocks& blocks)
                       std::none_of(topology.isPrescribed.begin(), topology.isPrescribed.end(),
                                    [](char is) { return is != 0; });
     m_hasLoads = !topology.loadedBlocks.empty();
+    constexpr int LargestShort = 12;  // speeds
+    m_areLong = std::any_of(blocks.rigid.begin(), blocks.rigid.end(),
+                            [](const RigidTree* tree) { return tree->numU > LargestShort; });
     const bool knowsAll =
         !topology.hasForeignForces &&
         std::all_of(blocks.rigid.begin(), blocks.rigid.end(),

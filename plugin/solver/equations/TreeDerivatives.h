@@ -23,9 +23,11 @@ public:
     /** Of what the trees know.
     @param dense  everything that can be had is wanted **/
     BlockDerivatives choose(bool dense) const;
-    /** True if a new Newton matrix costs no more than an evaluation or two. In long chains an old
-    one is soon of no use: M⁻¹ΔM is large where M's condition is. **/
-    bool areCheap(bool dense) const { return choose(dense) == BlockDerivatives::ByBodies; }
+    /** True if every step wants a new Newton matrix, which costs no more than an evaluation or two.
+    In long chains an old one is soon of no use: M⁻¹ΔM is large where M's condition is. **/
+    bool renewMatrices(bool dense) const {
+        return m_areLong && choose(dense) == BlockDerivatives::ByBodies;
+    }
     /** True if there is something to be differenced. **/
     bool canCalc() const { return !m_trees.empty(); }
     /** The dense form of the Newton matrix has the differences from now on.
@@ -46,6 +48,7 @@ private:
         std::vector<double> byQ, byU;
     };
     bool m_areWanted = false;
+    bool m_areLong = false;
     bool m_areAlwaysWanted = false;  ///< in the form that is not dense too
     bool m_mayBeByBodies = false;    ///< nothing else is written into the matrices then
     bool m_hasLoads = false;         ///< which the dense form differences

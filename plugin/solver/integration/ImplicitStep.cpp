@@ -289,8 +289,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     std::vector<double>&q = point.q, &u = point.u, &lambda = point.lambda, &uDot = point.uDot;
     Outcome outcome;
     bool refresh = m_reuse.beginStep(formula.factors) ||
-                   m_equations.updTrees().areCheap(useDense()) || blockForm == BlockForm::Dense ||
-                   forceFullNewton;
+                   m_equations.updTrees().renewMatrices(useDense()) ||
+                   blockForm == BlockForm::Dense || forceFullNewton;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
     bool hasNewDerivatives = false, isRefreshed = false;
     FrictionTerms& frictions = m_equations.updFrictions();

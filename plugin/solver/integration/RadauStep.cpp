@@ -107,7 +107,7 @@ void RadauStep::placeStages(const SolutionPoint& start, double h) {
 bool RadauStep::keepsMatrices() const {
     constexpr int LargestTree = 30;  // speeds: factoring costs their cube, evaluating their number
     const Topology& topology = m_equations.getTopology();
-    if (m_equations.updTrees().areCheap(useDense())) return false;
+    if (m_equations.updTrees().renewMatrices(useDense())) return false;
     if (!topology.differenced.empty()) return true;
     return std::any_of(topology.blockSizes.begin() + topology.numFlexible,
                        topology.blockSizes.end(), [](int size) { return size > LargestTree; });
