@@ -37,7 +37,7 @@ void ImplicitIntegrator::Implementation::requireNotRunning(const char* method) c
     if (m_isRunning)
         throw std::logic_error(name + "::" + method +
                                " by a reporter, handler, observer or force of the same "
-                               "integration: call it when stepTo() has returned");
+                               "integration: call it between stepTo() and the next");
 }
 
 void ImplicitIntegrator::Implementation::requireNotInitialized(const char* method) const {
