@@ -10,9 +10,12 @@
 #include <cstdlib>
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "SolidElements.h"
 #include "Vec3d.h"
@@ -260,11 +263,22 @@ std::optional<AxisLine> findCylinderAxis(const Mesh& mesh, const std::vector<int
     return {};
 }
 
+/** As written, else in upper case as in decks, else whatever its case. **/
+std::map<std::string, std::vector<int>>::const_iterator findNodeSet(const Mesh& mesh,
+                                                                    const std::string& name) {
+    auto set = mesh.nodeSets.find(name);
+    if (set == mesh.nodeSets.end()) set = mesh.nodeSets.find(upperCase(name));
+    for (auto other = mesh.nodeSets.begin();
+         set == mesh.nodeSets.end() && other != mesh.nodeSets.end(); ++other)
+        if (upperCase(other->first) == upperCase(name)) return other;
+    return set;
+}
+
 }  // namespace
 
 std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection) {
-    const auto set = mesh.nodeSets.find(upperCase(selection));
-    if (set != mesh.nodeSets.end()) return set->second;
+    if (const auto set = findNodeSet(mesh, selection); set != mesh.nodeSets.end())
+        return set->second;
 
     const size_t colon = selection.find(':');
     const std::string kind = upperCase(selection.substr(0, colon));
@@ -305,7 +319,7 @@ std::array<double, 3> findMiddle(const Mesh& mesh, const std::string& selection)
     const std::vector<int> nodes = selectNodes(mesh, selection);
     const Vec3d center = calcCenter(mesh, nodes);
     const size_t colon = selection.find(':');
-    if (mesh.nodeSets.count(upperCase(selection)) || colon == std::string::npos ||
+    if (findNodeSet(mesh, selection) != mesh.nodeSets.end() || colon == std::string::npos ||
         upperCase(selection.substr(0, colon)) != "CYLINDER") {
         const auto axis = findCylinderAxis(mesh, nodes, center);
         return axis ? footOn(*axis, center) : center;

@@ -306,6 +306,15 @@ INSTANTIATE_TEST_SUITE_P(Types, EveryBeam,
                              return std::string(beam.param.type) + "_" + beam.param.shape;
                          });
 
+TEST_F(ThinDecks, NodeSetsAreFoundWhateverTheirCase) {
+    Mesh mesh;
+    mesh.nodeSets = {{"seat", {1}}, {"TIP", {2}}, {"tip", {3}}, {"Root", {4}}};
+    for (const auto& [name, node] : std::vector<std::pair<std::string, int>>{
+             {"seat", 1}, {"SEAT", 1}, {"TIP", 2}, {"tip", 3}, {"Tip", 2}, {"root", 4}})
+        EXPECT_EQ(selectNodes(mesh, name), std::vector<int>{node}) << name;
+    EXPECT_THROW(selectNodes(mesh, "toe"), std::invalid_argument);
+}
+
 TEST_F(ThinDecks, AShellThatEndsAtASolidIsHingedThereAsInCalculix) {
     deck.addPatch("S8R", "PLATE", 4, 3, [](double u, double v) -> Point {
         return {0.2 * u, 0.15 * v, 0};
