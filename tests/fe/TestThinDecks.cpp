@@ -306,6 +306,20 @@ INSTANTIATE_TEST_SUITE_P(Types, EveryBeam,
                              return std::string(beam.param.type) + "_" + beam.param.shape;
                          });
 
+TEST_F(ThinDecks, ACircleOfOneNumberHasItAsItsRadiusAsInAbaqus) {
+    for (const std::string type : {"B32", "B32R"}) {
+        ThinDeck two, one;
+        for (ThinDeck* deckOf : {&two, &one})
+            deckOf->addBeam(type, "BEAM", 8, {0, 0, 0}, {0.4, 0, 0});
+        two.addBeamSection("BEAM", "CIRC", 0.012, 0.012, "0,1,0");
+        one.add("*BEAM SECTION, ELSET=BEAM, MATERIAL=METAL, SECTION=CIRC\n0.006\n0,1,0\n");
+        const FeModel right = read(two.text()), found = read(one.text());
+        EXPECT_NEAR(found.calcMass(), right.calcMass(), 1e-12 * right.calcMass());
+        EXPECT_THAT(found.warnings, ::testing::ElementsAre(HasSubstr("is taken as the radius")));
+        EXPECT_TRUE(right.warnings.empty());
+    }
+}
+
 TEST_F(ThinDecks, NodeSetsAreFoundWhateverTheirCase) {
     Mesh mesh;
     mesh.nodeSets = {{"seat", {1}}, {"TIP", {2}}, {"tip", {3}}, {"Root", {4}}};

@@ -709,6 +709,11 @@ private:
             const bool isSolid = card.keyword == "SOLIDSECTION";
             ThinElement section;
             if (!isSolid) section = readThinSection(card);
+            if (!isSolid && hasRadius(card, section))
+                m_model.warnings.push_back(
+                    card.where() + card.title +
+                    ", SECTION=CIRC has one number, which is taken as the radius, as in Abaqus; "
+                    "CalculiX's section has two, both diameters");
             for (const int number : members->second) {
                 const auto found = m_thinIndex.find(number);
                 const bool fits =

@@ -1,5 +1,6 @@
 #include "ThinSections.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
@@ -39,6 +40,15 @@ void readWalls(const DeckCard& card, ThinElement& section) {
 const BeamSection* findBeamSection(const std::string& name) {
     const auto found = BeamShapes.find(name.substr(0, 4));  // as ccx: RECTANGULAR too
     return found == BeamShapes.end() ? nullptr : &found->second;
+}
+
+bool hasRadius(const DeckCard& card, const ThinElement& section) {
+    if (card.keyword != "BEAMSECTION" || section.section != BeamSection::Circle ||
+        section.hasNodalThickness || card.data.empty())
+        return false;
+    const auto& fields = card.data[0].fields;
+    return std::count_if(fields.begin(), fields.end(),
+                         [](const std::string& field) { return !field.empty(); }) == 1;
 }
 
 ThinElement readThinSection(const DeckCard& card) {
@@ -103,9 +113,14 @@ ThinElement readThinSection(const DeckCard& card) {
     if (!section.hasNodalThickness) {
         if (card.data.empty()) refuseCard(card, card.title + " needs its thickness");
         section.thickness[0] = readDeckNumber(card, card.data[0], 0, "its thickness");
-        section.thickness[1] = card.data[0].fields.size() > 1 && isBeam
-                                   ? readDeckNumber(card, card.data[0], 1, "its second thickness")
-                                   : section.thickness[0];
+        const auto& fields = card.data[0].fields;
+        if (hasRadius(card, section))
+            section.thickness.fill(2 * section.thickness[0]);
+        else
+            section.thickness[1] =
+                fields.size() > 1 && isBeam
+                    ? readDeckNumber(card, card.data[0], 1, "its second thickness")
+                    : section.thickness[0];
         line = 1;
         if (section.section == BeamSection::Pipe || section.section == BeamSection::Box)
             readWalls(card, section);

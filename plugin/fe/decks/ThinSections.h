@@ -17,6 +17,9 @@ const BeamSection* findBeamSection(const std::string& name);
 @throws std::invalid_argument naming file and line for what simflex does not know or do. **/
 ThinElement readThinSection(const DeckCard& card);
 
+/** A CIRC of one number, which is its radius, as in Abaqus; CalculiX has two diameters. **/
+bool hasRadius(const DeckCard& card, const ThinElement& section);
+
 /** The integration points of a pipe, 8 on the circle of its radius of gyration, or of a box, by
 Simpson's rule along the middles of its walls, as CalculiX has them. **/
 std::vector<SectionPoint> makeWallPoints(const ThinElement& section);
