@@ -28,6 +28,9 @@ namespace {
 constexpr const char* PortAxes = "xyz";
 /** Step of a number, of itself or of 1. **/
 constexpr double NumberStep = 1e-3;
+/** Of that step, one so small that no kink is within it unless the number is at one; slopes are
+then the same but for this part. **/
+constexpr double NearStep = 1.0 / 4096, CoarserStep = 16, NumberKink = 1e-3;
 /** Of differences over a step of size 1, what may be round-off. **/
 constexpr double DrivenSpeed = 1e-9;
 /** Of a response, how far that a radian later may differ. **/
@@ -334,73 +337,114 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
         const bool isLinear =
             source.setting.rfind("loads.", 0) == 0 || source.setting.rfind("gravity", 0) == 0;
         const double step = isLinear ? std::max(1.0, size) : NumberStep * size;
-        Vector residual(n, 0.0), positions(m, 0.0), velocities(m, 0.0), rates(numStates, 0.0),
-            direct;
-        std::map<int, std::vector<double>> seen;  // at each place, what is observed
-        const auto addDifference = [&](int place, double weight) {
+        /** Of a changed number, what changes, and what is observed. **/
+        struct Effect {
+            Vector residual, positions, velocities, rates, seen;
+
+            void add(double weight, const Effect& other) {
+                residual += weight * other.residual;
+                positions += weight * other.positions;
+                velocities += weight * other.velocities;
+                if (rates.size() > 0) rates += weight * other.rates;
+                if (seen.size() > 0) seen += weight * other.seen;
+            }
+        };
+        const auto calcEffect = [&](double change) {
             if (observer) observer();
-            const auto addWeighted = [&](const EquationErrors& errors,
-                                         const std::vector<double>& now) {
-                residual += weight / step * (errors.residual - before.residual);
-                positions += weight / step * (errors.positions - before.positions);
-                velocities += weight / step * (errors.velocities - before.velocities);
-                if (numStates > 0) rates += weight / step * (errors.rates - before.rates);
-                if (direct.size() == 0) direct.resize(int(now.size())), direct = 0;
-                for (int i = 0; i < direct.size(); ++i)
-                    direct[i] += weight / step * (now[size_t(i)] - observedBefore[size_t(i)]);
-                seen[place] = now;
+            const auto compare = [&](const EquationErrors& errors, const std::vector<double>& now) {
+                Effect effect{errors.residual - before.residual,
+                              errors.positions - before.positions,
+                              errors.velocities - before.velocities, Vector(numStates),
+                              Vector(int(now.size()))};
+                for (int i = 0; i < numStates; ++i)
+                    effect.rates[i] = errors.rates[i] - before.rates[i];
+                for (int i = 0; i < effect.seen.size(); ++i)
+                    effect.seen[i] = now[size_t(i)] - observedBefore[size_t(i)];
+                return effect;
             };
             if (isInput) {
                 State state = point.state;
-                flexible.setStateValue(state, source.input, value + place * step);
+                flexible.setStateValue(state, source.input, value + change);
                 m_model.getSystem().realize(state, SimTK::Stage::Velocity);
-                addWeighted(
+                return compare(
                     calcEquationErrors(m_model.getSystem(), state, point.uDot, point.multipliers),
                     observed.calc(state, point.uDot, point.multipliers));
-                return;
             }
             ModelText changed = m_text;
             std::string text;
             for (const char letter : source.text)
                 text += letter == '\'' ? std::string("''") : std::string(1, letter);
             changed.settings.push_back(source.setting + "='(" + text + ")+(" +
-                                       writeGeneral(place * step) + ")'");
+                                       writeGeneral(change) + ")'");
             try {
                 const auto other = std::make_shared<const Model>(readModel(changed), m_options);
                 const State state = transferState(m_model, *other, point.state);
                 const EquationErrors errors =
                     calcEquationErrors(other->getSystem(), state, point.uDot, point.multipliers);
-                const std::vector<double> now =
-                    LinearOutputPorts(other, Probes::make(other), outputs,
-                                      observed.getEffectiveStress())
-                        .calc(state, point.uDot, point.multipliers);
-                addWeighted(errors, now);
+                return compare(errors, LinearOutputPorts(other, Probes::make(other), outputs,
+                                                         observed.getEffectiveStress())
+                                           .calc(state, point.uDot, point.multipliers));
             } catch (const std::exception& error) {
                 throw std::runtime_error("input '" + m_ports[size_t(k)].name +
                                          "': " + error.what());
             }
         };
+        const Effect behind = calcEffect(-step), after = calcEffect(step);
+        const Effect none{Vector(n, 0.0), Vector(m, 0.0), Vector(m, 0.0), Vector(numStates, 0.0),
+                          Vector(after.seen.size(), 0.0)};
+        Effect slope = none;
         if (isLinear) {
-            addDifference(-1, -0.5);
-            addDifference(1, 0.5);
+            slope.add(0.5 / step, after);
+            slope.add(-0.5 / step, behind);
         } else {
-            addDifference(-2, 1.0 / 12);
-            addDifference(-1, -8.0 / 12);
-            addDifference(1, 8.0 / 12);
-            addDifference(2, -1.0 / 12);
+            slope.add(8.0 / 12 / step, after);
+            slope.add(-8.0 / 12 / step, behind);
+            slope.add(-1.0 / 12 / step, calcEffect(2 * step));
+            slope.add(1.0 / 12 / step, calcEffect(-2 * step));
+            // Next to the number itself, if there is a kink on the way; and to both sides of it.
+            const auto calcNear = [&](double little) {
+                const Effect above = calcEffect(little), below = calcEffect(-little);
+                std::pair<Effect, Effect> near{none, none};  // slope, and by how much it bends
+                near.first.add(0.5 / little, above);
+                near.first.add(-0.5 / little, below);
+                near.second.add(0.5 / little, above);
+                near.second.add(0.5 / little, below);
+                return near;
+            };
+            const auto differ = [](const Effect& one, const Effect& other, double allowed) {
+                const auto isLarge = [&](const Vector& a, const Vector& b) {
+                    return a.size() > 0 && (a - b).normInf() > allowed * a.normInf();
+                };
+                return isLarge(one.residual, other.residual) ||
+                       isLarge(one.positions, other.positions) || isLarge(one.rates, other.rates);
+            };
+            const auto [near, bend] = calcNear(NearStep * step);
+            Effect bent = near;
+            bent.add(1, bend);
+            const bool bends = differ(near, bent, NumberKink);
+            if (bends || differ(near, slope, NumberKink)) {
+                // A kink bends alike at another step; round-off and curvature do not.
+                const auto [coarser, coarserBend] = calcNear(CoarserStep * NearStep * step);
+                if (bends && !differ(bend, coarserBend, 0.5))
+                    throw std::runtime_error(
+                        "input '" + m_ports[size_t(k)].name +
+                        "': more of it does not change what less of it does, as a force has a kink "
+                        "exactly here: no linear equations hold for small changes");
+                if (!bends && !differ(near, coarser, 10 * NumberKink)) slope = near;
+            }
         }
         for (size_t i = 0; i < observedBefore.size(); ++i) {
-            const double after = seen[1][i] - observedBefore[i],
-                         behind = observedBefore[i] - seen[-1][i],
-                         change = std::max(std::abs(after), std::abs(behind));
-            if (std::abs(after - behind) <=
-                SmoothInput * change + SameObserved * std::abs(seen[1][i]))
+            const double rise = after.seen[int(i)], fall = -behind.seen[int(i)],
+                         change = std::max(std::abs(rise), std::abs(fall));
+            if (std::abs(rise - fall) <=
+                SmoothInput * change + SameObserved * std::abs(observedBefore[i] + rise))
                 continue;
-            if (isLinear && seen.count(2) == 0) addDifference(2, 0);
             // A parabola goes on otherwise.
-            if (std::abs(seen[2][i] - observedBefore[i] - 2 * after) < SmoothInput * change)
+            if (std::abs(calcEffect(2 * step).seen[int(i)] - 2 * rise) < SmoothInput * change)
                 throw OutputKinks({observed.getPorts()[i].name}, {});
         }
+        const Vector &residual = slope.residual, &positions = slope.positions,
+                     &velocities = slope.velocities, &rates = slope.rates, &direct = slope.seen;
         const std::string name = "input '" + m_ports[size_t(k)].name + "' ";
         if (velocities.normInf() > DrivenSpeed)
             throw std::runtime_error(name +

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "simflex/solver/Linearization.h"
 #include "simflex/solver/equations/FlexibleBlock.h"
 #include "simflex/solver/equilibrium/TangentElimination.h"
 #include "simflex/solver/integration/ImplicitStep.h"
@@ -126,10 +127,15 @@ void BlockLinearization::linearize(Instant& instant) {
     VectorXd r;
     evaluate(point.q, r);
     instant.mass.emplace(m_equations);
-    const LoadTerms::Tangent ofLaws(m_equations.updLoads());
+    KinkedSpeeds kinks;
+    const auto refuseKinks = [&] {
+        if (!kinks.any()) return;
+        m_equations.realize(point.t, point.q.data(), point.u.data());
+        throw NoLinearForces(describeKinks(m_equations, m_scales, kinks));
+    };
     const auto differentiate = [&] {
         instant.K.emplace(
-            calcStiffness(m_equations, m_scales, *m_graph, *instant.mass, point, evaluate));
+            calcStiffness(m_equations, m_scales, *m_graph, *instant.mass, point, evaluate, &kinks));
         measure(instant);
     };
     differentiate();
@@ -139,7 +145,8 @@ void BlockLinearization::linearize(Instant& instant) {
             isDamped = isDamped || !block->getDamping().isZero();
         if (isDamped)
             instant.D.emplace(calcDampingBlocks(m_equations, m_scales, *m_graph, *instant.mass,
-                                                point, m_observer));
+                                                point, m_observer, &kinks));
+        refuseKinks();
         return;
     }
 
@@ -159,8 +166,9 @@ void BlockLinearization::linearize(Instant& instant) {
             differentiate();
         }
     }
-    instant.D.emplace(
-        calcDampingBlocks(m_equations, m_scales, *m_graph, *instant.mass, point, m_observer));
+    instant.D.emplace(calcDampingBlocks(m_equations, m_scales, *m_graph, *instant.mass, point,
+                                        m_observer, &kinks));
+    refuseKinks();
     const BlockMatrix<double> dX =
         differentiateByQ(m_equations, m_scales, *m_graph, point.t, point.q, point.u,
                          [&](const std::vector<double>& q, VectorXd& speeds) {

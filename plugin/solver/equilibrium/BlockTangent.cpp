@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <sstream>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/base/ParallelFor.h"
 #include "simflex/solver/equations/FlexibleBlock.h"
 
@@ -339,14 +341,10 @@ public:
     /** @param lengths  of blocks **/
     void differentiate(const std::vector<double>& lengths, bool canHaveKinks) {
         std::vector<double> steps(size_t(m_numColumns), CoordinateScales::StepFraction);
-        VectorXd weights = VectorXd::Ones(m_numRows);
         for (const Side& side : m_sides) {
             if (side.block < 0) continue;
-            const double length = lengths[size_t(side.block)];
-            for (int i = 0; i < (side.flexible ? 6 : 3); ++i) {
-                steps[size_t(side.firstColumn + 3 + i)] *= length;
-                weights[side.firstRow + (i < 3 ? i : 6 + i)] = 1 / length;
-            }
+            for (int i = 0; i < (side.flexible ? 6 : 3); ++i)
+                steps[size_t(side.firstColumn + 3 + i)] *= lengths[size_t(side.block)];
         }
         std::vector<double> y(steps.size(), 0);
         m_middle.resize(m_numRows);
@@ -355,12 +353,16 @@ public:
         if (canHaveKinks) {
             std::vector<std::vector<DifferenceColumn>> groups;
             for (int j = 0; j < m_numColumns; ++j)
-                groups.push_back({{j, {{0, m_numRows}}, [this, j](const VectorXd& slope) {
-                                       m_derivative.col(j) = slope;
-                                   }}});
+                groups.push_back(
+                    {{j,
+                      {{0, m_numRows}},
+                      [this, j](const VectorXd& slopes, const std::vector<Kink>& kinks) {
+                          m_derivative.col(j) = slopes;
+                          for (const Kink& kink : kinks) m_kinks.emplace_back(j, kink);
+                      }}});
             simflex::differentiate(
                 [this](const std::vector<double>& of, VectorXd& rho) { evaluate(of, rho); }, steps,
-                m_middle, weights, groups);
+                m_middle, groups);
             return;
         }
         VectorXd rho(m_numRows);
@@ -373,6 +375,22 @@ public:
             }
             y[size_t(j)] = 0;
         }
+    }
+
+    /** Columns and what has no slope along them. **/
+    const std::vector<std::pair<int, Kink>>& getKinks() const { return m_kinks; }
+    /** Whether it is the force on a frame, as that is displaced. **/
+    bool isForce(int column, int row) const {
+        const auto isAlong = [](int first, bool isFlexible, int place) {
+            return place >= first + 3 && place < first + (isFlexible ? 9 : 6);
+        };
+        bool moves = false, pushes = false;
+        for (const Side& side : m_sides) {
+            if (side.block < 0) continue;
+            moves |= isAlong(side.firstColumn, side.flexible, column);
+            pushes |= isAlong(side.firstRow, side.flexible, row);
+        }
+        return moves && pushes;
     }
 
     /** Adds the columns of one side's block, but for what rigid trees have among themselves. **/
@@ -481,7 +499,17 @@ private:
     std::vector<Moved> m_moved;
     VectorXd m_middle;
     MatrixXd m_derivative;
+    std::vector<std::pair<int, Kink>> m_kinks;
 };
+
+FrameTangent makeElementTangent(const Evaluation& equations, int e) {
+    return FrameTangent(equations, equations.getTopology().elements[size_t(e)].frames,
+                        [&loads = equations.getLoads(), e](
+                            const SimTK::Array_<FrameMotion>& motions, FrameTangent::Forces& F) {
+                            loads.calcForcesAt(e, motions, F);
+                            for (SimTK::SpatialVec& force : F) force *= -1;
+                        });
+}
 
 /** Those of joints and force elements where the equations were realized last. **/
 std::vector<FrameTangent> listFrameTangents(Evaluation& equations,
@@ -505,14 +533,8 @@ std::vector<FrameTangent> listFrameTangents(Evaluation& equations,
                         F[unsigned(s)] += forces[row] * D[s * size_t(numRows) + size_t(row)];
             });
     }
-    for (size_t e = 0; e < topology.elements.size(); ++e)
-        tangents.emplace_back(
-            equations, topology.elements[e].frames,
-            [&loads = equations.getLoads(), e](const SimTK::Array_<FrameMotion>& motions,
-                                               FrameTangent::Forces& F) {
-                loads.calcForcesAt(int(e), motions, F);
-                for (SimTK::SpatialVec& force : F) force *= -1;
-            });
+    for (int e = 0; e < int(topology.elements.size()); ++e)
+        tangents.push_back(makeElementTangent(equations, e));
     return tangents;
 }
 
@@ -532,49 +554,50 @@ void clearHeld(const Topology& topology, BlockMatrix<double>& A) {
         }
 }
 
-/** ∂r/∂u at a point, by differences. **/
-BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScales& scales,
-                                     const BlockGraph& graph, const SolutionPoint& point,
-                                     const std::function<void()>& observer) {
-    BlockMatrix<double> D(graph);
-    std::vector<double> u = point.u;
-    VectorXd r(equations.getTopology().numU);
-    for (const std::vector<int>& blocks : graph.groups) {
-        int largest = 0;
-        for (const int b : blocks) largest = std::max(largest, graph.sizes[size_t(b)]);
-        for (int i = 0; i < largest; ++i) {
-            std::vector<int> moved;
-            for (const int b : blocks)
-                if (i < graph.sizes[size_t(b)] &&
-                    !equations.getTopology().isPrescribed[size_t(graph.firstU[size_t(b)] + i)])
-                    moved.push_back(b);
-            for (int k = 0; k < 4; ++k) {
-                if (observer) observer();
-                const auto calcStep = [&](int b) {
-                    const size_t speed = size_t(graph.firstU[size_t(b)] + i);
-                    return scales.step[speed] * scales.rate[speed];
-                };
-                for (const int b : moved)
-                    u[size_t(graph.firstU[size_t(b)] + i)] += DifferencePlaces[k] * calcStep(b);
-                equations.realize(point.t, point.q.data(), u.data());
-                equations.calcResidual(point.q.data(), u.data(), point.uDot.data(),
-                                       point.lambda.data(), r.data());
-                for (const int b : moved) {
-                    for (size_t n = 0; n < graph.neighbours[size_t(b)].size(); ++n) {
-                        const size_t row = size_t(graph.neighbours[size_t(b)][n]);
-                        D.columns[size_t(b)][n].col(i) +=
-                            DifferenceWeights[k] / calcStep(b) *
-                            r.segment(graph.firstU[row], graph.sizes[row]);
-                    }
-                    const size_t speed = size_t(graph.firstU[size_t(b)] + i);
-                    u[speed] = point.u[speed];
-                }
-            }
+/** What an element's frames make of their speeds: of each frame's six, its forces on all. **/
+class SpeedTangent {
+public:
+    SpeedTangent(const Evaluation& equations, int e, const std::vector<double>& lengths) {
+        const std::vector<FrameRef>& frames = equations.getTopology().elements[size_t(e)].frames;
+        const int numFrames = int(frames.size());
+        SimTK::Array_<FrameMotion> motions;
+        for (const FrameRef& frame : frames)
+            motions.push_back(equations.getBlocks().motionOf(frame));
+        slopes = MatrixXd::Zero(6 * numFrames, 6 * numFrames);
+        std::vector<double> steps(size_t(6 * numFrames), CoordinateScales::StepFraction);
+        std::vector<std::vector<DifferenceColumn>> columns;
+        for (int k = 0; k < 6 * numFrames; ++k) {
+            const int block = frames[size_t(k / 6)].block;
+            if (block < 0) continue;
+            if (k % 6 >= 3) steps[size_t(k)] *= lengths[size_t(block)];
+            columns.push_back({{k,
+                                {{0, 6 * numFrames}},
+                                [this, k](const VectorXd& column, const std::vector<Kink>& found) {
+                                    slopes.col(k) = column;
+                                    for (const Kink& kink : found) kinks.emplace_back(k, kink);
+                                }}});
         }
+        LoadTerms::Forces forces;
+        forces.resize(unsigned(numFrames));
+        const auto evaluate = [&](const std::vector<double>& delta, VectorXd& f) {
+            SimTK::Array_<FrameMotion> moved = motions;
+            for (int k = 0; k < 6 * numFrames; ++k)
+                moved[unsigned(k / 6)].V[k % 6 / 3][k % 3] += delta[size_t(k)];
+            for (SimTK::SpatialVec& force : forces)
+                force = SimTK::SpatialVec(SimTK::Vec3(0), SimTK::Vec3(0));
+            equations.getLoads().calcForcesAt(e, moved, forces);
+            f.resize(6 * numFrames);
+            for (int k = 0; k < 6 * numFrames; ++k)
+                f[k] = forces[unsigned(k / 6)][k % 6 / 3][k % 3];
+        };
+        VectorXd middle;
+        evaluate(std::vector<double>(steps.size(), 0), middle);
+        differentiate(evaluate, steps, middle, columns);
     }
-    equations.realize(point.t, point.q.data(), point.u.data());
-    return D;
-}
+
+    MatrixXd slopes;
+    std::vector<std::pair<int, Kink>> kinks;  ///< of columns
+};
 
 /** Adds what a block's own loads change as it moves; it is left elsewhere. **/
 void differentiateLoads(Evaluation& equations, const CoordinateScales& scales, FlexibleBlock& block,
@@ -603,19 +626,21 @@ void differentiateLoads(Evaluation& equations, const CoordinateScales& scales, F
 BlockMatrix<double> calcStiffness(
     Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph,
     const BlockMass& mass, const SolutionPoint& point,
-    const std::function<void(const std::vector<double>& q, VectorXd& r)>& evaluate) {
+    const std::function<void(const std::vector<double>& q, VectorXd& r)>& evaluate,
+    KinkedSpeeds* kinks) {
     const Topology& topology = equations.getTopology();
     const auto isZero = [](double value) { return value == 0; };
     if (topology.hasSimbodyForces() || !topology.simbodyRows.empty() ||
         !topology.frictions.empty() || !std::all_of(point.u.begin(), point.u.end(), isZero) ||
         !std::all_of(point.uDot.begin(), point.uDot.end(), isZero))
-        return differentiateByQ(equations, scales, graph, point.t, point.q, point.u, evaluate);
+        return differentiateByQ(equations, scales, graph, point.t, point.q, point.u, evaluate, 0,
+                                kinks);
 
     const int numFlexible = topology.numFlexible;
     BlockMatrix<double> K(graph, listModes(equations, mass));
     if (topology.numBlocks() > numFlexible) {
         const BlockMatrix<double> ofTrees = differentiateByQ(
-            equations, scales, graph, point.t, point.q, point.u, evaluate, numFlexible);
+            equations, scales, graph, point.t, point.q, point.u, evaluate, numFlexible, kinks);
         for (size_t b = size_t(numFlexible); b < K.columns.size(); ++b)
             for (size_t k = 0; k < K.columns[b].size(); ++k)
                 if (graph.neighbours[b][k] >= numFlexible) K.columns[b][k] = ofTrees.columns[b][k];
@@ -626,6 +651,13 @@ BlockMatrix<double> calcStiffness(
     parallelFor(int(tangents.size()), threads, [&](int k) {
         tangents[size_t(k)].differentiate(scales.lengths, k >= int(topology.joints.size()));
     });
+    if (kinks)
+        for (const FrameTangent& tangent : tangents)
+            for (int side = 0; side < tangent.getNumSides() && !tangent.getKinks().empty(); ++side)
+                if (tangent.getBlock(side) >= 0 && tangent.getBlock(side) < numFlexible) {
+                    kinks->byPosition.push_back(graph.firstU[size_t(tangent.getBlock(side))]);
+                    break;
+                }
     std::vector<std::vector<std::pair<int, int>>> sidesOf(size_t(topology.numBlocks()));
     for (int k = 0; k < int(tangents.size()); ++k)
         for (int side = 0; side < tangents[size_t(k)].getNumSides(); ++side) {
@@ -651,12 +683,12 @@ BlockMatrix<double> calcStiffness(
 BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateScales& scales,
                                       const BlockGraph& graph, const BlockMass& mass,
                                       const SolutionPoint& point,
-                                      const std::function<void()>& observer) {
+                                      const std::function<void()>& observer, KinkedSpeeds* kinks) {
     const Topology& topology = equations.getTopology();
     if (topology.hasSimbodyForces() || !topology.simbodyRows.empty() ||
         !topology.frictions.empty() ||
         std::any_of(point.u.begin(), point.u.end(), [](double value) { return value != 0; }))
-        return differentiateByU(equations, scales, graph, point, observer);
+        return differentiateByU(equations, scales, graph, point, observer, kinks);
 
     if (observer) observer();
     equations.realize(point.t, point.q.data(), point.u.data());
@@ -678,48 +710,96 @@ BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateSca
         if (coupling.size() > 0 && n > 0) own.bottomRightCorner(n, n) += coupling;
     }
     // Of frames: their forces by their speeds.
-    constexpr double Step = CoordinateScales::StepFraction;
-    LoadTerms::Forces forces;
     for (size_t e = 0; e < topology.elements.size(); ++e) {
         const std::vector<FrameRef>& frames = topology.elements[e].frames;
-        SimTK::Array_<FrameMotion> motions;
+        const SpeedTangent tangent(equations, int(e), scales.lengths);
+        if (kinks)
+            for (const auto& [column, kink] : tangent.kinks)
+                if (kink.isJump)
+                    kinks->byJump.push_back(graph.firstU[size_t(frames[size_t(column / 6)].block)]);
         std::vector<MatrixXd> rows;
-        for (const FrameRef& frame : frames) {
-            motions.push_back(equations.getBlocks().motionOf(frame));
+        for (const FrameRef& frame : frames)
             rows.push_back(frame.block < 0 ? MatrixXd()
                                            : calcFrameRows(equations, frame.block, frame.frame, D));
-        }
-        forces.resize(unsigned(frames.size()));
-        MatrixXd slopes(Eigen::Index(6 * frames.size()), 6);
         for (size_t side = 0; side < frames.size(); ++side) {
             const int column = frames[side].block;
             if (column < 0) continue;
-            slopes.setZero();
-            for (int i = 0; i < 6; ++i) {
-                const double h = i < 3 ? Step : Step * scales.lengths[size_t(column)];
-                double& speed = motions[unsigned(side)].V[i / 3][i % 3];
-                const double before = speed;
-                for (int k = 0; k < 4; ++k) {
-                    speed = before + DifferencePlaces[k] * h;
-                    for (SimTK::SpatialVec& force : forces)
-                        force = SimTK::SpatialVec(SimTK::Vec3(0), SimTK::Vec3(0));
-                    equations.getLoads().calcForcesAt(int(e), motions, forces);
-                    for (size_t s = 0; s < frames.size(); ++s)
-                        for (int a = 0; a < 6; ++a)
-                            slopes(Eigen::Index(6 * s) + a, i) +=
-                                DifferenceWeights[k] / h * forces[unsigned(s)][a / 3][a % 3];
-                }
-                speed = before;
-            }
             for (size_t s = 0; s < frames.size(); ++s)
                 if (frames[s].block >= 0)
                     D.at(frames[s].block, column).noalias() -=
-                        rows[s] * slopes.middleRows(Eigen::Index(6 * s), 6) *
+                        rows[s] *
+                        tangent.slopes.block(Eigen::Index(6 * s), Eigen::Index(6 * side), 6, 6) *
                         rows[side].transpose();
         }
     }
     clearHeld(topology, D);
     return D;
+}
+
+std::vector<KinkedElement> listKinkedElements(Evaluation& equations, const CoordinateScales& scales,
+                                              MotionLevel level) {
+    const Topology& topology = equations.getTopology();
+    std::vector<KinkedElement> elements;
+    for (int e = 0; e < int(topology.elements.size()); ++e) {
+        KinkedElement own{topology.elements[size_t(e)].describe(), false, 0, 0, false};
+        double largest = -1;
+        // A force by a displacement says more than a torque by a turning.
+        const auto take = [&](const Kink& kink, bool isForce) {
+            const double change = std::abs(kink.after - kink.before);
+            own.isJump |= kink.isJump;
+            if (own.isForce && !isForce) return;
+            if (own.isForce == isForce && change <= largest) return;
+            largest = change;
+            own.isForce = isForce;
+            own.before = std::abs(kink.before);
+            own.after = std::abs(kink.after);
+        };
+        if (level == MotionLevel::Position) {
+            FrameTangent tangent = makeElementTangent(equations, e);
+            tangent.differentiate(scales.lengths, true);
+            for (const auto& [column, kink] : tangent.getKinks())
+                take(kink, tangent.isForce(column, kink.value));
+        } else {
+            const SpeedTangent tangent(equations, e, scales.lengths);
+            for (const auto& [column, kink] : tangent.kinks)
+                take(kink, column % 6 >= 3 && kink.value % 6 >= 3);
+        }
+        if (largest >= 0) elements.push_back(own);
+    }
+    return elements;
+}
+
+std::string describeKinks(Evaluation& equations, const CoordinateScales& scales,
+                          const KinkedSpeeds& kinks) {
+    const bool isOfPositions = !kinks.byPosition.empty();
+    std::ostringstream text;
+    bool isNamed = false;
+    for (const KinkedElement& element : listKinkedElements(
+             equations, scales, isOfPositions ? MotionLevel::Position : MotionLevel::Velocity)) {
+        if (!isOfPositions && !element.isJump) continue;
+        text << (isNamed ? ", " : "") << element.name;
+        if (element.isForce && !element.isJump)
+            text << " (" << writeGeneral(std::min(element.before, element.after), 4)
+                 << " N/m one way, " << writeGeneral(std::max(element.before, element.after), 4)
+                 << " N/m the other)";
+        isNamed = true;
+    }
+    const std::vector<int>& speeds = isOfPositions ? kinks.byPosition : kinks.byJump;
+    if (!isNamed && speeds.front() < 0) {
+        text << "an equation of the system's states";
+    } else if (!isNamed) {
+        int b = equations.getTopology().numBlocks() - 1;
+        while (b > 0 && equations.getBlock(b).firstU > speeds.front()) --b;
+        text << "a force on '" << equations.getBlock(b).name << "'";
+    }
+    if (isOfPositions)
+        text << " has a kink exactly here, so that no linear equations hold for small motions: "
+                "give it a preload or a gap, or replace it by a spring";
+    else
+        text << " jumps here, so that no linear equations hold for small motions: replace the jump "
+                "by a slope (of a friction law, a smooth transition near speed zero), or leave it "
+                "out";
+    return text.str();
 }
 
 BlockMass::BlockMass(Evaluation& equations)

@@ -83,7 +83,14 @@ BlockMatrix<double> differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph, double t,
     const std::vector<double>& q, const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate,
-    int firstBlock = 0);
+    int firstBlock = 0, KinkedSpeeds* kinks = nullptr);
+
+/** ∂r/∂u at a point, by differences of all of it.
+@param observer  called before every evaluation of r **/
+BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScales& scales,
+                                     const BlockGraph& graph, const SolutionPoint& point,
+                                     const std::function<void()>& observer,
+                                     KinkedSpeeds* kinks = nullptr);
 
 /** The same; at rest, u = u̇ = 0, what flexible bodies' coordinates change is found where they act,
 in the frames of joints and force elements, whatever the number of modes, and in loads of their own.
@@ -92,7 +99,8 @@ Rigid trees, and all where Simbody has a say, by differences of r.
 BlockMatrix<double> calcStiffness(
     Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph,
     const BlockMass& mass, const SolutionPoint& point,
-    const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate);
+    const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate,
+    KinkedSpeeds* kinks = nullptr);
 
 /** ∂r/∂u at a point, zero in columns of prescribed speeds: of modes by themselves, and what force
 elements do in their frames; where something moves, Simbody has a say, or friction, by differences
@@ -102,7 +110,22 @@ of r.
 BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateScales& scales,
                                       const BlockGraph& graph, const BlockMass& mass,
                                       const SolutionPoint& point,
-                                      const std::function<void()>& observer);
+                                      const std::function<void()>& observer,
+                                      KinkedSpeeds* kinks = nullptr);
+
+/** A force element whose force has no slope where the blocks were realized last. **/
+struct KinkedElement {
+    std::string name;      ///< "force 'stop'"
+    bool isForce;          ///< by a displacement or speed; else a turning, or a torque
+    double before, after;  ///< slopes on both sides
+    bool isJump;
+};
+/** Those along positions, or along speeds. **/
+std::vector<KinkedElement> listKinkedElements(Evaluation& equations, const CoordinateScales& scales,
+                                              MotionLevel level);
+/** Why forces cannot be linearised where the blocks were realized last, and what helps. **/
+std::string describeKinks(Evaluation& equations, const CoordinateScales& scales,
+                          const KinkedSpeeds& kinks);
 
 /** Of one block: an arrow, whose modes have unit mass or nearly and turn with the body, or full.
  * **/

@@ -169,7 +169,7 @@ FrequencyResponse::Contents::Contents(const MultibodySystem& system, const State
     equations.calcResidual(now.q.data(), now.u.data(), now.uDot.data(), now.lambda.data(),
                            residual.data());
     mass = std::make_unique<BlockMass>(equations);
-    const LoadTerms::Tangent tangent(equations.updLoads());
+    KinkedSpeeds kinks;
     const BlockGraph graph(equations, BlockGraph::Links::OfJoints);
     firstU = graph.firstU;
     sizes = graph.sizes;
@@ -182,14 +182,18 @@ FrequencyResponse::Contents::Contents(const MultibodySystem& system, const State
                                             scales.lengths[size_t(b)]);
     if (fastest <= SlowestDeparture) std::fill(now.uDot.begin(), now.uDot.end(), 0.0);
     const BlockMatrix<double> stiffness = calcStiffness(
-        equations, scales, graph, *mass, now, [&](const std::vector<double>& moved, VectorXd& r) {
+        equations, scales, graph, *mass, now,
+        [&](const std::vector<double>& moved, VectorXd& r) {
             if (observer) observer();
             equations.realize(now.t, moved.data(), now.u.data());
             equations.calcResidual(moved.data(), now.u.data(), now.uDot.data(), now.lambda.data(),
                                    r.data());
-        });
+        },
+        &kinks);
     takeMatrices(graph, stiffness,
-                 calcDampingBlocks(equations, scales, graph, *mass, now, observer));
+                 calcDampingBlocks(equations, scales, graph, *mass, now, observer, &kinks));
+    equations.realize(now.t, now.q.data(), now.u.data());
+    if (kinks.any()) throw NoLinearForces(describeKinks(equations, scales, kinks));
     TangentElimination<double> elimination(graph, *mass);
     elimination.setNumThreads(equations.getBlocks().numThreads);
     BlockMatrix<double> shifted = stiffness;

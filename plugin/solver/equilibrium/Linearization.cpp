@@ -4,7 +4,9 @@
 
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/equilibrium/BlockTangent.h"
 #include "simflex/solver/equilibrium/ModeReport.h"
 #include "simflex/solver/equilibrium/SimbodyMatrix.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
@@ -66,16 +68,18 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
     equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
                            VectorXd(equations.getTopology().numU).data());
     calcMassAndJacobian(equations, instant.M, instant.G);
-    const LoadTerms::Tangent tangent(equations.updLoads());
+    KinkedSpeeds kinks;
     const auto calcStiffness = [&] {
-        return differentiateByQ(equations, scales, point.t, point.q, point.u,
-                                [&](const std::vector<double>& q, VectorXd& r) {
-                                    if (observer) observer();
-                                    instant.motion.calcSpeeds(q, u, uDot);
-                                    equations.realize(point.t, q.data(), u.data());
-                                    equations.calcResidual(q.data(), u.data(), uDot.data(),
-                                                           point.lambda.data(), r.data());
-                                });
+        return differentiateByQ(
+            equations, scales, point.t, point.q, point.u,
+            [&](const std::vector<double>& q, VectorXd& r) {
+                if (observer) observer();
+                instant.motion.calcSpeeds(q, u, uDot);
+                equations.realize(point.t, q.data(), u.data());
+                equations.calcResidual(q.data(), u.data(), uDot.data(), point.lambda.data(),
+                                       r.data());
+            },
+            &kinks);
     };
     instant.K = calcStiffness();
     if (isUnsettled(instant)) {
@@ -92,8 +96,9 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
             instant.K = calcStiffness();
         }
     }
-    instant.D = calcDampingMatrix(equations, scales, point);
-    instant.states = calcStateTangent(equations, scales, point);
+    instant.D = calcDampingMatrix(equations, scales, point, &kinks);
+    instant.states = calcStateTangent(equations, scales, point, &kinks);
+    if (kinks.any()) throw NoLinearForces(describeKinks(equations, scales, kinks));
     if (instant.motion.isAtRest()) return;
     if (!instant.states.states.empty())
         throw std::invalid_argument(
@@ -303,6 +308,32 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     equations.getBlocks().putIntoState(after.t, after.q.data(), after.u.data(), *result.later);
     system.realize(*result.later, Stage::Velocity);
     return result;
+}
+
+std::vector<std::string> listUnevenDamping(const MultibodySystem& system, const State& state) {
+    const StandardArithmetic standard;
+    State realized = state;
+    system.realize(realized, Stage::Velocity);
+    Evaluation equations(system, realized, Topology::Setting::Linearize);
+    const Topology& topology = equations.getTopology();
+    if (topology.elements.empty()) return {};
+    std::vector<double> q(size_t(topology.numQ)), u(size_t(topology.numU)),
+        z(size_t(topology.numZ));
+    equations.getBlocks().getFromState(realized, q.data(), u.data());
+    for (size_t i = 0; i < z.size(); ++i) z[i] = realized.getZ()[int(i)];
+    equations.setZ(z.data());
+    equations.realize(realized.getTime(), q.data(), u.data());
+    std::vector<std::string> uneven;
+    for (const KinkedElement& element : listKinkedElements(
+             equations, CoordinateScales(equations.getBlocks()), MotionLevel::Velocity)) {
+        if (element.isJump) continue;
+        const char* unit = element.isForce ? " N s/m" : " N m s/rad";
+        uneven.push_back(element.name + " (" +
+                         writeGeneral(std::min(element.before, element.after), 4) + unit +
+                         " one way, " + writeGeneral(std::max(element.before, element.after), 4) +
+                         unit + " the other)");
+    }
+    return uneven;
 }
 
 EquationErrors calcEquationErrors(const MultibodySystem& system, const State& state,

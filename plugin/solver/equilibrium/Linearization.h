@@ -31,16 +31,25 @@ speeds, get the accelerations and multipliers λ that they will have.
     for (const Eigenmode& mode : calcEigenmodes(linear)) std::cout << mode.frequency << " Hz\n";
 
 M and G are exact, D and K fourth-order differences of the residual with displacements of 3e-4 of a
-body's size, relative error below 1e-8 where forces are smooth. O(n²) in time, and dense matrices:
-for some hundreds of speeds; twice where something moves. SI units. **/
+body's size, relative error below 1e-8 where forces are smooth; smaller ones where a kink is near,
+such as a stop beyond a gap. Exactly at a kink there are no linear equations, which is said. O(n²)
+in time, and dense matrices: for some hundreds of speeds; twice where something moves. SI units. **/
 
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "Simbody.h"
 
 namespace simflex {
+
+/** A State at which a force has a kink: a stop that just touches, a friction law that jumps. **/
+class NoLinearForces : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
 
 struct OperatingPoint {
     SimTK::State state;         ///< realized to Stage::Velocity
@@ -73,10 +82,17 @@ struct Linearization : OperatingPoint {
 /** Linearises about a State, which must be assembled.
 @param observer  called before every evaluation of forces, a few for each coordinate; an exception
     that it throws passes through
-@throws std::invalid_argument that names what cannot be supported (see ImplicitIntegrator; and
-    nonholonomic constraints and constraints on accelerations). **/
+@throws NoLinearForces that names the force; std::invalid_argument that names what cannot be
+supported (see ImplicitIntegrator; and nonholonomic constraints and constraints on accelerations).
+**/
 Linearization calcLinearization(const SimTK::MultibodySystem& system, const SimTK::State& state,
                                 const std::function<void()>& observer = {});
+
+/** Forces that damp otherwise forth than back, such as a shock absorber's, at a State at rest:
+linear equations have the mean of both, as the first harmonic of a vibration does. Each in words.
+**/
+std::vector<std::string> listUnevenDamping(const SimTK::MultibodySystem& system,
+                                           const SimTK::State& state);
 
 /** What a State leaves of the equations of motion, with accelerations and multipliers as given. **/
 struct EquationErrors {

@@ -9,6 +9,7 @@
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/solver/Eigenmodes.h"
+#include "simflex/solver/equilibrium/Differences.h"
 #include "simflex/solver/equilibrium/SimbodyMatrix.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
 
@@ -32,16 +33,6 @@ constexpr Eigen::Index FewCoordinates = 8;
 /** Of the slowest vibration's ω², for what nothing holds. **/
 constexpr double InertiaHold = 1e-3;
 
-/** What bends by less than this part of its change is straight. **/
-constexpr double SmallBend = 1e-9;
-/** A fourth difference that is more of the change is that of a kink, or of a bend as sharp as the
-step; the steps after which it is one. **/
-constexpr double SharpBend = 1e-3;
-constexpr double SmallerSteps[] = {1, 1e-2, 1e-4};
-/** Of the largest change of a value along any coordinate, the one that a kink has at least. **/
-constexpr double SeenKink = 1e-6;
-/** So many times the round-off must a kink be seen above. **/
-constexpr double ClearlySeen = 1e3;
 /** Of the largest multiplier. **/
 constexpr double MultiplierStep = 1e-3;
 /** How close to a pole a transfer function is known, s of the difference. **/
@@ -60,27 +51,29 @@ public:
         : m_function(std::move(function)),
           m_steps(std::move(steps)),
           m_middle(m_function(VectorXd::Zero(m_steps.size()))),
-          m_derivative(MatrixXd::Zero(Eigen::Index(m_middle.size()), m_steps.size())),
-          m_largest(VectorXd::Zero(m_derivative.rows())) {
+          m_derivative(MatrixXd::Zero(Eigen::Index(m_middle.size()), m_steps.size())) {
         search(0, m_steps.size());
+        differentiate(
+            [this](const Values& delta, VectorXd& f) {
+                const Values values =
+                    m_function(Eigen::Map<const VectorXd>(delta.data(), m_steps.size()));
+                f = Eigen::Map<const VectorXd>(values.data(), Eigen::Index(values.size()));
+            },
+            Values(m_steps.data(), m_steps.data() + m_steps.size()),
+            Eigen::Map<const VectorXd>(m_middle.data(), m_derivative.rows()), m_columns);
     }
     const MatrixXd& get() const { return m_derivative; }
-    /** Numbers of the values that have no derivative. What changes a value a million times less
-    than other coordinates do is its noise. **/
-    std::set<int> getKinks() const {
-        std::set<int> kinks;
-        for (const auto& [value, change] : m_kinks)
-            if (change > SeenKink * m_largest[value]) kinks.insert(int(value));
-        return kinks;
-    }
+    /** Numbers of the values that have no derivative. **/
+    const std::set<int>& getKinks() const { return m_kinks; }
 
 private:
-    /** @returns whether it counts that coordinates from `first` on are displaced **/
+    /** @returns whether it counts that coordinates from `first` on are displaced, to either side
+     * **/
     bool depends(Eigen::Index first, Eigen::Index end) const {
         VectorXd displacement = VectorXd::Zero(m_steps.size());
         for (Eigen::Index i = first; i < end; ++i)
             displacement[i] = m_steps[i] * (0.6 + 0.4 * std::cos(1.7 * double(i)));
-        return isAnother(m_function(displacement));
+        return isAnother(m_function(displacement)) || isAnother(m_function(-displacement));
     }
     bool isAnother(const Values& moved) const {
         for (size_t k = 0; k < moved.size(); ++k)
@@ -98,77 +91,22 @@ private:
             return;
         }
         for (Eigen::Index i = first; i < end; ++i)
-            if (m_steps[i] > 0) difference(i);
-    }
-    void difference(Eigen::Index first) {
-        std::vector<Eigen::Index> unknown;
-        for (Eigen::Index i = 0; i < m_derivative.rows(); ++i) unknown.push_back(i);
-        for (const double share : SmallerSteps)
-            if (!unknown.empty()) difference(first, share, unknown);
-        for (const Eigen::Index i : unknown) m_kinks.emplace_back(i, m_changes[i]);
-    }
-    /** @param unknown  values whose derivative is wanted; after it those that have a kink **/
-    void difference(Eigen::Index first, double share, std::vector<Eigen::Index>& unknown) {
-        VectorXd displacement = VectorXd::Zero(m_steps.size());
-        const double step = share * m_steps[first];
-        const auto evaluate = [&](int place) {
-            displacement[first] = place * step;
-            return m_function(displacement);
-        };
-        // On one side: a sine about its zero has the same chords on both.
-        const Values after = evaluate(1);
-        if (!isAnother(after)) {
-            if (share == 1) unknown.clear();
-            return;
-        }
-        const Values farAfter = evaluate(2), before = evaluate(-1);
-        Values farBefore;
-        const auto isStraight = [&](Eigen::Index i) {
-            const size_t k = size_t(i);
-            const double allowed =
-                SameNumber * std::max(std::abs(after[k]), std::abs(farAfter[k])) +
-                SmallBend * 0.5 * std::abs(farAfter[k] - m_middle[k]);
-            return std::abs(farAfter[k] + m_middle[k] - 2 * after[k]) <= allowed &&
-                   std::abs(after[k] + before[k] - 2 * m_middle[k]) <= allowed;
-        };
-        if (!std::all_of(unknown.begin(), unknown.end(), isStraight)) farBefore = evaluate(-2);
-        if (share == 1) {
-            m_changes = VectorXd::Zero(m_derivative.rows());
-            for (Eigen::Index i = 0; i < m_changes.size(); ++i)
-                m_changes[i] = std::abs(after[size_t(i)] - m_middle[size_t(i)]);
-            m_largest = m_largest.cwiseMax(m_changes);
-        }
-        std::vector<Eigen::Index> sharp;
-        for (const Eigen::Index i : unknown) {
-            const size_t k = size_t(i);
-            double slope = 0.5 * (farAfter[k] - m_middle[k]),
-                   largest = std::max(std::abs(after[k]), std::abs(farAfter[k]));
-            if (!farBefore.empty()) {
-                slope = (8 * (after[k] - before[k]) - (farAfter[k] - farBefore[k])) / 12;
-                largest = std::max({largest, std::abs(before[k]), std::abs(farBefore[k])});
-                double change = share * m_changes[i];  // as a kink would
-                for (const double value : {after[k], farAfter[k], before[k], farBefore[k]})
-                    change = std::max(change, std::abs(value - m_middle[k]));
-                const double fourth = farAfter[k] + farBefore[k] - 4 * (after[k] + before[k]) +
-                                      6 * m_middle[k],
-                             noise = 16 * SameNumber * largest;
-                if (!(std::abs(fourth) <= SharpBend * change + noise) ||
-                    (share < 1 && change < ClearlySeen * noise)) {
-                    sharp.push_back(i);
-                    continue;
-                }
-            }
-            if (std::abs(slope) > SameNumber * largest) m_derivative(i, first) = slope / step;
-        }
-        unknown = sharp;
+            if (m_steps[i] > 0 && depends(i, i + 1))
+                m_columns.push_back(
+                    {{int(i),
+                      {{0, int(m_derivative.rows())}},
+                      [this, i](const VectorXd& slopes, const std::vector<Kink>& kinks) {
+                          m_derivative.col(i) = slopes;
+                          for (const Kink& kink : kinks) m_kinks.insert(kink.value);
+                      }}});
     }
 
     Function m_function;
     VectorXd m_steps;
     Values m_middle;
     MatrixXd m_derivative;
-    VectorXd m_changes, m_largest;  ///< of values: along one coordinate, and along any
-    std::vector<std::pair<Eigen::Index, double>> m_kinks;
+    std::vector<std::vector<DifferenceColumn>> m_columns;
+    std::set<int> m_kinks;
 };
 
 /** Undamped modes, of unit modal mass, and their ω². **/

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 #include "simflex/base/DenseAlgebra.h"
@@ -20,46 +19,6 @@ constexpr double RankTolerance = 1e-10;
 constexpr double SmallDeparture = 1e-4;
 /** The same, where a linear estimate says nothing of how far it goes. **/
 constexpr double FarAway = 10;
-
-/** A force that bends by more than this part of its change, or of this part of the largest change,
-may have a kink: a stop that closes. **/
-constexpr double KinkBend = 0.1, SmallForceChange = 1e-3;
-/** Steps are refined until two derivatives agree so far; a kink is found down to 1e-9 of a size.
- * **/
-constexpr double KinkAgreement = 0.02, StepRefinement = 1.0 / 16;
-constexpr int MaxRefinements = 4;
-
-/** Of what is differenced, the part that may be round-off: what does not depend on a state shall
-not seem to. **/
-constexpr double Certain = 16 * std::numeric_limits<double>::epsilon();
-
-/** Of differences, without round-off. **/
-class Slope {
-public:
-    explicit Slope(Eigen::Index size)
-        : m_sum(VectorXd::Zero(size)), m_largest(VectorXd::Zero(size)) {}
-    void add(int place, const VectorXd& f) {
-        m_sum += DifferenceWeights[place] * f;
-        m_largest = m_largest.cwiseMax(f.cwiseAbs());
-    }
-    VectorXd get(double h) const {
-        VectorXd slope = m_sum / h;
-        for (Eigen::Index i = 0; i < slope.size(); ++i)
-            if (std::abs(m_sum[i]) <= Certain * m_largest[i]) slope[i] = 0;
-        return slope;
-    }
-
-private:
-    VectorXd m_sum, m_largest;
-};
-
-/** Whether two columns are the same but for what SmallForceChange hides. **/
-bool areAlike(const VectorXd& a, const VectorXd& b, double allowed) {
-    const double largest = SmallForceChange * b.cwiseAbs().maxCoeff();
-    for (Eigen::Index i = 0; i < a.size(); ++i)
-        if (!(std::abs(a[i] - b[i]) <= allowed * (std::abs(b[i]) + largest))) return false;
-    return true;
-}
 
 }  // namespace
 
@@ -107,102 +66,6 @@ void calcMassAndJacobian(Evaluation& equations, MatrixXd& M, MatrixXd& G) {
     }
 }
 
-void differentiate(
-    const std::function<void(const std::vector<double>& delta, VectorXd& f)>& evaluate,
-    const std::vector<double>& steps, const VectorXd& middle, const VectorXd& weights,
-    const std::vector<std::vector<DifferenceColumn>>& groups) {
-    std::vector<double> delta(steps.size(), 0);
-    const auto gather = [](const DifferenceColumn& column, const VectorXd& f) {
-        Eigen::Index size = 0;
-        for (const auto& range : column.rows) size += range.second;
-        VectorXd own(size);
-        size = 0;
-        for (const auto& [first, count] : column.rows) {
-            own.segment(size, count) = f.segment(first, count);
-            size += count;
-        }
-        return own;
-    };
-    struct Active {
-        const DifferenceColumn* column;
-        double h;
-        VectorXd middle, weights, slope, rise, bend, least, most;
-        bool isStraight() const {
-            const VectorXd change = weights.cwiseProduct(rise);
-            return areAlike(change + weights.cwiseProduct(bend), change, KinkBend);
-        }
-    };
-    std::vector<Active> active;
-    VectorXd f(middle.size());
-    const auto difference = [&] {
-        for (Active& one : active) {
-            one.slope = VectorXd::Zero(one.middle.size());
-            one.rise = one.slope;
-            one.bend = -2 * one.middle;
-            one.least = one.most = one.middle;
-        }
-        for (int k = 0; k < 4; ++k) {
-            for (const Active& one : active)
-                delta[size_t(one.column->speed)] = DifferencePlaces[k] * one.h;
-            evaluate(delta, f);
-            for (Active& one : active) {
-                const VectorXd own = gather(*one.column, f);
-                one.slope += DifferenceWeights[k] / one.h * own;
-                one.least = one.least.cwiseMin(own);
-                one.most = one.most.cwiseMax(own);
-                delta[size_t(one.column->speed)] = 0;
-                if (std::abs(DifferencePlaces[k]) < 2) continue;  // the outer ones see most
-                one.rise += DifferencePlaces[k] / 2 * own;
-                one.bend += own;
-            }
-        }
-        for (Active& one : active)
-            for (Eigen::Index i = 0; i < one.slope.size(); ++i)
-                if (one.least[i] == one.most[i]) one.slope[i] = 0;  // but for the weights
-    };
-    for (const std::vector<DifferenceColumn>& group : groups) {
-        active.clear();
-        for (const DifferenceColumn& column : group)
-            active.push_back({&column,
-                              steps[size_t(column.speed)],
-                              gather(column, middle),
-                              gather(column, weights),
-                              {},
-                              {},
-                              {},
-                              {},
-                              {}});
-        difference();
-        const auto dropStraight = [&] {
-            for (const Active& one : active)
-                if (one.isStraight()) one.column->take(one.slope);
-            active.erase(std::remove_if(active.begin(), active.end(),
-                                        [](const Active& one) { return one.isStraight(); }),
-                         active.end());
-        };
-        dropStraight();
-        for (int k = 0; !active.empty() && k < MaxRefinements; ++k) {
-            std::vector<VectorXd> before;
-            for (Active& one : active) {
-                before.push_back(one.slope);
-                one.h *= StepRefinement;
-            }
-            difference();
-            for (size_t i = 0; i < active.size(); ++i) {
-                // Of two that agree the longer step's is the sharper one; the finer one's counts
-                // where it is straight.
-                Active& one = active[i];
-                const VectorXd& w = one.weights;
-                if (!one.isStraight() ||
-                    areAlike(w.cwiseProduct(before[i]), w.cwiseProduct(one.slope), KinkAgreement))
-                    one.slope = before[i];
-            }
-            dropStraight();
-        }
-        for (const Active& one : active) one.column->take(one.slope);
-    }
-}
-
 namespace {
 
 /** Of a displaced q. **/
@@ -219,45 +82,47 @@ std::function<void(const std::vector<double>& delta, VectorXd& f)> displaceEach(
     };
 }
 
-/** Of residuals. **/
-VectorXd weighRows(const CoordinateScales& scales, Eigen::Index count) {
-    VectorXd weights = VectorXd::Ones(count);
-    const Eigen::Index n = Eigen::Index(scales.metres.size());
-    if (n > 0 && count % n == 0)  // once, or with their rates
-        for (Eigen::Index i = 0; i < count; ++i)
-            weights[i] = 1 / std::max(scales.metres[size_t(i % n)], 1e-12);
-    return weights;
+/** Of displaced speeds. **/
+std::function<void(const std::vector<double>& delta, VectorXd& f)> quicken(
+    const std::vector<double>& u,
+    const std::function<void(const std::vector<double>& u, VectorXd& f)>& evaluate) {
+    return [&u, &evaluate, moved = u](const std::vector<double>& delta, VectorXd& f) mutable {
+        for (size_t i = 0; i < u.size(); ++i) moved[i] = u[i] + delta[i];
+        evaluate(moved, f);
+    };
 }
 
-}  // namespace
+void noteKinks(int speed, const std::vector<Kink>& kinks, KinkedSpeeds& noted) {
+    if (!kinks.empty()) noted.byPosition.push_back(speed);
+}
 
-MatrixXd differentiateByQ(
-    Evaluation& equations, const CoordinateScales& scales, double t, const std::vector<double>& q,
-    const std::vector<double>& u,
-    const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate) {
-    VectorXd middle(equations.getTopology().numU);
-    evaluate(q, middle);
-    MatrixXd derivative = MatrixXd::Zero(middle.size(), equations.getTopology().numU);
+void noteJumps(int speed, const std::vector<Kink>& kinks, KinkedSpeeds& noted) {
+    if (std::any_of(kinks.begin(), kinks.end(), [](const Kink& kink) { return kink.isJump; }))
+        noted.byJump.push_back(speed);
+}
+using Note = void (*)(int speed, const std::vector<Kink>& kinks, KinkedSpeeds& noted);
+
+/** All rows, one column after the other. **/
+std::vector<std::vector<DifferenceColumn>> listColumns(const Evaluation& equations,
+                                                       MatrixXd& derivative, Note note,
+                                                       KinkedSpeeds* noted) {
     std::vector<std::vector<DifferenceColumn>> groups;
     for (const int column : listFreeSpeeds(equations))
-        groups.push_back(
-            {{column, {{0, int(middle.size())}}, [&derivative, column](const VectorXd& slope) {
-                  derivative.col(column) = slope;
-              }}});
-    differentiate(displaceEach(equations, t, q, u, evaluate), scales.step, middle,
-                  weighRows(scales, middle.size()), groups);
-    equations.realize(t, q.data(), u.data());
-    return derivative;
+        groups.push_back({{column,
+                           {{0, int(derivative.rows())}},
+                           [&derivative, column, note, noted](const VectorXd& slopes,
+                                                              const std::vector<Kink>& kinks) {
+                               derivative.col(column) = slopes;
+                               if (noted) note(column, kinks, *noted);
+                           }}});
+    return groups;
 }
 
-BlockMatrix<double> differentiateByQ(
-    Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph, double t,
-    const std::vector<double>& q, const std::vector<double>& u,
-    const std::function<void(const std::vector<double>& q, VectorXd& r)>& evaluate,
-    int firstBlock) {
-    VectorXd middle(equations.getTopology().numU);
-    evaluate(q, middle);
-    BlockMatrix<double> derivative(graph);
+/** Those of neighbours, of blocks without a common one at a time. **/
+std::vector<std::vector<DifferenceColumn>> listColumns(const Evaluation& equations,
+                                                       const BlockGraph& graph, int firstBlock,
+                                                       BlockMatrix<double>& derivative, Note note,
+                                                       KinkedSpeeds* noted) {
     std::vector<std::vector<DifferenceColumn>> groups;
     for (const std::vector<int>& blocks : graph.groups) {
         int largest = 0;
@@ -270,28 +135,80 @@ BlockMatrix<double> differentiateByQ(
                 if (b < firstBlock || i >= graph.sizes[size_t(b)] ||
                     equations.getTopology().isPrescribed[size_t(speed)])
                     continue;
-                DifferenceColumn column{speed, {}, [&derivative, b, i](const VectorXd& slope) {
-                                            Eigen::Index first = 0;
-                                            for (MatrixXd& part : derivative.columns[size_t(b)]) {
-                                                part.col(i) = slope.segment(first, part.rows());
-                                                first += part.rows();
-                                            }
-                                        }};
+                DifferenceColumn column{
+                    speed,
+                    {},
+                    [&derivative, b, i, speed, note, noted](const VectorXd& slopes,
+                                                            const std::vector<Kink>& kinks) {
+                        Eigen::Index first = 0;
+                        for (MatrixXd& part : derivative.columns[size_t(b)]) {
+                            part.col(i) = slopes.segment(first, part.rows());
+                            first += part.rows();
+                        }
+                        if (noted) note(speed, kinks, *noted);
+                    }};
                 for (const int row : graph.neighbours[size_t(b)])
                     column.rows.emplace_back(graph.firstU[size_t(row)], graph.sizes[size_t(row)]);
                 group.push_back(std::move(column));
             }
-            groups.push_back(std::move(group));
+            if (!group.empty()) groups.push_back(std::move(group));
         }
     }
+    return groups;
+}
+
+}  // namespace
+
+MatrixXd differentiateByQ(
+    Evaluation& equations, const CoordinateScales& scales, double t, const std::vector<double>& q,
+    const std::vector<double>& u,
+    const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate,
+    KinkedSpeeds* kinks) {
+    VectorXd middle(equations.getTopology().numU);
+    evaluate(q, middle);
+    MatrixXd derivative = MatrixXd::Zero(middle.size(), equations.getTopology().numU);
     differentiate(displaceEach(equations, t, q, u, evaluate), scales.step, middle,
-                  weighRows(scales, middle.size()), groups);
+                  listColumns(equations, derivative, noteKinks, kinks));
     equations.realize(t, q.data(), u.data());
     return derivative;
 }
 
+BlockMatrix<double> differentiateByQ(
+    Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph, double t,
+    const std::vector<double>& q, const std::vector<double>& u,
+    const std::function<void(const std::vector<double>& q, VectorXd& r)>& evaluate, int firstBlock,
+    KinkedSpeeds* kinks) {
+    VectorXd middle(equations.getTopology().numU);
+    evaluate(q, middle);
+    BlockMatrix<double> derivative(graph);
+    differentiate(displaceEach(equations, t, q, u, evaluate), scales.step, middle,
+                  listColumns(equations, graph, firstBlock, derivative, noteKinks, kinks));
+    equations.realize(t, q.data(), u.data());
+    return derivative;
+}
+
+BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScales& scales,
+                                     const BlockGraph& graph, const SolutionPoint& point,
+                                     const std::function<void()>& observer, KinkedSpeeds* kinks) {
+    const auto evaluate = [&](const std::vector<double>& u, VectorXd& r) {
+        if (observer) observer();
+        equations.realize(point.t, point.q.data(), u.data());
+        equations.calcResidual(point.q.data(), u.data(), point.uDot.data(), point.lambda.data(),
+                               r.data());
+    };
+    VectorXd middle(equations.getTopology().numU);
+    evaluate(point.u, middle);
+    std::vector<double> steps = scales.step;
+    for (size_t i = 0; i < steps.size(); ++i) steps[i] *= scales.rate[i];
+    BlockMatrix<double> D(graph);
+    differentiate(quicken(point.u, evaluate), steps, middle,
+                  listColumns(equations, graph, 0, D, noteJumps, kinks));
+    equations.realize(point.t, point.q.data(), point.u.data());
+    return D;
+}
+
 MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales,
-                           const SolutionPoint& point) {
+                           const SolutionPoint& point, KinkedSpeeds* kinks) {
     const int n = equations.getTopology().numU;
     double fastest = 0;  // how fast the system turns
     for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
@@ -300,27 +217,24 @@ MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales
             fastest = std::max(fastest, block.calcDisplacement(point.u.data() + block.firstU) /
                                             scales.lengths[size_t(b)]);
     }
+    const auto evaluate = [&](const std::vector<double>& u, VectorXd& r) {
+        equations.realize(point.t, point.q.data(), u.data());
+        equations.calcResidual(point.q.data(), u.data(), point.uDot.data(), point.lambda.data(),
+                               r.data());
+    };
+    VectorXd middle(n);
+    evaluate(point.u, middle);
+    std::vector<double> steps = scales.step;
+    for (size_t i = 0; i < steps.size(); ++i) steps[i] *= std::max(scales.rate[i], fastest);
     MatrixXd D = MatrixXd::Zero(n, n);
-    std::vector<double> u = point.u;
-    VectorXd r(n);
-    for (int column : listFreeSpeeds(equations)) {
-        const size_t i = size_t(column);
-        const double h = scales.step[i] * std::max(scales.rate[i], fastest);
-        for (int k = 0; k < 4; ++k) {
-            u[i] = point.u[i] + DifferencePlaces[k] * h;
-            equations.realize(point.t, point.q.data(), u.data());
-            equations.calcResidual(point.q.data(), u.data(), point.uDot.data(), point.lambda.data(),
-                                   r.data());
-            D.col(column) += DifferenceWeights[k] / h * r;
-        }
-        u[i] = point.u[i];
-    }
+    differentiate(quicken(point.u, evaluate), steps, middle,
+                  listColumns(equations, D, noteJumps, kinks));
     equations.realize(point.t, point.q.data(), point.u.data());
     return D;
 }
 
 StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& scales,
-                              const SolutionPoint& point) {
+                              const SolutionPoint& point, KinkedSpeeds* kinks) {
     const Topology& topology = equations.getTopology();
     StateTangent tangent;
     tangent.states = topology.listOwnStates();
@@ -338,39 +252,48 @@ StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& sca
         return rates;
     };
     tangent.rates = calcRates(point.q, point.u);
-    tangent.C = differentiateByQ(
-        equations, scales, point.t, point.q, point.u,
-        [&](const std::vector<double>& q, VectorXd& f) { f = calcRates(q, point.u); });
-    std::vector<double> u = point.u, z = point.z;
-    for (const int column : listFreeSpeeds(equations)) {
-        const size_t i = size_t(column);
-        const double h = scales.step[i] * scales.rate[i];
-        Slope slope(s);
-        for (int k = 0; k < 4; ++k) {
-            u[i] = point.u[i] + DifferencePlaces[k] * h;
-            slope.add(k, calcRates(point.q, u));
-        }
-        tangent.E.col(column) = slope.get(h);
-        u[i] = point.u[i];
-    }
-    VectorXd r(n);
+    const auto ofPlaces = [&](const std::vector<double>& q, VectorXd& f) {
+        f = calcRates(q, point.u);
+    };
+    differentiate(displaceEach(equations, point.t, point.q, point.u, ofPlaces), scales.step,
+                  tangent.rates, listColumns(equations, tangent.C, noteJumps, kinks));
+    const auto ofSpeeds = [&](const std::vector<double>& u, VectorXd& f) {
+        f = calcRates(point.q, u);
+    };
+    std::vector<double> steps = scales.step;
+    for (size_t i = 0; i < steps.size(); ++i) steps[i] *= scales.rate[i];
+    differentiate(quicken(point.u, ofSpeeds), steps, tangent.rates,
+                  listColumns(equations, tangent.E, noteJumps, kinks));
+
+    std::vector<double> z = point.z, zSteps;
+    std::vector<std::vector<DifferenceColumn>> columns;
     for (Eigen::Index j = 0; j < s; ++j) {
         const size_t i = size_t(tangent.states[size_t(j)]);
         const double scale = topology.states[i - size_t(topology.firstZ)].equation->getScale();
-        const double h = 1e-4 * std::max(scale, std::abs(z[i]));
-        Slope rates(s), forces(n);
-        for (int k = 0; k < 4; ++k) {
-            z[i] = point.z[i] + DifferencePlaces[k] * h;
-            equations.setZ(z.data());
-            rates.add(k, calcRates(point.q, point.u));
-            equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(),
-                                   point.lambda.data(), r.data());
-            forces.add(k, r);
-        }
-        tangent.F.col(j) = rates.get(h);
-        tangent.B.col(j) = forces.get(h);
-        z[i] = point.z[i];
+        zSteps.push_back(CoordinateScales::StepFraction * std::max(scale, std::abs(z[i])));
+        columns.push_back(
+            {{int(j),
+              {{0, int(s + n)}},
+              [&tangent, j, s, n, kinks](const VectorXd& slopes, const std::vector<Kink>& found) {
+                  tangent.F.col(j) = slopes.head(s);
+                  tangent.B.col(j) = slopes.tail(n);
+                  if (kinks) noteJumps(-1, found, *kinks);
+              }}});
     }
+    const auto ofStates = [&](const std::vector<double>& delta, VectorXd& f) {
+        for (Eigen::Index j = 0; j < s; ++j) {
+            const size_t i = size_t(tangent.states[size_t(j)]);
+            z[i] = point.z[i] + delta[size_t(j)];
+        }
+        equations.setZ(z.data());
+        f.resize(s + n);
+        f.head(s) = calcRates(point.q, point.u);
+        equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(),
+                               point.lambda.data(), f.data() + s);
+    };
+    VectorXd middle;
+    ofStates(std::vector<double>(size_t(s), 0), middle);
+    differentiate(ofStates, zSteps, middle, columns);
     equations.setZ(point.z.data());
     equations.realize(point.t, point.q.data(), point.u.data());
     return tangent;

@@ -5,7 +5,7 @@ Derivatives of the equations of motion about a point, and motions tangent to the
 
     D = ∂r/∂u,   K = ∂r/∂q·N,   G,   δ = Z y + …  with G Z = 0
 
-D and K are fourth-order differences of the residual, column by column along moveQ(): with
+D and K are differences of the residual (see Differences.h), column by column along moveQ(): with
 displacements of 3e-4 of the body's size their relative error is below 1e-8 where forces are smooth
 (truncation h⁴/30 and round-off 1e-16/h alone would give 1e-12). O(n²) for n speeds. **/
 
@@ -15,6 +15,7 @@ displacements of 3e-4 of the body's size their relative error is below 1e-8 wher
 
 #include "simflex/solver/equations/CoordinateScales.h"
 #include "simflex/solver/equations/Evaluation.h"
+#include "simflex/solver/equilibrium/Differences.h"
 #include "simflex/solver/integration/SolutionHistory.h"
 
 namespace simflex {
@@ -23,41 +24,29 @@ namespace simflex {
 // meant.
 namespace Eigen = ::Eigen;
 
-/** DifferenceWeights of f(−2h), f(−h), f(h), f(2h) in h·f′. **/
-constexpr int DifferencePlaces[] = {-2, -1, 1, 2};
-constexpr double DifferenceWeights[] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
-
 /** Mass matrix and constraint Jacobian at the last realize(). **/
 void calcMassAndJacobian(Evaluation& equations, Eigen::MatrixXd& M, Eigen::MatrixXd& G);
 
-/** ∂f/∂δ for the free speeds, zero in columns of prescribed ones. Steps are shortened where a kink
-of f is near, so that a stop that is closed by a hair counts in full.
+/** Where forces have no slopes: speeds along which they have a kink. **/
+struct KinkedSpeeds {
+    std::vector<int> byPosition, byJump;  ///< along δ; along δu or δz, where they jump
+    bool any() const { return !byPosition.empty() || !byJump.empty(); }
+};
+
+/** ∂f/∂δ for the free speeds, zero in columns of prescribed ones.
 @param evaluate  writes f for a displaced q
-@param q  where to differentiate; the equations are left realized at `q` and `u` **/
+@param q  where to differentiate; the equations are left realized at `q` and `u`
+@param kinks  null: they do not matter **/
 Eigen::MatrixXd differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, double t, const std::vector<double>& q,
     const std::vector<double>& u,
-    const std::function<void(const std::vector<double>& q, Eigen::VectorXd& f)>& evaluate);
+    const std::function<void(const std::vector<double>& q, Eigen::VectorXd& f)>& evaluate,
+    KinkedSpeeds* kinks = nullptr);
 
-/** A column, the rows of f that it may change, and where its slope goes. **/
-struct DifferenceColumn {
-    int speed;
-    std::vector<std::pair<int, int>> rows;  ///< first and number
-    std::function<void(const Eigen::VectorXd& slope)> take;
-};
-
-/** Fourth-order differences along columns, those of a group together: no row belongs to two of
-them.
-@param evaluate  writes f for displacements δ
-@param weights  that make rows comparable **/
-void differentiate(
-    const std::function<void(const std::vector<double>& delta, Eigen::VectorXd& f)>& evaluate,
-    const std::vector<double>& steps, const Eigen::VectorXd& middle, const Eigen::VectorXd& weights,
-    const std::vector<std::vector<DifferenceColumn>>& groups);
-
-/** ∂r/∂u at a point, zero in columns of prescribed speeds. **/
+/** ∂r/∂u at a point, zero in columns of prescribed speeds. A damper that resists otherwise forth
+than back counts by the mean of both, which is that of its first harmonic. **/
 Eigen::MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales,
-                                  const SolutionPoint& point);
+                                  const SolutionPoint& point, KinkedSpeeds* kinks = nullptr);
 
 /** Small changes δz of the states that do not follow the motion, at a point:
 
@@ -70,7 +59,7 @@ struct StateTangent {
     Eigen::VectorXd rates;    ///< ż
 };
 StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& scales,
-                              const SolutionPoint& point);
+                              const SolutionPoint& point, KinkedSpeeds* kinks = nullptr);
 
 /** A(u) with δ̇ = δu − A δ: A δ = N⁻¹(Ṅ δ − ∂(N u)/∂q N δ), zero where q̇ = u; of each block. **/
 std::vector<Eigen::MatrixXd> calcRateBlocks(Evaluation& equations, const CoordinateScales& scales,

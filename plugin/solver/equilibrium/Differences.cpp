@@ -1,0 +1,292 @@
+#include "simflex/solver/equilibrium/Differences.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "simflex/solver/equations/CoordinateScales.h"
+
+namespace simflex {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+/** Levels of steps, and the factor from one to the next; the first but one at which a function is
+sampled where it seems smooth. **/
+constexpr double StepRefinement = 1.0 / 16;
+constexpr int NumLevels = 8, ProbedLevel = 4;
+/** Of a function's change over a step: what differences of higher order may be, and by how much
+slopes of two steps may differ, where it is smooth. **/
+constexpr double SmoothShare = 1e-6;
+/** Of what it is made of, the part of a function that may be round-off; so little of a slope may be
+round-off where it is compared with others. **/
+constexpr double RoundOffShare = 4 * std::numeric_limits<double>::epsilon(), KnownSlope = 0.01;
+/** What changes less, of itself, does not change. **/
+constexpr double SameValue = 64 * std::numeric_limits<double>::epsilon();
+/** A kink is one if slopes change by more, of the largest; it does so alike at three levels, by a
+factor of less. At a jump the value changes alike. **/
+constexpr double SeenKink = 1e-3, AlikeKink = 3, AlikeJump = 0.1;
+
+/** What is known of one column. **/
+class ColumnSearch {
+public:
+    /** Values at −2h, −h, h, 2h. **/
+    using Samples = std::array<VectorXd, 4>;
+
+    ColumnSearch(const DifferenceColumn& column, double firstStep, VectorXd middle)
+        : m_column(&column), m_firstStep(firstStep), m_middle(std::move(middle)) {}
+
+    const DifferenceColumn& getColumn() const { return *m_column; }
+    double calcStep(int level) const { return m_firstStep * std::pow(StepRefinement, level); }
+    int getNumLevels() const { return int(m_levels.size()); }
+    void addLevel(const Samples& samples);
+    /** Of each value, what it changes over the first step. **/
+    const VectorXd& getFirstRange() const { return m_levels[0].range; }
+    /** @param largest  of all columns **/
+    void setNoise(const VectorXd& largest) {
+        m_noise = 8 * RoundOffShare * (m_largest + largest / CoordinateScales::StepFraction);
+    }
+    /** Whether the first step's slopes are those next to the middle, by samples at ±2h of a much
+    finer level. **/
+    bool isSmooth(const VectorXd& before, const VectorXd& after) const;
+    /** Whether all values are smooth at the finest level, or it cannot be known. **/
+    bool isResolved() const;
+    /** Slopes of the longest steps that do. **/
+    void choose() {
+        for (Index i = 0; i < m_middle.size(); ++i) {
+            if (!changes(i)) continue;
+            choose(i);
+            if (!std::isfinite(m_slopes[i]))  // no value on one side
+                m_kinks.push_back({int(i), m_slopes[i], m_slopes[i], true});
+        }
+    }
+    void tell() {
+        for (Index i = 0; i < m_middle.size(); ++i)
+            if (!changes(i)) m_slopes[i] = 0;
+        m_column->take(m_slopes, m_kinks);
+    }
+
+private:
+    struct Level {
+        double h;
+        VectorXd slope;
+        VectorXd range;          ///< largest change from the middle
+        VectorXd roughness;      ///< a slope's, by higher differences
+        VectorXd before, after;  ///< slopes on both sides; not of the first level
+
+        double calcSteepness(Index i) const { return range[i] / h; }
+    };
+
+    /** NaN counts as a change. **/
+    bool changes(Index i) const { return !(m_levels[0].range[i] <= SameValue * m_largest[i]); }
+    bool isFinite(Index i, const Level& level) const {
+        return std::isfinite(level.slope[i] + level.roughness[i]);
+    }
+    bool isSmooth(Index i, const Level& level) const {
+        return level.roughness[i] <= SmoothShare * level.calcSteepness(i) + m_noise[i] / level.h;
+    }
+    /** Whether slopes can be told from round-off there. **/
+    bool isKnown(Index i, const Level& level) const {
+        double steepest = 0;
+        for (const Level& one : m_levels)
+            if (isFinite(i, one)) steepest = std::max(steepest, one.calcSteepness(i));
+        return isFinite(i, level) && m_noise[i] / level.h <= KnownSlope * steepest;
+    }
+    /** The finest level known; −1: none. **/
+    int findFinest(Index i) const {
+        int finest = int(m_levels.size()) - 1;
+        while (finest >= 0 && !isKnown(i, m_levels[size_t(finest)])) --finest;
+        return finest;
+    }
+    void choose(Index i);
+
+    const DifferenceColumn* m_column;
+    double m_firstStep;
+    VectorXd m_middle, m_largest, m_noise, m_slopes;
+    std::vector<Level> m_levels;
+    std::vector<Kink> m_kinks;
+};
+
+void ColumnSearch::addLevel(const Samples& samples) {
+    const auto& [farBefore, before, after, farAfter] = samples;
+    Level level;
+    level.h = calcStep(getNumLevels());
+    level.slope = level.range = VectorXd::Zero(m_middle.size());
+    VectorXd largest = m_middle.cwiseAbs();
+    for (size_t k = 0; k < samples.size(); ++k) {
+        level.slope += DifferenceWeights[k] / level.h * samples[k];
+        for (Index i = 0; i < m_middle.size(); ++i) {
+            const double change = std::abs(samples[k][i] - m_middle[i]);
+            if (!(change <= level.range[i])) level.range[i] = change;
+            largest[i] = std::max(largest[i], std::abs(samples[k][i]));
+        }
+    }
+    const VectorXd third = farAfter - farBefore - 2 * (after - before),
+                   fourth = farAfter + farBefore - 4 * (after + before) + 6 * m_middle;
+    level.roughness.resize(m_middle.size());
+    for (Index i = 0; i < m_middle.size(); ++i)
+        level.roughness[i] = std::isfinite(third[i] + fourth[i])
+                                 ? std::max(std::abs(third[i]), std::abs(fourth[i])) / level.h
+                                 : std::numeric_limits<double>::quiet_NaN();
+    if (m_levels.empty()) {
+        m_largest = largest;
+        m_slopes = level.slope;
+    } else {
+        level.before = (m_middle - before) / level.h;
+        level.after = (after - m_middle) / level.h;
+    }
+    m_levels.push_back(std::move(level));
+}
+
+bool ColumnSearch::isSmooth(const VectorXd& before, const VectorXd& after) const {
+    const Level& first = m_levels[0];
+    const double h = 2 * calcStep(ProbedLevel);
+    for (Index i = 0; i < m_middle.size(); ++i) {
+        if (!changes(i)) continue;
+        const double rise = (after[i] - before[i]) / (2 * h),
+                     bend = (after[i] + before[i] - 2 * m_middle[i]) / h,
+                     allowed = SmoothShare * first.calcSteepness(i) + m_noise[i] / h;
+        if (!(std::abs(rise - first.slope[i]) <= allowed && std::abs(bend) <= allowed))
+            return false;
+    }
+    return true;
+}
+
+bool ColumnSearch::isResolved() const {
+    if (getNumLevels() <= ProbedLevel) return false;
+    for (Index i = 0; i < m_middle.size(); ++i)
+        if (changes(i) && isKnown(i, m_levels.back()) && !isSmooth(i, m_levels.back()))
+            return false;
+    return true;
+}
+
+void ColumnSearch::choose(Index i) {
+    const int finest = findFinest(i);
+    if (finest < 0) return;
+    const auto at = [this](int level) -> const Level& { return m_levels[size_t(level)]; };
+    const Level& sharp = at(finest);
+    const auto agrees = [&](const Level& level) {
+        return std::abs(level.slope[i] - sharp.slope[i]) <=
+               SmoothShare * std::max(level.calcSteepness(i), sharp.calcSteepness(i)) +
+                   m_noise[i] / sharp.h;
+    };
+    if (isSmooth(i, sharp)) {
+        int level = 0;
+        while (level < finest && !(isSmooth(i, at(level)) && agrees(at(level)))) ++level;
+        m_slopes[i] = at(level).slope[i];
+        return;
+    }
+    // Of a kink slopes change alike at all levels, of a jump the values; of round-off neither.
+    double steepest = 0;
+    for (const Level& level : m_levels)
+        if (isFinite(i, level)) steepest = std::max(steepest, level.calcSteepness(i));
+    const bool isSeen = finest > 2 && sharp.roughness[i] > SeenKink * sharp.calcSteepness(i);
+    const auto isAlike = [&](const Level& level) {
+        return level.roughness[i] <= AlikeKink * sharp.roughness[i] &&
+               sharp.roughness[i] <= AlikeKink * level.roughness[i];
+    };
+    const bool isJump = isSeen && sharp.range[i] > AlikeJump * at(finest - 2).range[i];
+    if (isJump || (isSeen && isAlike(at(finest - 1)) && isAlike(at(finest - 2)))) {
+        // The longest of these steps has the least round-off.
+        const Level& level = isJump ? sharp : at(finest - 2);
+        m_slopes[i] = level.slope[i];
+        m_kinks.push_back({int(i), level.before[i], level.after[i], isJump});
+        return;
+    }
+    // Where two steps agree best.
+    double least = std::numeric_limits<double>::infinity();
+    for (int level = 0; level < finest; ++level) {
+        const double change = std::abs(at(level).slope[i] - at(level + 1).slope[i]);
+        if (!(change < least)) continue;
+        least = change;
+        m_slopes[i] = at(level).slope[i];
+    }
+}
+
+VectorXd gather(const DifferenceColumn& column, const VectorXd& f) {
+    Index size = 0;
+    for (const auto& range : column.rows) size += range.second;
+    VectorXd own(size);
+    size = 0;
+    for (const auto& [first, count] : column.rows) {
+        own.segment(size, count) = f.segment(first, count);
+        size += count;
+    }
+    return own;
+}
+
+}  // namespace
+
+void differentiate(
+    const std::function<void(const std::vector<double>& delta, VectorXd& f)>& evaluate,
+    const std::vector<double>& steps, const VectorXd& middle,
+    const std::vector<std::vector<DifferenceColumn>>& groups) {
+    std::vector<double> delta(steps.size(), 0);
+    VectorXd f(middle.size());
+    using Group = std::vector<ColumnSearch*>;
+    const auto sample = [&](const Group& group, int level, int place,
+                            const std::function<void(size_t, VectorXd)>& take) {
+        for (const ColumnSearch* one : group)
+            delta[size_t(one->getColumn().speed)] = place * one->calcStep(level);
+        evaluate(delta, f);
+        for (size_t k = 0; k < group.size(); ++k) {
+            delta[size_t(group[k]->getColumn().speed)] = 0;
+            take(k, gather(group[k]->getColumn(), f));
+        }
+    };
+    const auto addLevel = [&](const Group& group, int level) {
+        std::vector<ColumnSearch::Samples> samples(group.size());
+        for (size_t place = 0; place < 4; ++place)
+            sample(group, level, DifferencePlaces[place],
+                   [&](size_t k, VectorXd own) { samples[k][place] = std::move(own); });
+        for (size_t k = 0; k < group.size(); ++k) group[k]->addLevel(samples[k]);
+    };
+    std::vector<std::vector<ColumnSearch>> all;
+    VectorXd largest = VectorXd::Zero(middle.size());
+    for (const std::vector<DifferenceColumn>& columns : groups) {
+        all.emplace_back();
+        for (const DifferenceColumn& column : columns)
+            all.back().emplace_back(column, steps[size_t(column.speed)], gather(column, middle));
+        Group group;
+        for (ColumnSearch& one : all.back()) group.push_back(&one);
+        addLevel(group, 0);
+        for (const ColumnSearch* one : group) {
+            Index own = 0;
+            for (const auto& [first, count] : one->getColumn().rows) {
+                for (Index i = 0; i < count; ++i) {
+                    const double range = one->getFirstRange()[own + i];
+                    if (std::isfinite(range))
+                        largest[first + i] = std::max(largest[first + i], range);
+                }
+                own += count;
+            }
+        }
+    }
+    for (std::vector<ColumnSearch>& columns : all) {
+        Group group;
+        for (ColumnSearch& one : columns) {
+            one.setNoise(gather(one.getColumn(), largest));
+            group.push_back(&one);
+        }
+        std::vector<VectorXd> before(group.size()), after(group.size());
+        sample(group, ProbedLevel, -2, [&](size_t k, VectorXd own) { before[k] = std::move(own); });
+        sample(group, ProbedLevel, 2, [&](size_t k, VectorXd own) { after[k] = std::move(own); });
+        Group rough;
+        for (size_t k = 0; k < group.size(); ++k)
+            if (!group[k]->isSmooth(before[k], after[k])) rough.push_back(group[k]);
+        for (Group searched = rough;
+             !searched.empty() && searched[0]->getNumLevels() < NumLevels;) {
+            addLevel(searched, searched[0]->getNumLevels());
+            searched.erase(std::remove_if(searched.begin(), searched.end(),
+                                          [](ColumnSearch* one) { return one->isResolved(); }),
+                           searched.end());
+        }
+        for (ColumnSearch* one : rough) one->choose();
+        for (ColumnSearch* one : group) one->tell();
+    }
+}
+
+}  // namespace simflex
