@@ -25,6 +25,9 @@ struct JointFriction::Sliding {
 JointFriction::JointFriction(FlexibleBodySubsystem& subsystem, const Joint& joint,
                              const FrictionCoefficients& coefficients)
     : m_subsystem(&subsystem), m_joint(joint) {
+    if (!joint.isIn(subsystem))
+        throw std::invalid_argument("friction of joint '" + joint.getName() +
+                                    "': it is a joint of another system");
     FlexibleBodySubsystem::Guts& guts = subsystem.updGuts();
     try {
         guts.setFriction(joint.getIndex(),

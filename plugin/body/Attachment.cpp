@@ -194,6 +194,12 @@ Attachment Attachment::onShapes(const FlexibleBody& body, const Vec3& s, std::ve
     return attachment;
 }
 
+bool Attachment::isIn(const FlexibleBodySubsystem& subsystem) const {
+    const FlexibleBodySubsystem::Guts& guts = subsystem.getGuts();
+    if (m_body) return &m_body->guts() == &guts;
+    return m_mobilizedBody->getMatterSubsystem().isSameSubsystem(guts.getMatter());
+}
+
 FrameAtXi::Order Attachment::getFrameOrder(const State& state) const {
     return m_body->isStiffeningEnabled(state) ? FrameAtXi::Order::Second : FrameAtXi::Order::First;
 }

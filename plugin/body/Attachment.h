@@ -12,6 +12,7 @@ any MobilizedBody. **/
 namespace simflex {
 
 class FlexibleBody;
+class FlexibleBodySubsystem;
 SimTK_DEFINE_UNIQUE_INDEX_TYPE(FlexibleBodyIndex)
 
     class Attachment {
@@ -45,6 +46,9 @@ public:
     /** What it is on, for messages: "crank.pin", "crank node 12", "slider", "body 3" or "ground".
      * **/
     const std::string& getName() const { return m_name; }
+
+    /** Whether it is on a body of this subsystem or of its system's matter. **/
+    bool isIn(const FlexibleBodySubsystem& subsystem) const;
 
     /** Body frame of the flexible body, or the mobilized body itself. **/
     SimTK::MobilizedBodyIndex getMobilizedBodyIndex() const { return m_mobod; }

@@ -45,6 +45,7 @@ FlexibleBody::FlexibleBody(FlexibleBodySubsystem& subsystem,
         const int count = std::min(int(ModalMobilizer::MaxModes), part->numModes - mode);
         record.carriers.push_back(ModalMobilizer(matter, count).getMobilizedBodyIndex());
     }
+    guts.makeUnique(record);
     m_index = guts.addBody(std::move(record));
 }
 
@@ -105,6 +106,30 @@ bool FlexibleBody::isRigidByDefault() const {
         return own.getMatter().getMobilizedBody(carrier).getLockByDefaultLevel() ==
                Motion::Position;
     });
+}
+
+int FlexibleBody::findNearestNode(const Vec3& point) const {
+    const Mesh& mesh = getPart().mesh;
+    const int numPlaces = mesh.numNodes() - mesh.numInternalNodes;
+    if (!point.isFinite() || numPlaces == 0)
+        throw std::invalid_argument(
+            "FlexibleBody '" + getName() +
+            "': " + (numPlaces == 0 ? "its part has no nodes" : "the point is not finite"));
+    const Vec3 s = point - toVec3(getPart().centerOfMass);
+    int nearest = 0;
+    Real least = Infinity;
+    for (int node = 0; node < numPlaces; ++node) {
+        const Real distance = (toVec3(mesh.position(node)) - s).normSqr();
+        if (!(distance < least)) continue;
+        least = distance;
+        nearest = node;
+    }
+    return mesh.nodeNumbers[size_t(nearest)];
+}
+
+Vec3 FlexibleBody::getNodePosition(int nodeNumber) const {
+    const ReducedBody& part = getPart();
+    return toVec3(part.centerOfMass) + toVec3(part.mesh.position(part.mesh.indexOf(nodeNumber)));
 }
 
 const std::string& FlexibleBody::getName() const {

@@ -24,7 +24,8 @@ namespace simflex {
 
 class FlexibleBody {
 public:
-    /** Adds the part to the system; `name` defaults to the part's.
+    /** Adds the part to the system; `name` defaults to the part's. A name that another flexible
+    body has gets a number behind it, "rod 2".
     @throws std::invalid_argument if the part is not valid. **/
     FlexibleBody(FlexibleBodySubsystem& subsystem, std::shared_ptr<const ReducedBody> part,
                  const std::string& name = "");
@@ -93,6 +94,16 @@ public:
     Attachment node(int nodeNumber, const SimTK::Transform& X_NA = SimTK::Transform()) const {
         return Attachment::onNode(*this, nodeNumber, X_NA);
     }
+
+    /** @name Nodes by place, in the coordinates of the part's deck or geometry [m]; those of B lie
+    parallel, with their origin at getPart().centerOfMass **/
+    /**@{**/
+    /** Number in the deck of the node nearest to a point; of several the first. O(nodes).
+    @throws std::invalid_argument if the point is not finite or the part has no nodes. **/
+    int findNearestNode(const SimTK::Vec3& point) const;
+    /** Where a node of the undeformed part is. @throws std::out_of_range. **/
+    SimTK::Vec3 getNodePosition(int nodeNumber) const;
+    /**@}**/
 
     /** @name State access. Stage::Model suffices, except for the pose: Stage::Position. **/
     /**@{**/

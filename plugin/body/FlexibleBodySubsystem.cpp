@@ -286,6 +286,10 @@ void FlexibleBodySubsystem::Guts::setFriction(JointIndex index,
 }
 
 void FlexibleBodySubsystem::Guts::addForceElement(std::unique_ptr<ForceElement> element) {
+    for (const Attachment& attachment : element->getAttachments())
+        requireOwn(attachment, element->getName().empty()
+                                   ? "a force element"
+                                   : "force element '" + element->getName() + "'");
     m_forceElements.push_back(std::move(element));
     invalidateSubsystemTopologyCache();
 }
@@ -518,6 +522,20 @@ void FlexibleBodySubsystem::Guts::setKnownAccelerations(State& state, const Vect
         ForKnownAccelerations)
         Value<int>::updDowncast(updDiscreteVariable(state, m_nativeForces)) = ForKnownAccelerations;
     Value<Vector>::updDowncast(updDiscreteVariable(state, m_knownUDot)) = uDot;
+}
+
+void FlexibleBodySubsystem::Guts::refuseFriction(const State& state) const {
+    for (const JointRecord& joint : m_joints)
+        if (joint.friction && !getMatter().getConstraint(joint.constraint).isDisabled(state))
+            throw std::invalid_argument(
+                "joint '" + joint.name +
+                "' has friction, which Simbody's own accelerations and integrators leave out: take "
+                "an integrator of simflex, such as RadauIntegrator");
+}
+
+void FlexibleBodySubsystem::Guts::setShown(State& state) const {
+    if (m_shownTime.isValid())
+        Value<Real>::updDowncast(updDiscreteVariable(state, m_shownTime)) = state.getTime();
 }
 
 Real FlexibleBodySubsystem::Guts::calcPotentialEnergy(const State& state) const {

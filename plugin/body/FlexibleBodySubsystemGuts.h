@@ -65,6 +65,12 @@ public:
         return SimTK::SimbodyMatterSubsystem::updDowncast(updSystem().updSubsystem(m_matterIndex));
     }
 
+    /** @throws std::invalid_argument if an attachment is on a body of another system.
+    @param owner  what holds on to it, for the message **/
+    void requireOwn(const Attachment& attachment, const std::string& owner) const;
+    /** Puts a number behind a name that another body, or another joint of the same kind, has. **/
+    void makeUnique(FlexibleBodyRecord& record) const;
+    void makeUnique(JointRecord& record) const;
     FlexibleBodyIndex addBody(FlexibleBodyRecord record);
     JointIndex addJoint(JointRecord record);
     void setFriction(JointIndex index, std::shared_ptr<const FrictionEquations> friction);

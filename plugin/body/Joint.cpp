@@ -48,6 +48,9 @@ Joint::Joint(FlexibleBodySubsystem& subsystem, std::shared_ptr<const JointEquati
     if (name.empty())
         for (size_t i = 0; i < record.frames.size(); ++i)
             record.name += (i == 0 ? "" : i % 2 == 0 ? ", " : " - ") + record.frames[i].getName();
+    FlexibleBodySubsystem::Guts& guts = subsystem.updGuts();
+    for (const Attachment& frame : record.frames)
+        guts.requireOwn(frame, "joint '" + record.name + "'");
     for (size_t i = 0; i < record.frames.size(); i += 2) {
         const Attachment &F = record.frames[i], &M = record.frames[i + 1];
         if (!F.isFlexible() && !M.isFlexible() &&
@@ -57,9 +60,14 @@ Joint::Joint(FlexibleBodySubsystem& subsystem, std::shared_ptr<const JointEquati
         refuseUnlessFinite(F, "F", record.name);
         refuseUnlessFinite(M, "M", record.name);
     }
-    FlexibleBodySubsystem::Guts& guts = subsystem.updGuts();
+    guts.makeUnique(record);
     record.constraint = addJointConstraint(guts, guts.updMatter(), record);
     m_index = guts.addJoint(std::move(record));
+}
+
+bool Joint::isIn(const FlexibleBodySubsystem& subsystem) const {
+    return m_system == &subsystem.getMultibodySystem() &&
+           m_subsystem == subsystem.getMySubsystemIndex();
 }
 
 const FlexibleBodySubsystem::Guts& Joint::guts() const {

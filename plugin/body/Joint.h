@@ -65,8 +65,11 @@ public:
     enum class Side { F, M };
     enum class Axes { Ground, F, M };
 
+    /** As given, or of its frames; a second joint of its type and name has a number behind it. **/
     const std::string& getName() const;
     JointIndex getIndex() const { return m_index; }
+    /** Whether it is one of this subsystem's joints. **/
+    bool isIn(const FlexibleBodySubsystem& subsystem) const;
     int getNumEquations() const;
     /** A coupler has frames F and M for each of its coordinates.
     @throws std::out_of_range if there is no such coordinate. **/
@@ -89,6 +92,11 @@ public:
     int getNumCoordinates() const;
     SimTK::Vector calcCoordinates(const SimTK::State& state) const;
     SimTK::Vector calcCoordinateDots(const SimTK::State& state) const;
+    /** Moves the mechanism until a coordinate has this value, all joints closed, or gives it speeds
+    by which the coordinate has this rate: setJointCoordinates() and setJointRates(), in
+    JointGoals.h, for one. @throws as these do. **/
+    void setCoordinate(SimTK::State& state, SimTK::Real value, int coordinate = 0) const;
+    void setCoordinateRate(SimTK::State& state, SimTK::Real rate, int coordinate = 0) const;
     /**@}**/
 
     /** λ in a native run. Stage::Acceleration. Implicit runs: ImplicitIntegrator::getMultipliers.
@@ -152,12 +160,25 @@ class Joint::Pin : public Joint {
 public:
     Pin(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
         const std::string& name = "");
+
+    /** As MobilizedBody::Pin has them; in (−π, π] [rad, rad/s]. Stage::Velocity; see
+    setCoordinate(). **/
+    SimTK::Real getAngle(const SimTK::State& state) const { return calcCoordinates(state)[0]; }
+    SimTK::Real getRate(const SimTK::State& state) const { return calcCoordinateDots(state)[0]; }
+    void setAngle(SimTK::State& state, SimTK::Real angle) const { setCoordinate(state, angle); }
+    void setRate(SimTK::State& state, SimTK::Real rate) const { setCoordinateRate(state, rate); }
 };
 
 class Joint::Slider : public Joint {
 public:
     Slider(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
            const std::string& name = "");
+
+    /** As MobilizedBody::Slider has them [m, m/s]. Stage::Velocity; see setCoordinate(). **/
+    SimTK::Real getLength(const SimTK::State& state) const { return calcCoordinates(state)[0]; }
+    SimTK::Real getRate(const SimTK::State& state) const { return calcCoordinateDots(state)[0]; }
+    void setLength(SimTK::State& state, SimTK::Real length) const { setCoordinate(state, length); }
+    void setRate(SimTK::State& state, SimTK::Real rate) const { setCoordinateRate(state, rate); }
 };
 
 class Joint::Weld : public Joint {

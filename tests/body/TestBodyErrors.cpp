@@ -85,6 +85,61 @@ TEST_F(BodyErrorsTest, SecondFlexibleBodySubsystemIsRefused) {
     EXPECT_EQ(FlexibleBodySubsystem::find(empty), nullptr);
 }
 
+TEST_F(BodyErrorsTest, WhatHoldsBodiesOfTwoSystemsTogetherIsRefused) {
+    MultibodySystem otherSystem;
+    SimbodyMatterSubsystem otherMatter{otherSystem};
+    FlexibleBodySubsystem otherFlexible{otherSystem, otherMatter};
+    const Body::Rigid brick(MassProperties(1, Vec3(0), UnitInertia(1)));
+    const MobilizedBody::Free mine(matter.Ground(), brick), others(otherMatter.Ground(), brick);
+    const FlexibleBody body(flexible, part, "crank"), otherBody(otherFlexible, part, "rod");
+    const std::vector<Attachment> own{matter.Ground(), mine, body.interface("A"), body.node(1)},
+        foreign{otherMatter.Ground(), others, otherBody.interface("A"), otherBody.node(1)};
+    const auto isOfOther = AllOf(HasSubstr("another system"), HasSubstr("'p'"));
+    for (const Attachment& a : own)
+        for (const Attachment& b : foreign) {
+            EXPECT_THAT(messageOf([&] { Joint::Pin(flexible, a, b, "p"); }), isOfOther);
+            EXPECT_THAT(messageOf([&] { Joint::Pin(flexible, b, a, "p"); }), isOfOther);
+        }
+    EXPECT_THAT(messageOf([&] { Joint::Pin(flexible, foreign[1], foreign[2], "p"); }), isOfOther);
+    const Joint::Pin pin(otherFlexible, foreign[0], foreign[2], "q");
+    EXPECT_THAT(messageOf([&] { Joint::Lock(flexible, pin, "p"); }), isOfOther);
+    EXPECT_EQ(flexible.getNumJoints(), 0);
+    EXPECT_FALSE(pin.isIn(flexible));
+    EXPECT_TRUE(pin.isIn(otherFlexible));
+}
+
+TEST_F(BodyErrorsTest, NoTwoBodiesOrJointsOfAKindHaveOneName) {
+    const FlexibleBody first(flexible, part, "femur"), second(flexible, part, "femur"),
+        third(flexible, part, "femur"), fourth(flexible, part, "femur 3");
+    EXPECT_EQ(first.getName(), "femur");
+    EXPECT_EQ(second.getName(), "femur 2");
+    EXPECT_EQ(third.getName(), "femur 3");
+    EXPECT_EQ(fourth.getName(), "femur 3 2");
+    EXPECT_EQ(second.interface("A").getName(), "femur 2.A");
+    const Joint::Pin hip(flexible, matter.Ground(), first.interface("A"), "hip"),
+        other(flexible, matter.Ground(), second.interface("A"), "hip");
+    EXPECT_EQ(hip.getName(), "hip");
+    EXPECT_EQ(other.getName(), "hip 2");
+    // A motion is called as the joint that it drives.
+    const Joint::PrescribedRotation drive(
+        flexible, matter.Ground(), first.interface("A"), [](Real) { return Vec3(0); }, "hip");
+    EXPECT_EQ(drive.getName(), "hip");
+}
+
+TEST_F(BodyErrorsTest, NodesAreFoundByTheirPlaceInTheDeck) {
+    auto shifted = std::make_shared<ReducedBody>(*part);
+    shifted->centerOfMass = {1, -2, 0.5};
+    const FlexibleBody body(flexible, shifted, "crank");
+    for (const int number : part->mesh.nodeNumbers) {
+        const auto s = part->mesh.position(part->mesh.indexOf(number));
+        const Vec3 place = Vec3(s[0], s[1], s[2]) + Vec3(1, -2, 0.5);
+        EXPECT_LT((body.getNodePosition(number) - place).norm(), 1e-15);
+        EXPECT_EQ(body.findNearestNode(place + Vec3(1e-3, -1e-3, 1e-3)), number);
+    }
+    EXPECT_THAT(messageOf([&] { body.findNearestNode(Vec3(NaN)); }), HasSubstr("'crank'"));
+    EXPECT_THROW(body.getNodePosition(123456), std::out_of_range);
+}
+
 TEST_F(BodyErrorsTest, JointBetweenFramesOfOneRigidBodyIsRefused) {
     MobilizedBody::Free rigid(matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))));
     const auto message = messageOf([&] {
