@@ -10,7 +10,8 @@ namespace simflex {
 deformation. Then speeds jump, as an impact would leave those of the State: by impulses of joints,
 constraints and prescribed speeds alone. The State is realized to Stage::Velocity.
 @param tolerance  largest position error left [m, rad]
-@throws std::runtime_error naming the worst joint or constraint and its error
+@throws std::runtime_error naming the worst joint or constraint and its error, or a flexible body
+that it would deform beyond its linear range (LinearRangeReporter.h)
 @throws std::invalid_argument that names what cannot be supported (see ImplicitIntegrator) **/
 void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::Real tolerance);
 

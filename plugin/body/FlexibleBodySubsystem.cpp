@@ -162,6 +162,7 @@ void FlexibleBodySubsystem::closeJoints(State& state, Real tolerance) const {
     const Guts& own = getGuts();
     system.realizeModel(state);
     requireLinearRange(*this, state, "FlexibleBodySubsystem::closeJoints()");
+    system.realize(state, Stage::Velocity);
     const State start = state;
     try {
         // As ImplicitIntegrator::initialize() does. What is prescribed has been so before.
@@ -175,6 +176,8 @@ void FlexibleBodySubsystem::closeJoints(State& state, Real tolerance) const {
                 isProjected = false;
             }
         if (!isProjected) assemble(system, state, tolerance);
+        system.realize(state, Stage::Velocity);
+        requireUnforcedShapes(*this, start, state);
     } catch (const std::exception&) {
         state = start;
         throw;
@@ -263,6 +266,45 @@ void FlexibleBodySubsystem::Guts::setTurn(State& state, JointIndex index, int co
 std::string FlexibleBodySubsystem::Guts::findBodyName(SimTK::MobilizedBodyIndex body) const {
     const auto found = m_bodyNames.find(body);
     return found != m_bodyNames.end() ? found->second : "";
+}
+
+void FlexibleBodySubsystem::Guts::requireOwn(const Attachment& attachment,
+                                             const std::string& owner) const {
+    if (attachment.isIn(static_cast<const FlexibleBodySubsystem&>(getOwnerSubsystemHandle())))
+        return;
+    throw std::invalid_argument(owner + ": its frame on " + attachment.getName() +
+                                " is on a body of another system, or of none; all that it holds "
+                                "together must be in the system of its FlexibleBodySubsystem");
+}
+
+namespace {
+
+/** The name with the first number behind it that makes it free. **/
+template <class IsTaken>
+std::string findFreeName(const std::string& name, const IsTaken& isTaken) {
+    std::string free = name;
+    for (int number = 2; isTaken(free); ++number) free = name + ' ' + std::to_string(number);
+    return free;
+}
+
+}  // namespace
+
+void FlexibleBodySubsystem::Guts::makeUnique(FlexibleBodyRecord& record) const {
+    record.name = findFreeName(record.name, [&](const std::string& name) {
+        return std::any_of(m_bodies.begin(), m_bodies.end(),
+                           [&](const FlexibleBodyRecord& other) { return other.name == name; });
+    });
+}
+
+void FlexibleBodySubsystem::Guts::makeUnique(JointRecord& record) const {
+    // A motion may be called as the joint that it drives is; locks are.
+    if (record.equations->isLock()) return;
+    const std::string kind = record.equations->getKind();
+    record.name = findFreeName(record.name, [&](const std::string& name) {
+        return std::any_of(m_joints.begin(), m_joints.end(), [&](const JointRecord& other) {
+            return other.name == name && other.equations->getKind() == kind;
+        });
+    });
 }
 
 FlexibleBodyIndex FlexibleBodySubsystem::Guts::addBody(FlexibleBodyRecord record) {

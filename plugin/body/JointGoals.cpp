@@ -7,6 +7,7 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/JointEquations.h"
+#include "simflex/body/LinearRangeReporter.h"
 
 namespace simflex {
 
@@ -19,6 +20,7 @@ constexpr Real LargestStep = 0.1;      // [rad] in one step
 constexpr Real GoalTolerance = 1e-11;  // of joints and coordinates [m, rad]
 constexpr Real Conditioning = 1e-9;    // rows that follow from others
 constexpr Real RateTolerance = 1e-9;   // [m/s, rad/s]
+constexpr Real Open = 1e-6;            // error of a joint that is to be named [m, rad]
 constexpr int MostCorrections = 40;    // after the last step of the way
 
 enum class Bending { Held, Free };
@@ -34,6 +36,7 @@ public:
           m_goals(goals),
           m_state(start) {
         bodies.closeJoints(m_state);
+        m_closed = m_state;
         m_weights = m_state.getUWeights();
         for (int b = 0; b < bodies.getNumBodies(); ++b) {
             const FlexibleBody body = bodies.getBody(FlexibleBodyIndex(b));
@@ -104,13 +107,28 @@ public:
             realize();
         }
         const Vector errors = calcRateErrors();
+        for (size_t i = 0; i < m_goals.size(); ++i) {
+            m_wanted[i] = m_goals[i].value;
+            m_reached[i] = m_goals[i].value - errors[int(i)];
+        }
         return std::max(calcLargest(m_state.getUErr(), m), calcLargest(errors, errors.size())) <
                RateTolerance * (1 + largestRate);
     }
 
+    /** Where a body would be deformed beyond its linear range; else empty. **/
+    std::string describeDeformation() const {
+        return describeForcedDeformation(m_bodies, m_closed, m_state);
+    }
+
+    /** The joint that is furthest from closed; if all are, that of the goal furthest from reached.
+     * **/
     std::string findWorstJoint() const {
-        std::string worst = "a constraint";
-        Real largest = GoalTolerance;
+        size_t furthest = 0;
+        for (size_t i = 1; i < m_goals.size(); ++i)
+            if (calcRest(i) > calcRest(furthest)) furthest = i;
+        std::string worst =
+            m_goals.empty() ? "a constraint" : "'" + m_goals[furthest].joint.getName() + "'";
+        Real largest = Open;
         for (int i = 0; i < m_bodies.getNumJoints(); ++i) {
             const Joint other = m_bodies.getJoint(JointIndex(i));
             const Vector errors = other.calcPositionErrors(m_state);
@@ -134,6 +152,8 @@ private:
         for (int i = 0; i < count; ++i) largest = std::max(largest, std::abs(values[i]));
         return largest;
     }
+
+    Real calcRest(size_t goal) const { return std::abs(m_wanted[goal] - m_reached[goal]); }
 
     const JointCoordinate& getKind(size_t goal) const {
         return m_goals[goal].joint.getEquations().getCoordinate(m_goals[goal].coordinate);
@@ -265,34 +285,69 @@ private:
     const MultibodySystem& m_system;
     const SimbodyMatterSubsystem& m_matter;
     const std::vector<JointGoal>& m_goals;
-    State m_state;
+    State m_state, m_closed;  ///< on its way, and where the way began
     Vector m_weights;
     std::vector<Mode> m_modes;
-    std::vector<Real> m_reached, m_wanted;  ///< coordinates of the goals, with their turns
+    /** Coordinates of the goals, with their turns, or rates. **/
+    std::vector<Real> m_reached, m_wanted;
     bool m_countsTurns = false;
 };
+
+enum class Wish { Value, Rate };
+
+/** @throws unless each names a coordinate of the system's joints, once, and a number. **/
+void checkGoals(const FlexibleBodySubsystem& bodies, const std::vector<JointGoal>& goals,
+                Wish wish) {
+    const char* what = wish == Wish::Value ? "value" : "rate";
+    const std::string method =
+        wish == Wish::Value ? "setJointCoordinates(): " : "setJointRates(): ";
+    for (size_t i = 0; i < goals.size(); ++i) {
+        const Joint& joint = goals[i].joint;
+        const std::string name = "joint '" + joint.getName() + "'";
+        if (!joint.isIn(bodies))
+            throw std::invalid_argument(method + name + " is of another system");
+        Joint::Coordinate(joint, goals[i].coordinate);  // throws if it has none such
+        const std::string owner =
+            " of coordinate " + std::to_string(goals[i].coordinate) + " of " + name;
+        if (!std::isfinite(goals[i].value))
+            throw std::invalid_argument(method + "the " + what + owner + " is " +
+                                        std::to_string(goals[i].value) + "; it must be a number");
+        for (size_t k = 0; k < i; ++k)
+            if (goals[k].joint.getIndex() == joint.getIndex() &&
+                goals[k].coordinate == goals[i].coordinate)
+                throw std::runtime_error(
+                    "'" + joint.getName() + "' does not allow it: coordinate " +
+                    std::to_string(goals[i].coordinate) + " is given two " + what + "s, " +
+                    std::to_string(goals[k].value) + " and " + std::to_string(goals[i].value));
+    }
+}
 
 /** @param lead  tells whether it could **/
 template <class Lead>
 void reachGoals(const FlexibleBodySubsystem& bodies, State& state,
                 const std::vector<JointGoal>& goals, AngleWay angleWay, const Lead& lead) {
-    std::string culprit;
+    std::string culprit, deformation;
     for (const Bending bending : {Bending::Held, Bending::Free}) {
         JointGuide guide(bodies, state, goals, bending, angleWay);
-        if (lead(guide)) {
+        const bool isThere = lead(guide);
+        if (isThere) deformation = guide.describeDeformation();
+        if (isThere && deformation.empty()) {
             state = guide.getState();
             bodies.getMultibodySystem().realize(state, Stage::Velocity);
             return;
         }
-        culprit = guide.findWorstJoint();
+        // With the bodies' shapes held the joint in the way is seen best.
+        if (culprit.empty()) culprit = guide.findWorstJoint();
     }
-    throw std::runtime_error(culprit + " does not allow it");
+    throw std::runtime_error(culprit + " does not allow it" +
+                             (deformation.empty() ? "" : ": " + deformation));
 }
 
 }  // namespace
 
 void setJointCoordinates(const FlexibleBodySubsystem& bodies, State& state,
                          const std::vector<JointGoal>& goals, AngleWay angleWay) {
+    checkGoals(bodies, goals, Wish::Value);
     const auto lead = [](JointGuide& guide) { return guide.leadCoordinates(); };
     if (angleWay == AngleWay::Whole) try {
             return reachGoals(bodies, state, goals, AngleWay::Whole, lead);
@@ -306,8 +361,18 @@ void setJointCoordinates(const FlexibleBodySubsystem& bodies, State& state,
     bodies.getMultibodySystem().realize(state, Stage::Velocity);
 }
 
+void Joint::setCoordinate(State& state, Real value, int coordinate) const {
+    setJointCoordinates(*FlexibleBodySubsystem::find(*m_system), state,
+                        {{*this, coordinate, value}});
+}
+
+void Joint::setCoordinateRate(State& state, Real rate, int coordinate) const {
+    setJointRates(*FlexibleBodySubsystem::find(*m_system), state, {{*this, coordinate, rate}});
+}
+
 void setJointRates(const FlexibleBodySubsystem& bodies, State& state,
                    const std::vector<JointGoal>& goals) {
+    checkGoals(bodies, goals, Wish::Rate);
     reachGoals(bodies, state, goals, AngleWay::Shorter,
                [](JointGuide& guide) { return guide.changeRates(); });
 }

@@ -12,7 +12,8 @@ From an assembled State, each step solves
 for the smallest δ: where flexible bodies are, in metres anywhere on them; of rigid ones by the
 speeds' weights (SimTK::State::getUWeights()). Flexible bodies keep their shapes. Only where the
 joints cannot be closed with these they deform, and as little as needed: the smallest change of
-modal coordinates since the start counts, a thousandfold. What is locked or has a Motion stays. The
+modal coordinates since the start counts, a thousandfold. Goals that would deform a body beyond its
+linear range (LinearRangeReporter.h) are refused. What is locked or has a Motion stays. The
 coordinates are led to their values in steps of at most 0.1 rad or a tenth of the way. Redundant
 equations are allowed. O(m²n) each, for m equations and n speeds. **/
 
@@ -39,7 +40,9 @@ enum class AngleWay {
 turns, go along: at a value of 4π, the whole way, a spring is wound up by two turns. Speeds stay as
 they are where nothing asks for others: the State may have to be given consistent ones by
 setJointRates(). The State is realized to Stage::Velocity.
-@throws std::runtime_error naming a joint that does not allow it; the State is as it was. **/
+@throws std::runtime_error naming a joint that does not allow it; the State is as it was
+@throws std::invalid_argument if a value is not finite or a joint is of another system
+@throws std::out_of_range if a joint has no such coordinate. **/
 void setJointCoordinates(const FlexibleBodySubsystem& bodies, SimTK::State& state,
                          const std::vector<JointGoal>& goals,
                          AngleWay angleWay = AngleWay::Shorter);

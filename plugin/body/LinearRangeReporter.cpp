@@ -1,6 +1,7 @@
 #include "simflex/body/LinearRangeReporter.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <sstream>
@@ -8,6 +9,7 @@
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/body/Joint.h"
 #include "simflex/body/ReportInterval.h"
 
 namespace simflex {
@@ -25,6 +27,12 @@ struct Deformation {
     Real size = 0;      ///< of the part [m]
     Real rotation = 0;  ///< largest of an interface [rad]
     std::string interface;
+
+    /** 1 at the end of the linear range. **/
+    Real calcShare() const {
+        return std::max(displacement / (LinearRangeReporter::LargestShare * size),
+                        rotation / LinearRangeReporter::LargestRotation);
+    }
 };
 
 /** @param least  share of the part's size; if the modes' own largest displacements add up to less
@@ -71,7 +79,56 @@ std::string describeRotation(const Deformation& found) {
            " rad relative to the body's frame; modes describe up to 0.2 rad";
 }
 
+/** The joint whose position errors are largest: "joint 'pin' was open by 0.3 m"; empty if all are
+closed. **/
+std::string describeWidestJoint(const FlexibleBodySubsystem& subsystem, State state) {
+    constexpr Real Closed = 1e-9;  // [m, rad]
+    const SimbodyMatterSubsystem& matter = subsystem.getGuts().getMatter();
+    subsystem.getMultibodySystem().realize(state, Stage::Velocity);
+    Real largest = Closed;
+    std::string widest;
+    for (JointIndex j(0); j < subsystem.getNumJoints(); ++j) {
+        const Joint joint = subsystem.getJoint(j);
+        if (matter.getConstraint(joint.getConstraintIndex()).isDisabled(state)) continue;
+        const Real error = joint.calcPositionErrors(state).normInf();
+        if (!(error > largest)) continue;
+        largest = error;
+        widest = joint.getName();
+    }
+    return widest.empty() ? ""
+                          : "joint '" + widest + "' is furthest from closed, with an error of " +
+                                toThreeDigits(largest) + " (m, rad)";
+}
+
 }  // namespace
+
+std::string describeForcedDeformation(const FlexibleBodySubsystem& subsystem, const State& given,
+                                      const State& assembled) {
+    constexpr Real Further = 1.1;  // what was beyond the range may stay so
+    for (FlexibleBodyIndex b(0); b < subsystem.getNumBodies(); ++b) {
+        const auto calc = [&](const State& state) {
+            return calcDeformation(subsystem.getGuts(), state, b,
+                                   LinearRangeReporter::LargestShare);
+        };
+        const Deformation found = calc(assembled);
+        if (!(found.calcShare() > 1) || !(found.calcShare() > Further * calc(given).calcShare()))
+            continue;
+        const bool isDisplaced =
+            found.displacement > LinearRangeReporter::LargestShare * found.size;
+        const std::string widest = describeWidestJoint(subsystem, given);
+        return "to close the joints, assembly would deform flexible body '" +
+               subsystem.getBody(b).getName() + "' beyond its linear range: " +
+               (isDisplaced ? describeDisplacement(found) : describeRotation(found)) +
+               (widest.empty() ? "" : "; in the State given " + widest);
+    }
+    return "";
+}
+
+void requireUnforcedShapes(const FlexibleBodySubsystem& subsystem, const State& given,
+                           const State& assembled) {
+    const std::string deformation = describeForcedDeformation(subsystem, given, assembled);
+    if (!deformation.empty()) throw std::runtime_error(deformation);
+}
 
 LinearRangeReporter::LinearRangeReporter(const FlexibleBodySubsystem& subsystem, Real interval,
                                          Warn warn)

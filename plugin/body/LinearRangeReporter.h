@@ -47,6 +47,19 @@ private:
     mutable std::set<std::pair<int, bool>> m_warned;
 };
 
+/** Whether an assembly has deformed a flexible body beyond this range, or one that was beyond it
+further. Stage::Model.
+@param given      the State before
+@param assembled  the State that the assembly made of it
+@returns the body, its deformation and the joint that was furthest from closed in `given`; empty:
+none **/
+std::string describeForcedDeformation(const FlexibleBodySubsystem& subsystem,
+                                      const SimTK::State& given, const SimTK::State& assembled);
+
+/** @throws std::runtime_error with that description, if there is one. **/
+void requireUnforcedShapes(const FlexibleBodySubsystem& subsystem, const SimTK::State& given,
+                           const SimTK::State& assembled);
+
 /** Refuses a State to start from that is far outside of this range, by five times or more: it was
 made by something that knows no stiffness. Stage::Model.
 @param where  names who was given the State

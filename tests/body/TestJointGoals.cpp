@@ -3,6 +3,8 @@ Coordinates of joints that are led to values, against closed forms. **/
 
 #include <gmock/gmock.h>
 
+#include <functional>
+
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/JointGoals.h"
 #include "simflex/forces/TorsionSpring.h"
@@ -12,6 +14,7 @@ namespace simflex::test {
 namespace {
 
 using namespace SimTK;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 /** A slider-crank in the xy plane of free rigid bodies, straight: crank r, rod l. **/
@@ -62,8 +65,8 @@ TEST(JointGoals, WhatCountsTurnsGoesAlong) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
     FlexibleBodySubsystem bodies(system, matter);
-    const MobilizedBody::Free wheel(
-        matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), UnitInertia(0.1))));
+    const MobilizedBody::Free wheel(matter.Ground(),
+                                    Body::Rigid(MassProperties(1, Vec3(0), UnitInertia(0.1))));
     const Joint::Pin pin(bodies, matter.Ground(), wheel, "pin");
     const Real k = 3;
     TorsionSpring(bodies, matter.Ground(), wheel, k, 0, 0);
@@ -99,6 +102,110 @@ TEST(JointGoals, WhatTheJointsDoNotAllowIsRefusedAndChangesNothing) {
     EXPECT_THROW(
         setJointRates(model.bodies, model.state, {{model.bearing, 0, 1}, {model.guide, 0, 1}}),
         std::runtime_error);
+}
+
+template <class Act>
+std::string refusalOf(const Act& act) {
+    try {
+        act();
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+TEST(JointGoals, EveryGoalIsANumberOfOneCoordinateThatThereIs) {
+    SliderCrank model, other;
+    const auto ofValues = [&](const std::vector<JointGoal>& goals) {
+        return refusalOf([&] { setJointCoordinates(model.bodies, model.state, goals); });
+    };
+    const auto ofRates = [&](const std::vector<JointGoal>& goals) {
+        return refusalOf([&] { setJointRates(model.bodies, model.state, goals); });
+    };
+    const Vector before = model.state.getY();
+    for (const Real bad : {NaN, Infinity}) {
+        EXPECT_THAT(ofValues({{model.bearing, 0, bad}}),
+                    HasSubstr("value of coordinate 0 of joint 'bearing'"));
+        EXPECT_THAT(ofRates({{model.bearing, 0, bad}}),
+                    HasSubstr("rate of coordinate 0 of joint 'bearing'"));
+    }
+    for (const int number : {-1, 1, 3}) {
+        EXPECT_THAT(ofValues({{model.bearing, number, 1}}), HasSubstr("'bearing'"));
+        EXPECT_THAT(ofRates({{model.bearing, number, 1}}), HasSubstr("'bearing'"));
+    }
+    EXPECT_THAT(ofValues({{model.bearing, 0, 1.2}, {model.bearing, 0, 0.2}}),
+                AllOf(HasSubstr("'bearing' does not allow it"), HasSubstr("two values")));
+    EXPECT_THAT(ofRates({{model.bearing, 0, 1}, {model.bearing, 0, 2}}),
+                HasSubstr("'bearing' does not allow it"));
+    EXPECT_THAT(ofValues({{other.bearing, 0, 1}}), HasSubstr("another system"));
+    EXPECT_EQ((model.state.getY() - before).normInf(), 0);
+    // A joint's own setters are the same.
+    EXPECT_THAT(refusalOf([&] { model.bearing.setAngle(model.state, NaN); }),
+                HasSubstr("'bearing'"));
+    model.bearing.setAngle(model.state, 0.5);
+    model.bearing.setRate(model.state, 3);
+    EXPECT_NEAR(model.bearing.getAngle(model.state), 0.5, 1e-10);
+    EXPECT_NEAR(model.bearing.getRate(model.state), 3, 1e-9);
+    model.guide.setLength(model.state, 1);
+    EXPECT_NEAR(model.guide.getLength(model.state), 1, 1e-10);
+}
+
+/** A flexible link between a pin and a rigid one that hangs on it. **/
+struct FlexibleLink {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    FlexibleBodySubsystem bodies{system, matter};
+    FlexibleBody link{bodies, makePointMassPart().body, "link"};
+    MobilizedBody::Free end{matter.Ground(),
+                            Body::Rigid(MassProperties(1, Vec3(0), UnitInertia(1)))};
+    Joint::Pin hip{bodies, matter.Ground(), link.interface("A"), "hip"},
+        knee{bodies, link.interface("B"), end, "knee"};
+};
+
+// Bodies keep their shapes; a goal that only bending could meet is none that the joints allow.
+TEST(JointGoals, NoBodyIsBentBeyondItsLinearRangeToReachThem) {
+    const auto expectRefused = [](FlexibleLink& model, State& state,
+                                  const std::vector<JointGoal>& goals) {
+        const Vector before = state.getY();
+        EXPECT_THAT(refusalOf([&] { setJointCoordinates(model.bodies, state, goals); }),
+                    AllOf(HasSubstr("does not allow it"),
+                          testing::AnyOf(HasSubstr("'hip'"), HasSubstr("'knee'"))));
+        EXPECT_EQ((state.getY() - before).normInf(), 0);
+    };
+    {
+        FlexibleLink model;
+        State state = model.system.realizeTopology();
+        setJointCoordinates(model.bodies, state, {{model.hip, 0, 0}});
+        model.end.lock(state);
+        expectRefused(model, state, {{model.hip, 0, 0.8}});
+        expectRefused(model, state, {{model.hip, 0, -2}});
+    }
+    FlexibleLink model;
+    Constraint::Rod rod(model.matter.Ground(), Vec3(0.6, 0.1, 0), model.end, Vec3(0, -0.2, 0), 0.3);
+    State state = model.system.realizeTopology();
+    setJointCoordinates(model.bodies, state, {});
+    expectRefused(model, state, {{model.hip, 0, 2.4}, {model.knee, 0, 1}});
+    // What the mechanism allows stays unbent.
+    const Real now = model.hip.calcCoordinates(state)[0];
+    setJointCoordinates(model.bodies, state, {{model.hip, 0, now + 0.01}});
+    EXPECT_LT(model.link.calcLargestDisplacement(state), 1e-9);
+}
+
+TEST(JointGoals, ClosingJointsThatNeedABodyBeyondItsRangeIsRefusedByName) {
+    FlexibleLink model;
+    Joint::Weld anchor(model.bodies, Attachment(model.matter.Ground(), Vec3(0, -3, 0)),
+                       model.link.interface("B"), "anchor in the wrong place");
+    State state = model.system.realizeTopology();
+    model.link.setPoseByInterface(state, "A", Transform());
+    const Vector before = state.getY();
+    for (const std::function<void()>& close :
+         {std::function<void()>([&] { model.bodies.closeJoints(state); }),
+          std::function<void()>([&] { model.bodies.initializeNative(state); }),
+          std::function<void()>([&] { setJointCoordinates(model.bodies, state, {}); })}) {
+        EXPECT_THAT(refusalOf(close), AllOf(HasSubstr("'link'"), HasSubstr("linear range"),
+                                            HasSubstr("'anchor in the wrong place'")));
+        EXPECT_EQ((state.getY() - before).normInf(), 0);
+    }
 }
 
 TEST(JointGoals, SeveralCoordinatesAreLedTogetherAndBodiesKeepTheirShapes) {

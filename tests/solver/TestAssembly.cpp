@@ -88,6 +88,34 @@ TEST_P(DistantJoint, ChainsComeToTheirPlaces) {
     expectUnbent(second, state);
 }
 
+// What a body is asked to be stretched to is refused, as a State is that comes so.
+TEST(Assembly, ThatDeformsABodyBeyondItsRangeIsRefusedByTheJointInTheWrongPlace) {
+    for (const Real gap : {-3.0, 0.3}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        FlexibleBodySubsystem flexible(system, matter);
+        const FlexibleBody body(flexible, test::makePointMassPart().body, "bone");
+        Joint::Pin hip(flexible, matter.Ground(), body.interface("A"), "hip");
+        const auto& A = body.getPart().getInterface("A").position;
+        const auto& B = body.getPart().getInterface("B").position;
+        const Vec3 reach(B[0] - A[0], B[1] - A[1], B[2] - A[2]);
+        Joint::Ball(flexible, Attachment(matter.Ground(), (1 + gap / reach.norm()) * reach),
+                    body.interface("B"), "anchor");
+        State state = system.realizeTopology();
+        body.setPoseByInterface(state, "A", Transform());
+        BdfIntegrator integrator(system);
+        try {
+            integrator.initialize(state);
+            ADD_FAILURE() << "was not refused";
+        } catch (const std::runtime_error& error) {
+            for (const char* part : {"'bone'", "linear range", "'anchor'"})
+                EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+        }
+        integrator.setProjectInitialState(false);
+        EXPECT_NO_THROW(integrator.initialize(state));
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Turned, DistantJoint,
                          ::testing::Combine(::testing::Values(30, 58, 90, 135, 179, 180),
                                             ::testing::Values(0, 1)),

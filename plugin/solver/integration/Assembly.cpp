@@ -1,6 +1,7 @@
 #include "simflex/body/Assembly.h"
 
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/body/LinearRangeReporter.h"
 #include "simflex/solver/integration/ImplicitStep.h"
 #include "simflex/solver/integration/Impulse.h"
 
@@ -9,6 +10,7 @@ namespace simflex {
 void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::Real tolerance) {
     const StandardArithmetic standard;
     system.realize(state, SimTK::Stage::Velocity);
+    const SimTK::State given = state;
     Evaluation equations(system, state);
     std::vector<double> q(size_t(equations.getTopology().numQ)),
         u(size_t(equations.getTopology().numU));
@@ -23,6 +25,8 @@ void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::
     applyImpulse(system, equations, step, t, q, before, u, scratch);
     equations.getBlocks().putIntoState(t, q.data(), u.data(), state);
     system.realize(state, SimTK::Stage::Velocity);
+    if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(system))
+        requireUnforcedShapes(*flexible, given, state);
 }
 
 }  // namespace simflex

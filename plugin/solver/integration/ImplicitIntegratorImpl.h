@@ -148,6 +148,8 @@ private:
     bool projectStateByWeights(Occasion occasion, bool forced);
     /** Handles the Initialization event. **/
     void initializeSystem();
+    /** @throws std::runtime_error if assembly has deformed a body beyond its linear range. **/
+    void checkAssembly(const FlexibleBodySubsystem& flexible);
     /** The first step begins at m_visible's t, q, u and z. **/
     void start();
 

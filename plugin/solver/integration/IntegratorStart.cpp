@@ -84,12 +84,19 @@ void ImplicitIntegrator::Implementation::initialize(const State& state) {
         requireLinearRange(*flexible, m_state, name + "::initialize()");
     const auto start_ = Clock::now();
     takeState(Occasion::Start, true);
+    if (flexible && projectInitialState) checkAssembly(*flexible);
     initializeSystem();
     updateDiscreteVariablesAtStart();
     start();
     m_isInitialized = true;
     refreshAdvancedState();
     statistics.totalSeconds += secondsSince(start_);
+}
+
+void ImplicitIntegrator::Implementation::checkAssembly(const FlexibleBodySubsystem& flexible) {
+    const State given = m_state;
+    writeState(m_visible, m_state);
+    requireUnforcedShapes(flexible, given, m_state);
 }
 
 void ImplicitIntegrator::Implementation::initializeSystem() {
