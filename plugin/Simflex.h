@@ -4,6 +4,7 @@ What a Simbody program with flexible bodies needs, Simbody's own headers include
 (simflex/render) and reduction (simflex/reduction) are libraries of their own. **/
 
 #include "Simbody.h"
+#include "simflex/base/SimbodyBuild.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Hub.h"
 #include "simflex/body/Joint.h"
@@ -15,6 +16,7 @@ What a Simbody program with flexible bodies needs, Simbody's own headers include
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/ContactStop.h"
+#include "simflex/forces/CoordinateSpring.h"
 #include "simflex/forces/DistributedLoad.h"
 #include "simflex/forces/JointFriction.h"
 #include "simflex/forces/ModalDamping.h"

@@ -15,6 +15,7 @@ closed forms, and their limit, the joint. **/
 #include "simflex/body/Joint.h"
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/ContactStop.h"
+#include "simflex/forces/CoordinateSpring.h"
 #include "simflex/forces/TorsionSpring.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/BdfIntegrator.h"
@@ -350,6 +351,99 @@ TEST(Bushing, AgreesWithSimbodysLinearBushingTurnedAboutOneAxis) {
             Bushing::diagonal(stiffness));
     const Vector expected = simbody.calcUDot();
     EXPECT_LT((own.calcUDot() - expected).normInf(), 1e-11 * expected.normInf());
+}
+
+/** On a mobilizer's coordinate Simbody has the same, by names of its own. **/
+TEST(CoordinateForces, AgreeWithSimbodysOnMobilities) {
+    const Real k = 40, c = 3, rest = 0.2, low = -0.5, high = 0.7, a = 0.4;
+    for (const bool turns : {true, false}) {
+        const auto calcUDot = [&](bool own, Real q, Real u) {
+            MultibodySystem system;
+            SimbodyMatterSubsystem matter(system);
+            GeneralForceSubsystem forces(system);
+            FlexibleBodySubsystem flexible(system, matter);
+            const Body::Rigid body(MassProperties(2, Vec3(0.1, 0, -0.2), Inertia(1, 2, 1.5)));
+            MobilizedBody moving =
+                turns ? MobilizedBody(MobilizedBody::Pin(matter.Ground(), body))
+                      : MobilizedBody(MobilizedBody::Slider(matter.Ground(), body));
+            if (own) {
+                const Joint::Coordinate coordinate =
+                    turns ? Joint::Coordinate::makeAngle(matter.Ground(), moving)
+                          : Joint::Coordinate::makeDisplacement(matter.Ground(), moving, XAxis);
+                CoordinateSpring(flexible, coordinate, k, rest);
+                CoordinateDamper(flexible, coordinate, c);
+                CoordinateStop(flexible, coordinate, low, high, 10 * k, a);
+            } else {
+                Force::MobilityLinearSpring(forces, moving, MobilizerQIndex(0), k, rest);
+                Force::MobilityLinearDamper(forces, moving, MobilizerUIndex(0), c);
+                Force::MobilityLinearStop(forces, moving, MobilizerQIndex(0), 10 * k, a, low, high);
+            }
+            State state = system.realizeTopology();
+            moving.setOneQ(state, 0, q);
+            moving.setOneU(state, 0, u);
+            system.realize(state, Stage::Velocity);
+            flexible.startStates(state);
+            system.realize(state, Stage::Acceleration);
+            return std::pair<Real, Real>(moving.getOneUDot(state, 0),
+                                         system.calcPotentialEnergy(state));
+        };
+        for (const Real q : {-0.9, -0.3, 0.0, 0.5, 1.1})
+            for (const Real u : {-8.0, 0.0, 1.0}) {
+                const auto expected = calcUDot(false, q, u), found = calcUDot(true, q, u);
+                EXPECT_NEAR(found.first, expected.first, 1e-12 * (1 + std::abs(expected.first)));
+                EXPECT_NEAR(found.second, expected.second, 1e-12 * (1 + expected.second));
+            }
+    }
+}
+
+/** Wound up over turns, energy is that of the whole angle; what a damper takes is lost. **/
+TEST(CoordinateForces, KeepTheEnergyOverTurnsAndAtStops) {
+    for (const bool damped : {false, true}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        FlexibleBodySubsystem flexible(system, matter);
+        MobilizedBody::Free wheel(matter.Ground(),
+                                  Body::Rigid(MassProperties(1, Vec3(0), UnitInertia(0.1))));
+        Joint::Pin pin(flexible, matter.Ground(), wheel, "pin");
+        CoordinateSpring(flexible, pin, 0.5);
+        CoordinateStop(flexible, pin, -1, 9, 20);
+        if (damped) CoordinateDamper(flexible, pin, 0.02);
+        State state = system.realizeTopology();
+        wheel.setUToFitAngularVelocity(state, Vec3(0, 0, 30));
+        BdfIntegrator integrator(system);
+        integrator.setAccuracy(1e-8);
+        integrator.initialize(state);
+        Real largest = 0;
+        for (int i = 1; i <= 40; ++i) {
+            integrator.stepTo(0.05 * i);
+            largest = std::max(largest, flexible.calcPotentialEnergy(integrator.getState()));
+            const Real energy = flexible.calcEnergy(integrator.getState());
+            EXPECT_NEAR(energy - integrator.getWork(), 45, 1e-3);
+            if (damped && i == 40) {
+                EXPECT_LT(energy, 40);
+            }
+        }
+        EXPECT_GT(largest, 0.5 * 0.5 * 81);  // beyond 9 rad
+    }
+}
+
+TEST(CoordinateForces, WrongParametersAreNamed) {
+    RigidPair pair;
+    FlexibleBodySubsystem flexible(pair.system, pair.matter);
+    Joint::Pin pin(flexible, pair.first, pair.second, "pin");
+    const auto messageOf = [](const std::function<void()>& make) -> std::string {
+        try {
+            make();
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_THAT(messageOf([&] { CoordinateSpring(flexible, pin, -1, 0, "return"); }),
+                HasSubstr("return: stiffness is -1"));
+    EXPECT_THAT(messageOf([&] { CoordinateDamper(flexible, pin, NaN); }), HasSubstr("damping"));
+    EXPECT_THAT(messageOf([&] { CoordinateStop(flexible, pin, 1, -1, 100); }), HasSubstr("limits"));
+    EXPECT_THAT(messageOf([&] { CoordinateStop(flexible, pin, 0, 1, 0); }), HasSubstr("stiffness"));
 }
 
 //-------------------------------------------------------------------------------------------------
