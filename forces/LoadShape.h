@@ -14,6 +14,7 @@ With nodal forces f at positions s and mode shapes φ: force Σf, torque Σ s×f
 #include <vector>
 
 #include "Simbody.h"
+#include "simflex/base/SimbodyBuild.h"
 #include "simflex/part/ReducedBody.h"
 
 namespace simflex {

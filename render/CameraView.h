@@ -16,6 +16,7 @@ picture.
 #include <string>
 
 #include "Simbody.h"
+#include "simflex/base/SimbodyBuild.h"
 #include "simflex/body/Attachment.h"
 
 namespace simflex {

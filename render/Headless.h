@@ -6,6 +6,7 @@ simflex::OffscreenVisualizer in the rest of the file, and so `Visualizer::Report
 FrameReporter. Not for use in headers. **/
 
 #include "Simbody.h"
+#include "simflex/base/SimbodyBuild.h"
 #include "simflex/render/FrameController.h"
 #include "simflex/render/FrameReporter.h"
 #include "simflex/render/InputSilo.h"

@@ -3,6 +3,7 @@
 Position, velocity and acceleration of a frame measured and expressed in Ground. **/
 
 #include "Simbody.h"
+#include "simflex/base/SimbodyBuild.h"
 
 namespace simflex {
 

@@ -9,6 +9,7 @@ matrix has an exact identity block for mass-normalised modes, there is no bias f
 **/
 
 #include "Simbody.h"
+#include "simflex/base/SimbodyBuild.h"
 
 namespace simflex {
 

@@ -7,6 +7,8 @@ The mesh of a part: nodes, solid elements and node sets. Standard types only. **
 #include <string>
 #include <vector>
 
+#include "simflex/base/StandardBuild.h"
+
 namespace simflex {
 
 /** Solid elements; node order as in CalculiX and Abaqus (corner nodes first, then mid-edge nodes:

@@ -4,6 +4,7 @@ The statuses of SimTK::Integrator, under the names they have there: code written
 finds them in its integrator's class. **/
 
 #include "Simbody.h"
+#include "simflex/base/SimbodyBuild.h"
 
 namespace simflex {
 
