@@ -20,8 +20,9 @@ struct Model::Contents {
     Contents(const ModelValue& file, const ModelOptions& options)
         : builder(file, options),
           system(builder.build()),
-          initialState(builder.makeInitialState(*system)) {
+          initialState(builder.makePlacedState(*system)) {
         builder.noteDoubts(*system, initialState);
+        builder.setStarts(*system, initialState);
         // Held rigid, flexible bodies leave more unread.
         if (options.bodies == ModelOptions::Bodies::AsGiven) checkRead(file);
     }
@@ -120,6 +121,12 @@ std::vector<std::string> Model::findEventsThatHold(const State& state) const {
     return names;
 }
 
+Vec3 Model::findNamedOrigin(const std::string& joint) const {
+    const auto& origins = m_contents->system->namedOrigins;
+    const auto found = origins.find(joint);
+    return found == origins.end() ? Vec3(0) : found->second;
+}
+
 const std::vector<Joint::Lock>& Model::getLocks(const std::string& joint) const {
     static const std::vector<Joint::Lock> none;
     const auto found = m_contents->system->locks.find(joint);
@@ -167,6 +174,10 @@ Attachment Model::findFrame(const std::string& name) const {
         throw std::invalid_argument(describeUnknown(what, found, known));
     };
     return frames.attach(frames.find(name, fail), *m_contents->system);
+}
+
+State Model::makePlacedState() const {
+    return m_contents->builder.makePlacedState(*m_contents->system);
 }
 
 State Model::makeInitialState() const {

@@ -113,6 +113,9 @@ public:
     const JointEntry& findJoint(const model::ModelValue& name) const;
     const MotionEntry& findMotion(const model::ModelValue& name) const;
     const Signal& findState(const model::ModelValue& name) const;
+    /** Origin of the frame F that the file names for a joint, in the joint's own F: with an axis,
+    that one has its origin where M is placed. **/
+    SimTK::Vec3 findNamedOrigin(const std::string& joint) const;
     /** Of a joint's coordinates, if events lock them. **/
     const std::vector<Joint::Lock>& getLocks(const std::string& joint) const;
 
@@ -126,6 +129,8 @@ public:
     assembled only if the file gives initial coordinates or rates of joints. Flexible bodies are
     rigid where they should be. **/
     SimTK::State makeInitialState() const;
+    /** The same before joints are given initial coordinates or rates: nothing is assembled. **/
+    SimTK::State makePlacedState() const;
 
     /** Filters begin at what they filter: to be called on a State that a motion begins with and
     that was not made by makeInitialState(). Realized to Stage::Velocity. **/
@@ -177,6 +182,7 @@ struct ModelSystem {
     std::vector<model::ControllerSampling> controllers;
     /** States that begin at the value of a signal, by number. **/
     std::vector<std::pair<int, Signal>> followers;
+    std::map<std::string, SimTK::Vec3> namedOrigins;  ///< see Model::findNamedOrigin()
 };
 
 }  // namespace simflex

@@ -271,6 +271,8 @@ void printAssembly(ModelRun& run) {
             entry.joint.getEquations().getKind(), entry.joint.getFrameF().getName().c_str(),
             entry.joint.getFrameM().getName().c_str(),
             formatCount(size_t(entry.joint.getNumEquations()), "equation", "equations").c_str());
+    for (const std::string& line : assembly.moved)
+        std::printf("  moved from its place: %s\n", line.c_str());
     for (const std::string& line : assembly.redundant)
         std::printf("  redundant: %s\n", line.c_str());
     for (const Probe& probe : run.getProbes().getProbes())

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/body/LinearRangeReporter.h"
@@ -474,10 +475,25 @@ std::vector<std::string> ModelRun::getRemarks(const std::string& analysis) const
 }
 
 ModelRun::Assembly ModelRun::assemble() {
+    constexpr double Moved = 1e-6;  // [m, rad]
     const auto integrator = makeIntegrator(*m_model);
     integrator->initialize(getStart());
-    Assembly assembly{integrator->getState(), {}, {}, integrator->getLargestConstraintError()};
+    Assembly assembly{integrator->getState(), {}, {}, {}, integrator->getLargestConstraintError()};
     m_model->getSystem().realize(assembly.state, SimTK::Stage::Velocity);
+    State placed = m_model->makePlacedState();
+    m_model->getSystem().realize(placed, SimTK::Stage::Velocity);
+    const bool isAsPlaced = m_model->getFile().get("initial").get("start").getText() == "as_placed";
+    for (const Model::BodyEntry& body : m_model->getBodies()) {
+        if (!isAsPlaced) break;
+        const SimTK::Transform from = body.mobod.getBodyTransform(placed) * body.X_BP,
+                               to = body.mobod.getBodyTransform(assembly.state) * body.X_BP;
+        const double way = (to.p() - from.p()).norm(),
+                     angle = std::abs((~from.R() * to.R()).convertRotationToAngleAxis()[0]);
+        if (way + angle > Moved)
+            assembly.moved.push_back("body " + body.name + ", by " + writeGeneral(way, 3) +
+                                     " m and " + writeGeneral(angle * 180 / SimTK::Pi, 3) +
+                                     " degrees");
+    }
     for (const std::string& line : integrator->getRedundantConstraints())
         assembly.redundant.push_back(line);
     LinearRangeReporter(m_model->getFlexibleBodies(), 1, [&](const std::string& message) {

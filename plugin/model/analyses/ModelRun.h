@@ -31,6 +31,7 @@ public:
     /** How the model is assembled. **/
     struct Assembly {
         SimTK::State state;                  ///< realized to Stage::Velocity
+        std::vector<std::string> moved;      ///< bodies, and how far from their places, in words
         std::vector<std::string> redundant;  ///< equations, in words
         std::vector<std::string> warnings;
         double largestError = 0;  ///< of a joint

@@ -73,12 +73,37 @@ FramePair JointBuilder::turn(const ModelValue& axis, const std::string& type,
     return {turned(pair.F), turned(pair.M)};
 }
 
+namespace {
+
+/** Axes of F along which M is free to move. **/
+std::vector<int> listFreeAxes(const std::string& type) {
+    if (type == "slider") return {0};
+    if (type == "cylinder" || type == "screw" || type == "point_on_line") return {2};
+    if (type == "planar" || type == "point_in_plane") return {0, 1};
+    return {};
+}
+
+}  // namespace
+
+Vec3 JointBuilder::calcWayAsPlaced(const std::string& type, const FramePair& pair) const {
+    const Vec3 p_FM = (~m_placement.calcPose(pair.F) * m_placement.calcPose(pair.M)).p();
+    Vec3 way(0);
+    for (const int axis : listFreeAxes(type)) way[axis] = p_FM[axis];
+    return way;
+}
+
 Joint JointBuilder::addJoint(const ModelValue& value, const std::string& type,
                              ModelSystem& system) {
     const std::string& name = value.getName();
     FramePair pair = turn(value.get("axis"), type, readBetween(value.get("between"), m_frames));
-    if (value.get("as_placed").getBool())
+    if (value.get("as_placed").getBool()) {
         pair.M = pair.M.moved(~m_placement.calcPose(pair.M) * m_placement.calcPose(pair.F));
+    } else if (value.get("axis").isGiven()) {
+        // Displacements, too, count from where M is placed.
+        const Vec3 way = calcWayAsPlaced(type, pair);
+        pair.F = pair.F.moved(Transform(way));
+        system.namedOrigins[name] = -way;
+    }
     m_pairs[name] = pair;
     FlexibleBodySubsystem& flexible = system.flexible;
     return withPlace(value.get("between"), [&]() -> Joint {

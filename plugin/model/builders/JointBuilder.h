@@ -30,6 +30,8 @@ private:
     Joint addJoint(const ModelValue& value, const std::string& type, ModelSystem& system);
     Joint addCoupling(const ModelValue& value, const std::string& type, ModelSystem& system);
     FramePair turn(const ModelValue& axis, const std::string& type, const FramePair& pair) const;
+    /** Displacement of M in F, as placed, along the axes of F that the joint leaves free. **/
+    SimTK::Vec3 calcWayAsPlaced(const std::string& type, const FramePair& pair) const;
 
     ModelValue m_joints;
     const ModelFrames& m_frames;

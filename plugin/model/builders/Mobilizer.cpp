@@ -1,5 +1,7 @@
 #include "simflex/model/builders/Mobilizer.h"
 
+#include <cmath>
+
 #include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
@@ -28,6 +30,27 @@ Mobilizer readMobilizer(const ModelValue& value, const ModelFrames& frames) {
         if (mobilizer.pitch == 0) pitch.fail("the pitch of a screw must not be 0");
     }
     return mobilizer;
+}
+
+void countFromPlace(Mobilizer& mobilizer, const Transform& X_GP, const Transform& X_GB) {
+    const std::string& type = mobilizer.type;
+    const Transform X_FM = ~(X_GP * mobilizer.X_PF) * X_GB * mobilizer.X_BM;
+    const Vec3& p = X_FM.p();
+    const Mat33& R = X_FM.R().asMat33();
+    Vec3 way(0);
+    if (type == "slider") way[0] = p[0];
+    if (type == "cylinder" || type == "screw") way[2] = p[2];
+    if (type == "planar") way = Vec3(p[0], p[1], 0);
+    if (type == "translation") way = p;
+    Rotation turnOfF, turnOfM;
+    if (type == "pin" || type == "cylinder" || type == "screw" || type == "planar")
+        turnOfM = Rotation(std::atan2(R(1, 0), R(0, 0)), ZAxis);
+    if (type == "universal") {  // about x of F, then y of M
+        turnOfF = Rotation(std::atan2(R(2, 1), R(1, 1)), XAxis);
+        turnOfM = Rotation(std::atan2(R(0, 2), R(0, 0)), YAxis);
+    }
+    mobilizer.X_PF = mobilizer.X_PF * Transform(turnOfF, way);
+    mobilizer.X_BM = mobilizer.X_BM * Transform(~turnOfM);
 }
 
 MobilizedBody addMobilizedBody(const Mobilizer& mobilizer, MobilizedBody& parent,

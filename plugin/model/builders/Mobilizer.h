@@ -19,6 +19,13 @@ struct Mobilizer {
 /** @param value  `mobilizer` of a body; if it is not given: free on Ground. **/
 Mobilizer readMobilizer(const ModelValue& value, const ModelFrames& frames);
 
+/** Moves the mobilizer's frames so that its coordinates are zero where the body is placed. It moves
+as before: along and about the same axes.
+@param X_GP  the parent frame as placed
+@param X_GB  the body as placed **/
+void countFromPlace(Mobilizer& mobilizer, const SimTK::Transform& X_GP,
+                    const SimTK::Transform& X_GB);
+
 /** @param X_PF  inboard frame in the parent's body frame **/
 SimTK::MobilizedBody addMobilizedBody(const Mobilizer& mobilizer, SimTK::MobilizedBody& parent,
                                       const SimTK::Transform& X_PF, const SimTK::Body& body);

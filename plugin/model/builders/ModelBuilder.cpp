@@ -5,6 +5,7 @@
 #include <set>
 
 #include "simflex/base/NumberText.h"
+#include "simflex/body/JointEquations.h"
 #include "simflex/model/builders/BodyBuilder.h"
 #include "simflex/model/builders/EventBuilder.h"
 #include "simflex/model/builders/LoadBuilder.h"
@@ -57,11 +58,9 @@ std::unique_ptr<ModelSystem> ModelBuilder::build() const {
     return system;
 }
 
-State ModelBuilder::makeInitialState(const ModelSystem& system) const {
+State ModelBuilder::makePlacedState(const ModelSystem& system) const {
     State state = system.system.getDefaultState();
     placeBodies(m_file, m_frames, m_placement, system, state);
-    if (m_file.get("initial").has("joints") || m_file.get("initial").has("rates"))
-        setJointStarts(m_file, system, state);
     return state;
 }
 
@@ -112,7 +111,25 @@ void ModelBuilder::warnOfAccuracy(const ModelSystem& system, double size) const 
             "displacement, as 1e-6");
 }
 
-void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) const {
+void ModelBuilder::setStarts(const ModelSystem& system, State& state) const {
+    if (m_file.get("initial").has("joints") || m_file.get("initial").has("rates"))
+        setJointStarts(m_file, system, state);
+}
+
+void ModelBuilder::noteOpenCoupler(const Model::JointEntry& coupler, const State& placed) const {
+    const auto& coefficients = coupler.joint.getEquations().getCoefficients();
+    double largest = 0;
+    for (const double coefficient : coefficients)
+        largest = std::max(largest, std::abs(coefficient));
+    const double error = coupler.joint.calcPositionErrors(placed)[0];
+    if (!(std::abs(error) > FarApart * largest)) return;
+    m_options.listener.tellWarning(
+        "coupler '" + coupler.name + "' does not hold as placed: its sum is off by " +
+        writeGeneral(error, 3) +
+        "; assembly will move the bodies, unless 'constant' takes them as they are");
+}
+
+void ModelBuilder::noteDoubts(const ModelSystem& system, const State& placed) const {
     std::set<int> held;
     for (const std::string section : {"joints", "motions", "connectors"})
         for (const std::string& name : m_file.get(section).getKeys()) {
@@ -125,19 +142,24 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& state) con
             m_options.listener.tellNote("body '" + system.bodies[i].name +
                                         "' is held by no joint or connector: it is free");
     for (const std::string& doubt : listAngleDoubts(m_file)) m_options.listener.tellWarning(doubt);
+    const bool areJointsLed = m_file.get("initial").has("joints");
     const double size = m_placement.calcSize();
     warnOfAccuracy(system, size);
     warnOfBothSides();
     for (const Model::JointEntry& joint : system.joints) {
         const ModelValue value = m_file.get("joints").get(joint.name);
-        if (!value.has("between")) continue;  // gears mesh anyhow
         const std::string type = value.get("type").getText();
-        const Vector errors = joint.joint.calcPositionErrors(state);
+        if (type == "gear") continue;  // it meshes anyhow
+        if (type == "coupler") {
+            if (!areJointsLed) noteOpenCoupler(joint, placed);
+            continue;
+        }
+        const Vector errors = joint.joint.calcPositionErrors(placed);
         double largest = 0;
         for (int i = 0; i < errors.size(); ++i) largest = std::max(largest, std::abs(errors[i]));
         if (!(largest > FarApart * std::min(size, 1.0))) continue;
-        const Transform X_FM = ~joint.joint.getFrameF().calcMotion(state).X *
-                               joint.joint.getFrameM().calcMotion(state).X;
+        const Transform X_FM = ~joint.joint.getFrameF().calcMotion(placed).X *
+                               joint.joint.getFrameM().calcMotion(placed).X;
         const double angle = std::abs(X_FM.R().convertRotationToAngleAxis()[0]);
         m_options.listener.tellWarning(
             "joint '" + joint.name + "' is not closed as placed: its error is " +

@@ -19,13 +19,18 @@ public:
     /** The system, with its topology realized. **/
     std::unique_ptr<ModelSystem> build() const;
 
-    SimTK::State makeInitialState(const ModelSystem& system) const;
+    /** Bodies as placed, with their own initial values; joints are not assembled. **/
+    SimTK::State makePlacedState(const ModelSystem& system) const;
+    /** Gives joints the initial coordinates and rates of the file, which assembles them. **/
+    void setStarts(const ModelSystem& system, SimTK::State& state) const;
 
-    /** Tells `note` of bodies that nothing holds and `warn` of joints that are apart, of rotations
-    in degrees and of an accuracy as coarse as the model. **/
-    void noteDoubts(const ModelSystem& system, const SimTK::State& state) const;
+    /** Tells `note` of bodies that nothing holds and `warn` of joints that are apart as placed, of
+    rotations in degrees and of an accuracy as coarse as the model: to be called before setStarts()
+    closes joints. **/
+    void noteDoubts(const ModelSystem& system, const SimTK::State& placed) const;
 
 private:
+    void noteOpenCoupler(const Model::JointEntry& coupler, const SimTK::State& placed) const;
     void warnOfBothSides() const;
     void warnOfAccuracy(const ModelSystem& system, double size) const;
 

@@ -38,6 +38,9 @@ void Placement::place(int body) {
     m_marks[size_t(body)] = Mark::Placing;
     m_path.push_back(body);
     m_poses[size_t(body)] = calcPlace(body);
+    if (m_bodies.get(name).get("place").isGiven())
+        countFromPlace(m_mobilizers[size_t(body)], calcPose(m_mobilizers[size_t(body)].parent),
+                       m_poses[size_t(body)]);
     m_path.pop_back();
     m_marks[size_t(body)] = Mark::Placed;
     m_order.push_back(body);

@@ -9,6 +9,8 @@ namespace simflex {
 namespace model {
 
 using SimTK::SpatialVec;
+using SimTK::Transform;
+using SimTK::Vec3;
 using SimTK::Vector;
 
 namespace {
@@ -182,11 +184,13 @@ Probe makeReactionProbe(const ProbeSource& source) {
                                : axes == "M" ? Joint::Axes::M
                                              : Joint::Axes::Ground;
     const int row = part == "torque" ? 0 : 1;
+    const Vec3 p_FG =
+        side == Joint::Side::F ? source.model->findNamedOrigin(joint.getName()) : Vec3(0);
     Probe probe;
     probe.unit = part == "torque" ? "N m" : "N";
     probe.columns = {"x", "y", "z"};
-    probe.calc = [model = source.model, joint, side, inAxes, row](const Moment& moment,
-                                                                  double* values) {
+    probe.calc = [model = source.model, joint, side, inAxes, row, p_FG](const Moment& moment,
+                                                                        double* values) {
         SpatialVec reaction = joint.calcReaction(
             moment.state, getMultipliers(*model, joint, moment), side, side, inAxes);
         const FlexibleBodySubsystem& subsystem = model->getFlexibleBodies();
@@ -197,6 +201,14 @@ Probe makeReactionProbe(const ProbeSource& source) {
         for (const Joint::Lock& lock : model->getLocks(joint.getName()))
             reaction += lock.calcReaction(moment.state, getMultipliers(*model, lock, moment), side,
                                           side, inAxes);
+        if (row == 0 && p_FG.norm() > 0) {
+            const Transform X_GF = joint.getFrameF().calcMotion(moment.state).X;
+            Vec3 arm = X_GF.R() * p_FG;
+            if (inAxes == Joint::Axes::F) arm = p_FG;
+            if (inAxes == Joint::Axes::M)
+                arm = ~joint.getFrameM().calcMotion(moment.state).X.R() * arm;
+            reaction[0] -= arm % reaction[1];
+        }
         for (int k = 0; k < 3; ++k) values[k] = reaction[row][k];
     };
     return selectComponent(entry, std::move(probe));

@@ -1,8 +1,11 @@
 /** @file
 Joints, motions and initial values of models: what they promise holds in the assembled system. **/
 
+#include <sstream>
+
 #include "BuiltModel.h"
 #include "simflex/body/Joint.h"
+#include "simflex/body/JointGoals.h"
 #include "simflex/solver/BdfIntegrator.h"
 
 namespace simflex::test {
@@ -91,6 +94,53 @@ TEST_P(ModelJoints, AxisLiesAlongTheDirectionGivenAndTheJointIsClosedAsPlaced) {
     EXPECT_LT(j.calcCoordinates(state).normInf(), 1e-14);
 }
 
+// Wherever M is placed along what the joint leaves free, and whatever holds it.
+TEST_P(ModelJoints, CoordinatesWithAnAxisAreZeroAsPlaced) {
+    const Vec3 direction(UnitVec3(1, 2, -0.5));
+    const Vec3 across(UnitVec3(direction % Vec3(0, 0, 1)));
+    const std::string type = GetParam().type;
+    Vec3 way(0);
+    if (type == "planar" || type == "point_in_plane") way = 0.3 * across;
+    if (type == "slider" || type == "cylinder" || type == "screw" || type == "point_on_line")
+        way = 0.3 * direction;
+    const auto print = [](const Vec3& p) {
+        return "[" + std::to_string(p[0]) + ", " + std::to_string(p[1]) + ", " +
+               std::to_string(p[2]) + "]";
+    };
+    const std::string rigid =
+        "{mass: 1, inertia: [0.01, 0.011, 0.012], place: {position: " + print(way) +
+        ", rotation: [0.4, -0.3, 0.2]}}";
+    const std::string bar =
+        "{part: bar, place: {frame: A, at: {on: ground, position: " + print(way) +
+        ", rotation: [0.4, -0.3, 0.2]}}}";
+    for (const bool isFlexible : {false, true}) {
+        const auto model =
+            build("bodies: {b: " + (isFlexible ? bar : rigid) + "}\njoints: {j: {type: " + type +
+                  ", " + GetParam().keys + " axis: [1, 2, -0.5], between: [ground, " +
+                  (isFlexible ? "b.A" : "b") + "]}}\n");
+        State state = model->makeInitialState();
+        const Joint& j = model->getJoints()[0].joint;
+        EXPECT_LT(j.calcCoordinates(state).normInf(), 1e-6);
+        EXPECT_LT(j.calcPositionErrors(state).normInf(), 1e-6);
+        EXPECT_TRUE(warnings.empty()) << warnings[0];
+        // Assembly moves nothing, and a coordinate counts from there.
+        const FlexibleBodySubsystem& flexible = model->getFlexibleBodies();
+        const Vec3 before = j.getFrameM().calcMotion(state).X.p();
+        flexible.closeJoints(state);
+        EXPECT_LT((j.getFrameM().calcMotion(state).X.p() - before).norm(), 1e-6);
+        setJointCoordinates(flexible, state, {{j, 0, 0.25}});
+        EXPECT_NEAR(j.calcCoordinates(state)[0], 0.25, 1e-9);
+        const Vec3 moved = j.getFrameM().calcMotion(state).X.p() - before;
+        if (type == "slider" || type == "point_on_line") {
+            EXPECT_LT((moved - 0.25 * direction).norm(), 1e-6);
+        } else if (type == "screw") {
+            EXPECT_LT((moved - 0.05 * 0.25 * direction).norm(), 1e-6);
+        } else if (type == "pin") {
+            EXPECT_LT(moved.norm(), 1e-6);
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Kinds, ModelJoints,
                          ::testing::Values(JointKind{"pin", "", 1, ZAxis},
                                            JointKind{"slider", "", 1, XAxis},
@@ -101,6 +151,110 @@ INSTANTIATE_TEST_SUITE_P(Kinds, ModelJoints,
                                            JointKind{"point_on_line", "", 1, ZAxis},
                                            JointKind{"point_in_plane", "", 2, ZAxis}),
                          [](const auto& kind) { return kind.param.type; });
+
+/** Mobilizers count from the place, too, and move as they did. **/
+TEST_F(BuiltModelTest, CoordinatesOfMobilizersAreZeroAsPlaced) {
+    struct Kind {
+        const char *type, *keys;
+        Transform X;  ///< of M in F
+        std::vector<double> coordinates;
+        Transform moved;  ///< by these from there
+    };
+    const Rotation z3(0.3, ZAxis), z5(0.5, ZAxis), x3(0.3, XAxis), y4(0.4, YAxis);
+    const std::vector<Kind> kinds{
+        {"pin", "", z3, {0.2}, z5},
+        {"slider", "", Vec3(0.5, 0, 0), {0.2}, Vec3(0.7, 0, 0)},
+        {"cylinder",
+         "",
+         Transform(z3, Vec3(0, 0, 0.5)),
+         {0.2, 0.1},
+         Transform(z5, Vec3(0, 0, 0.6))},
+        {"screw",
+         ", pitch: 0.5",
+         Transform(z3, Vec3(0, 0, 0.15)),
+         {0.2},
+         Transform(z5, Vec3(0, 0, 0.25))},
+        {"planar",
+         "",
+         Transform(z3, Vec3(0.4, -0.2, 0)),
+         {0.2, 0.1, 0.3},
+         Transform(z5, Vec3(0.5, 0.1, 0))},
+        {"universal", "", x3 * y4, {0.2, 0.1}, Rotation(0.5, XAxis) * Rotation(0.5, YAxis)},
+        {"translation", "", Vec3(0.1, 0.2, 0.3), {0.2, 0.1, 0.3}, Vec3(0.3, 0.3, 0.6)}};
+    // In a tree, with frames of its own.
+    const Transform X_PF(Rotation(0.4, UnitVec3(1, 1, 0)), Vec3(0.1, 0, 0.2)),
+        X_BM(Rotation(-0.2, XAxis), Vec3(0, 0.3, 0));
+    const auto print = [](const Transform& X) {
+        const Vec3 angles = X.R().convertRotationToBodyFixedXYZ();
+        std::ostringstream text;
+        text.precision(17);
+        text << "{position: [" << X.p()[0] << ", " << X.p()[1] << ", " << X.p()[2]
+             << "], rotation: [" << angles[0] << ", " << angles[1] << ", " << angles[2] << "]}";
+        return text.str();
+    };
+    const std::string mass = "mass: 1, inertia: [0.01, 0.011, 0.012]";
+    for (const Kind& kind : kinds) {
+        SCOPED_TRACE(kind.type);
+        std::string numbers;
+        for (const double number : kind.coordinates)
+            numbers += (numbers.empty() ? "" : ", ") + std::to_string(number);
+        const Transform X_GP(Rotation(0.7, YAxis), Vec3(1, 2, 3));
+        const std::string bodies = "bodies:\n  a: {" + mass + ", place: " + print(X_GP) +
+                                   "}\n  b: {" + mass + ", mobilizer: {type: " + kind.type +
+                                   kind.keys + ", parent: a, inboard: " + print(X_PF) +
+                                   ", outboard: " + print(X_BM) +
+                                   "}, place: " + print(X_GP * X_PF * kind.X * ~X_BM) + "}\n";
+        const auto poseOf = [&](const Model& model, const State& state) {
+            return ~X_PF * ~X_GP * model.getBodies()[1].mobod.getBodyTransform(state) * X_BM;
+        };
+        const auto expectSame = [](const Transform& found, const Transform& expected) {
+            EXPECT_LT((found.p() - expected.p()).norm(), 1e-13);
+            EXPECT_LT((found.R().asMat33() - expected.R().asMat33()).norm(), 1e-13);
+        };
+        const auto model = build(bodies);
+        const State state = model->makeInitialState();
+        EXPECT_LT(model->getBodies()[1].mobod.getQAsVector(state).normInf(), 1e-14);
+        expectSame(poseOf(*model, state), kind.X);
+        const auto moved =
+            build(bodies + "initial: {bodies: {b: {coordinates: [" + numbers + "]}}}\n");
+        expectSame(poseOf(*moved, moved->makeInitialState()), kind.moved);
+    }
+}
+
+TEST_F(BuiltModelTest, WhatIsNotClosedAsPlacedIsToldWhateverInitialValuesJointsHave) {
+    const std::string rods = R"(
+bodies:
+  crank: {mass: 1, inertia: [0.01, 0.01, 0.01], place: {position: [0.05, 0, 0]}}
+  rod: {mass: 1, inertia: [0.01, 0.01, 0.01], place: {position: [0.26, 0.02, 0]}}
+joints:
+  a: {type: pin, axis: z, between: [ground, {on: crank, position: [-0.05, 0, 0]}]}
+  b: {type: pin, axis: z, between: [{on: crank, position: [0.05, 0, 0]}, {on: rod, position: [-0.15, 0, 0]}]}
+)";
+    for (const char* initial : {"", "initial: {rates: {a: 6}}\n", "initial: {joints: {a: 0.5}}\n",
+                                "initial: {joints: {a: 0.5}, rates: {a: 6}}\n"}) {
+        warnings.clear();
+        build(rods + initial);
+        ASSERT_EQ(warnings.size(), 1u) << initial;
+        EXPECT_THAT(warnings[0], HasSubstr("joint 'b' is not closed as placed"));
+    }
+    const std::string rack = R"(
+bodies:
+  pinion: {mass: 1, inertia: [1, 1, 0.01]}
+  rack: {mass: 2, inertia: [1, 1, 1], place: {position: [0.5, -0.05, 0]}}
+joints:
+  shaft: {type: pin, axis: z, between: [ground, pinion]}
+  rail: {type: slider, axis: x, between: [{on: ground, position: [0, -0.05, 0]}, rack]}
+  mesh: {type: coupler, terms: [{joint: rail, coefficient: 1}, {joint: shaft, coefficient: -0.05}])";
+    warnings.clear();
+    build(rack + "}\n");
+    EXPECT_TRUE(warnings.empty()) << warnings[0];
+    build(rack + ", constant: 0.1}\n");
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_THAT(warnings[0], AllOf(HasSubstr("coupler 'mesh'"), HasSubstr("0.1")));
+    warnings.clear();
+    build(rack + ", constant: 0.1}\ninitial: {joints: {rail: 0.1}}\n");
+    EXPECT_TRUE(warnings.empty()) << warnings[0];
+}
 
 class ModelMechanisms : public BuiltModelTest {
 protected:
