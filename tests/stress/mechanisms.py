@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+"""Random mechanisms against laws of mechanics, and against themselves.
+
+Each is a model file drawn from (seed, index): trees and loops of rigid and flexible bodies, joints and mobilizers of every kind,
+springs, bushings, stops, motors, laws, loads, prescribed motions, friction, states, events, parameters with names that laws
+know. It is run by the program, and this must hold:
+
+    momentum    about free axes it is kept, over impulses as well
+    energy      T is that of the bodies' states, V that of formulas, the balance is constant, T + V where nothing acts
+    impulse     no event creates kinetic energy where no constraint moves; what a lock or an engagement takes away is the energy
+                of the change of speeds (Carnot); other events change no speed
+    turns       angles are the integrals of their rates, driven coordinates the functions of time that drive them
+    zero        coordinates are zero as placed
+    statics     driven coordinates keep their turns in a static analysis, and in what begins there
+    discrete    counts are whole numbers and right
+    schemes     bdf, generalized_alpha and radau agree with radau at a hundredth of the accuracy
+    rows        rows every 10 h are those of rows every h
+    names       other names of parameters, states and events change no bit
+    views       another origin, other axes, other units of length and mass change nothing
+    analyses    one analysis at a time (--only) gives the bits of all at once, a run that is resumed those of a whole one
+    post        a probe that is evaluated later is that of a run that has it, to the bit
+
+A bound on the agreement of schemes of order p is FACTOR·G·a^(p/(p+1)), with the accuracy a in metres and the sensitivity G of the
+mechanism, which a run with slightly other masses, weight and initial rates tells. Every mechanism drawn is one that the program
+has to run: a refusal is a failure.
+"""
+
+import numpy as np
+
+from support import harness, parts
+from support.checks import CHECKS
+from support.runs import Case
+
+LARGEST_BUSHING_ANGLE = 1.2  # [rad] beyond it a bushing's angles become singular, and its torque jumps
+
+
+def try_case(seed: int, index: int, folder) -> harness.Outcome:
+    """Makes a mechanism, runs it, and does all checks that apply."""
+    outcome = harness.Outcome()
+    case = Case(seed, index, folder)
+    outcome.title = case.builder.title
+    try:
+        main = case.run("main")
+    except Exception as error:
+        outcome.fail("run", f"{type(error).__name__}: {error}")
+        return outcome
+    outcome.counts[f"of kind {outcome.title}"] += 1
+    for probe in case.facts.bushings:
+        if np.abs(main[probe]).max() > LARGEST_BUSHING_ANGLE:
+            outcome.counts["turn a bushing too far and are not checked"] += 1
+            return outcome
+    for name, check in CHECKS.items():
+        try:
+            for text in check(case):
+                outcome.fail(name, text)
+        except Exception as error:
+            outcome.fail(name, f"{type(error).__name__}: {error}")
+    return outcome
+
+
+if __name__ == "__main__":
+    harness.main(__doc__, "mechanisms", try_case, count=100, limit=60, prepare=parts.reduce_bars)

@@ -1,0 +1,1 @@
+"""What stress tests share: see harness.py for how they are run."""
