@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "simflex/body/ForceElement.h"
+#include "simflex/body/TurnState.h"
 #include "simflex/forces/ElementParameters.h"
-#include "simflex/forces/TurnState.h"
 
 namespace simflex {
 
@@ -73,7 +73,7 @@ private:
             // Where axes are in line an angle is none.
             if (!onF[0].isFinite() || !onM[0].isFinite()) onF = onM = SpatialVec(Vec3(0), Vec3(0));
             value = coordinate.calcValue(frames[0].X, frames[1].X);
-            if (element.m_turns >= 0) value = followTurns(now.states[element.m_turns], value);
+            if (element.m_turns >= 0) value = TurnState::followTurns(now.states[element.m_turns], value);
             rate = ~onF[0] * frames[0].V[0] + ~onF[1] * frames[0].V[1] + ~onM[0] * frames[1].V[0] +
                    ~onM[1] * frames[1].V[1];
         }
