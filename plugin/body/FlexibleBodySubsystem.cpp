@@ -143,12 +143,7 @@ Real FlexibleBodySubsystem::calcEnergy(const State& state) const {
 void FlexibleBodySubsystem::initializeNative(State& state, Real tolerance) const {
     getMultibodySystem().realizeModel(state);
     requireLinearRange(*this, state, "FlexibleBodySubsystem::initializeNative()");
-    for (const JointRecord& joint : getGuts().joints())
-        if (joint.friction)
-            throw std::invalid_argument("FlexibleBodySubsystem::initializeNative(): joint '" +
-                                        joint.name +
-                                        "' has friction, which a native run would leave out: take "
-                                        "an integrator of simflex, such as BdfIntegrator");
+    getGuts().refuseFriction(state);
     try {
         closeJoints(state, tolerance);
     } catch (const std::runtime_error& error) {
@@ -596,6 +591,11 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemTopologyImpl(State& state) cons
     checkOrder();
     m_nativeForces = allocateDiscreteVariable(state, Stage::Instance, new Value<int>(Own));
     m_knownUDot = allocateDiscreteVariable(state, Stage::Dynamics, new Value<Vector>());
+    const bool rubs = std::any_of(m_joints.begin(), m_joints.end(), [](const JointRecord& joint) {
+        return joint.friction != nullptr;
+    });
+    m_shownTime = rubs ? allocateDiscreteVariable(state, Stage::Dynamics, new Value<Real>(NaN))
+                       : DiscreteVariableIndex();
     const bool hasModes =
         std::any_of(m_bodies.begin(), m_bodies.end(),
                     [](const FlexibleBodyRecord& body) { return body.numModes() > 0; });
@@ -647,6 +647,10 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemDynamicsImpl(const State& state
         mobilityForces += lacking;
         return 0;
     }
+
+    if (m_shownTime.isValid() &&
+        Value<Real>::downcast(getDiscreteVariable(state, m_shownTime)).get() != state.getTime())
+        refuseFriction(state);
 
     // First, while the forces are those of all others.
     if (m_coupling) m_coupling->addInForces(state, bodyForces, mobilityForces);

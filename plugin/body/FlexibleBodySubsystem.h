@@ -22,10 +22,10 @@ run the model:
 
 BdfIntegrator evaluates everything itself and is much faster with many modes or joints.
 
-What a native run refuses, by name, when Stage::Dynamics is realized: bodies mobilized on the frame
-or on a modal mobilizer of a flexible body, constraints on the *body* of a modal mobilizer, Motions
-of method Fast. Forces on the body of a modal mobilizer are none; those on its mobilities are modal
-forces. **/
+What a native run refuses, by name, when Stage::Dynamics is realized: joints with friction, bodies
+mobilized on the frame or on a modal mobilizer of a flexible body, constraints on the *body* of a
+modal mobilizer, Motions of method Fast. Forces on the body of a modal mobilizer are none; those on
+its mobilities are modal forces. **/
 
 #include <memory>
 #include <string>

@@ -177,6 +177,13 @@ public:
     known already. Instead of the subsystem's forces those act that they need. **/
     void setKnownAccelerations(SimTK::State& state, const SimTK::Vector& uDot) const;
 
+    /** Refuses joint friction in a State that Simbody is to find accelerations for, which would
+    leave it out. Stage::Instance. @throws std::invalid_argument that names the joint. **/
+    void refuseFriction(const SimTK::State& state) const;
+    /** Says that an integrator that knows the friction of joints shows this State: as long as its
+    time stays, it may be realized further. **/
+    void setShown(SimTK::State& state) const;
+
     /** Sets the weights of flexible bodies' speeds, what a unit of each counts for: the metres that
     it causes. Stage::Model. **/
     void setDisplacementWeights(SimTK::State& state) const;
@@ -217,6 +224,7 @@ private:
     mutable std::shared_ptr<InertiaCoupling> m_coupling;             ///< null if no body has modes
     mutable std::vector<SimTK::DiscreteVariableIndex> m_stiffening;  ///< by body; invalid: no data
     mutable std::vector<SimTK::DiscreteVariableIndex> m_held;        ///< by joint; invalid: no lock
+    mutable SimTK::DiscreteVariableIndex m_shownTime;  ///< invalid: no joint has friction
 };
 
 inline Eigen::Vector3d toEigen(const SimTK::Vec3& v) {

@@ -486,6 +486,77 @@ TEST(JointFriction, WrongCoefficientsAreRefusedByName) {
 TEST(JointFriction, NativeRunsAreRefused) {
     Incline model(0.2, makeCoefficients(0.1, 0.1));
     EXPECT_THROW(model.flexible.initializeNative(model.state), std::invalid_argument);
+    // Without that call, too: Simbody's accelerations would be those without friction.
+    const auto refusalOf = [](const auto& act) -> std::string {
+        try {
+            act();
+        } catch (const std::exception& error) {
+            return error.what();
+        }
+        return "";
+    };
+    State state = model.state;
+    model.system.realize(state, Stage::Velocity);
+    EXPECT_NE(refusalOf([&] { model.system.realize(state, Stage::Dynamics); }).find("'slide'"),
+              std::string::npos);
+    const auto runNatively = [&](const State& from) {
+        return refusalOf([&] {
+            RungeKuttaMersonIntegrator native(model.system);
+            SimTK::TimeStepper stepper(model.system, native);
+            stepper.initialize(from);
+            stepper.stepTo(from.getTime() + 0.1);
+        });
+    };
+    EXPECT_NE(runNatively(model.state).find("friction"), std::string::npos);
+    // What an integrator that knows it shows may be realized further, and does not go on natively.
+    RadauIntegrator integrator(model.system);
+    integrator.initialize(model.state);
+    integrator.stepTo(0.1);
+    EXPECT_EQ(refusalOf([&] { model.system.realize(integrator.getState(), Stage::Acceleration); }),
+              "");
+    // Simbody's integrators take the refusal for a step that is too long.
+    EXPECT_NE(runNatively(integrator.getState()), "");
+    // A joint that is released rubs no more.
+    state = model.state;
+    model.matter.getConstraint(model.slide.getConstraintIndex()).disable(state);
+    EXPECT_EQ(runNatively(state), "");
+}
+
+// Handlers, reports and triggers realize what they are shown.
+TEST(JointFriction, EventsOfEveryStageRunBesideIt) {
+    struct Handler : TriggeredEventHandler {
+        Handler(const Incline& of, Stage stage) : TriggeredEventHandler(stage), incline(of) {}
+        Real getValue(const State& state) const override {
+            return incline.block.getBodyOriginLocation(state)[0] - 0.1;
+        }
+        void handleEvent(State& state, Real, bool&) const override {
+            incline.system.realize(state, Stage::Acceleration);
+            ++count;
+        }
+        const Incline& incline;
+        mutable int count = 0;
+    };
+    struct Reporter : PeriodicEventReporter {
+        explicit Reporter(const Incline& of) : PeriodicEventReporter(0.05), incline(of) {}
+        void handleEvent(const State& state) const override {
+            incline.system.realize(state, Stage::Acceleration);
+        }
+        const Incline& incline;
+    };
+    for (const Stage stage : {Stage::Position, Stage::Dynamics, Stage::Acceleration}) {
+        Incline model(0.5, makeCoefficients(0.1, 0.1));
+        auto* handler = new Handler(model, stage);
+        model.system.addEventHandler(handler);
+        model.system.addEventReporter(new Reporter(model));
+        model.start(0);
+        const State state = model.system.realizeTopology();
+        RadauIntegrator integrator(model.system);
+        integrator.initialize(state);
+        integrator.stepTo(0.5);
+        EXPECT_EQ(handler->count, 1);
+        const Real a = Weight * (std::sin(0.5) - 0.1 * std::cos(0.5));
+        EXPECT_NEAR(model.place(integrator), 0.5 * a * 0.25, 1e-6);
+    }
 }
 
 TEST(JointFriction, EquilibriaHaveNoneAndSmallMotionsAreHeld) {

@@ -13,6 +13,7 @@ void ImplicitIntegrator::Implementation::writeState(const SolutionPoint& point,
                                                     State& state) const {
     getEquations().getBlocks().putIntoState(point.t, point.q.data(), point.u.data(), state);
     if (!point.z.empty()) std::copy(point.z.begin(), point.z.end(), &state.updZ()[0]);
+    if (const auto* guts = getEquations().getTopology().guts) guts->setShown(state);
     // Of a system that has changed the coordinates and speeds can still be had.
     if (hasSameSystem()) m_system.realize(state, Stage::Velocity);
 }
