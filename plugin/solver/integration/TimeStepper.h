@@ -1,5 +1,8 @@
 #pragma once
 /** @file
+(With `using namespace SimTK` and `using namespace simflex` in one file the name TimeStepper alone
+is ambiguous: write simflex::TimeStepper.)
+
 SimTK::TimeStepper for either kind of integrator: reporters and event handlers are called, and
 statuses returned, as Simbody's does.
 
