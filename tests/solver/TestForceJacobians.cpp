@@ -174,6 +174,32 @@ TEST(ForceJacobian, SolutionIsThatOfSimbodysIntegrator) {
     EXPECT_LT((end - expected).norm(), 1e-6);
 }
 
+/** A cable that hangs slack at the start pulls later: the bodies of its path are known. **/
+TEST(ForceJacobian, OfACableThatIsSlackIsThatOfItsPath) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    CableTrackerSubsystem cables(system);
+    GeneralForceSubsystem forces(system);
+    MobilizedBody::Free first(matter.Ground(), makeBrick()), other(matter.Ground(), makeBrick());
+    MobilizedBody::Pin carried(first, Transform(), makeBrick(), Transform());
+    CablePath path(cables, matter.Ground(), Vec3(0), carried, Vec3(0.1, 0, 0));
+    CableSpring cable(forces, path, 1e4, 2, 0);  // 2 m long
+    State state = system.realizeTopology();
+    first.setQToFitTranslation(state, Vec3(0.5, 0, 0));
+    system.realize(state, Stage::Velocity);
+    EXPECT_EQ(cable.getTension(state), 0);
+    std::vector<ForceDifferences::Speed> speeds;
+    for (const MobilizedBody& body :
+         {MobilizedBody(first), MobilizedBody(other), MobilizedBody(carried)})
+        for (int u = 0; u < body.getNumU(state); ++u)
+            speeds.push_back(
+                {body.getMobilizedBodyIndex(), int(body.getFirstUIndex(state)) + u, 1, 1e-6});
+    const ForceDifferences differences(system, {cable, {}}, speeds, state);
+    ASSERT_EQ(differences.getSpeeds().size(), 7u);  // of the carried body and what carries it
+    for (const ForceDifferences::Speed& speed : differences.getSpeeds())
+        EXPECT_NE(speed.body, other.getMobilizedBodyIndex());
+}
+
 /** At its free length a spring has the stiffness k d dᵀ alone, d = ∂(length)/∂q·N, and a damper
 along it c d dᵀ. **/
 TEST(ForceJacobian, TermsOfASpringAreThoseOfItsClosedForm) {

@@ -20,6 +20,13 @@ namespace {
 /** Springs and contacts between two bodies need 12. **/
 constexpr int MostTerms = 24;
 
+/** The force as a cable; null if it is none. **/
+const CableSpring* asCable(const Force& force) {
+    return !force.isEmptyHandle() && CableSpring::isInstanceOf(force)
+               ? &CableSpring::downcast(force)
+               : nullptr;
+}
+
 }  // namespace
 
 std::string ForceSelection::describe() const {
@@ -62,7 +69,16 @@ void ForceDifferences::findSpeeds(const std::vector<Speed>& candidates) {
              i = matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex())
             bodies.insert(i);
     }
-    if (m_selection.bodies.empty()) {
+    // A slack cable responds to nothing: its path is known.
+    if (m_selection.bodies.empty() && asCable(m_selection.force)) {
+        const CablePath& path = asCable(m_selection.force)->getCablePath();
+        for (CableObstacleIndex i(0); i < path.getNumObstacles(); ++i)
+            for (MobilizedBodyIndex at =
+                     path.getObstacle(i).getMobilizedBody().getMobilizedBodyIndex();
+                 at != GroundIndex;
+                 at = matter.getMobilizedBody(at).getParentMobilizedBody().getMobilizedBodyIndex())
+                bodies.insert(at);
+    } else if (m_selection.bodies.empty()) {
         const State start = m_moved;
         m_system.realize(start, Stage::Velocity);
         const Vector force = calcForce();

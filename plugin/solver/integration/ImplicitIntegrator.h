@@ -43,8 +43,8 @@ Refused by name at initialize(): bodies mobilized on the frame or on a modal mob
 body (put them on Ground and hold them with a Joint), constraints on the *body* of a modal mobilizer
 (its coordinates can be constrained), Motions of method Fast, mobilizers whose velocities are not
 the rates of their positions (Simbody 3.7's LineOrientation and FreeLine, reversed and with
-quaternions), joints disabled in the State. Forces on the body of a modal mobilizer have no effect;
-forces on its mobilities are modal forces.
+quaternions). Joints and constraints that are disabled in the State hold nothing. Forces on the body
+of a modal mobilizer have no effect; forces on its mobilities are modal forces.
 
 The Newton matrix holds elasticity, damping, inertia, and the stiffness and damping of the elements
 in simflex/forces. Where all is rigid, forces of any kind, contacts and friction among them, and
@@ -233,7 +233,8 @@ public:
     dampers and contacts, not what follower forces and friction have besides.
     @param bodies  what it acts on and depends on. Flexible bodies by FlexibleBody::getFrame() and
         their modal mobilizers. None: those that it acts on or depends on in the State given to
-        initialize(), found by trying, which does not see contacts that are open then. **/
+        initialize(), found by trying, which does not see contacts that are open then. Of a
+        CableSpring, which may be slack: those of its path. **/
     void addForceJacobian(const SimTK::Force& force,
                           const std::vector<SimTK::MobilizedBodyIndex>& bodies = {});
     /** The same for all of Simbody's force elements and contact subsystems together that act
