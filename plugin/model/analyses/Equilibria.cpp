@@ -786,7 +786,9 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         if (!coarse.empty())
             warn(name, "effective values of " + joinNames(coarse) +
                            " are not to be trusted: they hang on few frequencies; give more of "
-                           "them, or `adaptive: true`; without damping there are none");
+                           "them" +
+                           (analysis.get("adaptive").getBool() ? "" : ", or `adaptive: true`") +
+                           "; without damping there are none");
     }
     if (m_options.drawsPictures && analysis.has("shapes")) {
         std::vector<Eigenmode> shapes;
