@@ -1,5 +1,5 @@
-// Ten systems without flexible bodies, run by each of Simbody's integrators and by ours, BDF and
-// Radau: processor time and steps of the cheapest run whose error, anywhere on a body at any of
+// Sixteen systems without flexible bodies, run by each of Simbody's integrators and by ours, BDF
+// and Radau: processor time and steps of the cheapest run whose error, anywhere on a body at any of
 // five instants, is at most 1e-3 m and 1e-6 m. Accuracies are tried from 1e-1 down by half decades.
 // The reference is RungeKuttaMerson at 1e-11.
 //
@@ -70,6 +70,81 @@ ProblemPtr makeChain10() {
 }
 ProblemPtr makeChain40() {
     return makeChain(40, 0.5);
+}
+
+/** Links of 1 m on balls that fall across and damp each other, each with speeds of its own. **/
+ProblemPtr makeBallChain(int links) {
+    auto p = std::make_unique<Problem>();
+    Force::UniformGravity(p->forces, p->matter, Vec3(10, -9.8, 3));
+    Force::GlobalDamper(p->forces, p->matter, 1);
+    const Body::Rigid link(MassProperties(1, Vec3(0, -0.5, 0), UnitInertia(1)));
+    MobilizedBody parent = p->matter.Ground();
+    for (int i = 0; i < links; ++i)
+        parent =
+            MobilizedBody::Ball(parent, Transform(Vec3(0, i == 0 ? 0 : -1, 0)), link, Transform());
+    p->state = p->system.realizeTopology();
+    Random::Gaussian random;
+    random.setSeed(3);
+    for (int i = 0; i < p->state.getNU(); ++i) p->state.updU()[i] = random.getValue();
+    return p;
+}
+
+ProblemPtr makeBalls10() {
+    return makeBallChain(10);
+}
+ProblemPtr makeBalls20() {
+    return makeBallChain(20);
+}
+ProblemPtr makeBalls50() {
+    return makeBallChain(50);
+}
+ProblemPtr makeBalls100() {
+    return makeBallChain(100);
+}
+
+/** A chain in a heat bath: Simbody's thermostat has variables z, and slows all speeds down. **/
+ProblemPtr makeThermostat() {
+    auto p = std::make_unique<Problem>();
+    Force::Gravity(p->forces, p->matter, -YAxis, 9.81);
+    MobilizedBody parent = p->matter.Ground();
+    const double length = 0.3;
+    for (int i = 0; i < 20; ++i)
+        parent = MobilizedBody::Pin(parent, Transform(Vec3(0, i == 0 ? 0 : -length / 2, 0)),
+                                    makeRod(0.5, length), Transform(Vec3(0, length / 2, 0)));
+    const Force::Thermostat bath(p->forces, p->matter, 1, 2, 0.2, 0);
+    p->state = p->system.realizeTopology();
+    bath.initializeChainState(p->state);
+    bath.setBathTemperature(p->state, 5);
+    p->state.updQ()[0] = 0.5;
+    p->state.updU()[2] = 3;
+    return p;
+}
+
+/** A backbone of 20 bodies on balls, each with two side groups on pins: torsional springs and
+dampers throughout, as in coarse molecules. **/
+ProblemPtr makeMolecule() {
+    auto p = std::make_unique<Problem>();
+    Force::GlobalDamper(p->forces, p->matter, 0.02);
+    const Body::Rigid group(MassProperties(0.1, Vec3(0), UnitInertia::sphere(0.1) * 0.1));
+    MobilizedBody backbone = p->matter.Ground();
+    const auto addPin = [&](MobilizedBody& parent, const Rotation& turned) {
+        const MobilizedBody::Pin pin(parent, Transform(turned, Vec3(0)), group,
+                                     Transform(Vec3(0, 0.2, 0)));
+        Force::MobilityLinearSpring(p->forces, pin, MobilizerQIndex(0), 5, 0.5);
+        Force::MobilityLinearDamper(p->forces, pin, MobilizerUIndex(0), 0.01);
+        return pin;
+    };
+    for (int i = 0; i < 20; ++i) {
+        backbone = MobilizedBody::Ball(backbone, Transform(Vec3(0, -0.2, 0)), group,
+                                       Transform(Vec3(0, 0.2, 0)));
+        MobilizedBody side = addPin(backbone, Rotation(0.7 * i, YAxis));
+        addPin(side, Rotation(1, XAxis));
+    }
+    p->state = p->system.realizeTopology();
+    Random::Gaussian random;
+    random.setSeed(1);
+    for (int i = 0; i < p->state.getNU(); ++i) p->state.updU()[i] = random.getValue();
+    return p;
 }
 
 /** Crank, coupler and rocker under gravity; the loop is closed by a ball. **/
@@ -480,6 +555,12 @@ int main(int argc, char** argv) {
     const std::vector<std::pair<std::string, ProblemPtr (*)()>> problems = {
         {"chain10", makeChain10},
         {"chain40", makeChain40},
+        {"balls10", makeBalls10},
+        {"balls20", makeBalls20},
+        {"balls50", makeBalls50},
+        {"balls100", makeBalls100},
+        {"thermostat", makeThermostat},
+        {"molecule", makeMolecule},
         {"four_bar", makeFourBar},
         {"geared_slider_crank", makeGearedSliderCrank},
         {"scissor_lift", makeScissorLift},
