@@ -100,11 +100,15 @@ void combine(const NewtonSystem& a, const NewtonSystem& b, const NewtonSystem& c
         if (isArrow != (second.form == Form::Arrow) || isArrow != (third.form == Form::Arrow))
             throw std::logic_error("combine: block " + std::to_string(k) +
                                    " is an arrow in one system and not in another");
+        const bool isTree = from.form == Form::Tree;
+        if (isTree != (second.form == Form::Tree) || isTree != (third.form == Form::Tree))
+            throw std::logic_error("combine: block " + std::to_string(k) +
+                                   " is a tree in one system and not in another");
         block.form = std::max({from.form, second.form, third.form});
         if (isArrow) {
             combineEntries(from.head, second.head, third.head, weights, block.head);
             combineEntries(from.coupling, second.coupling, third.coupling, weights, block.coupling);
-        } else if (from.form == Form::Tree) {
+        } else if (isTree) {
             block.tree.nodes = from.tree.nodes;
             block.tree.inertia = from.tree.inertia;
             block.tree.screws = from.tree.screws;
