@@ -112,6 +112,24 @@ TEST_F(ControllerTest, SessionsAndRunsGoBackAndOnWithTheSameBits) {
     session.runTo(0.6, 0.1);
 }
 
+TEST_F(ControllerTest, WhatItRemembersGoesToTheNextAnalysisOfARunAndIsNeverMadeUp) {
+    std::string text = kPendulum;
+    text.replace(text.find("duration: 0.5"), text.npos,
+                 "duration: 0.2, interval: 0.01},\n"
+                 "  more: {type: transient, from: run, duration: 0.3, interval: 0.01}}\n");
+    write(text);
+    ASSERT_EQ(runModel(), 0) << err;
+    Session session(loadModelText(folder / "model.yaml"));
+    session.runTo(0.2, 0.01);
+    session.runTo(0.5, 0.01);
+    EXPECT_NEAR(find(read("more"), "turned").rows.back()[0], session.get("turned")[0], 1e-5);
+    EXPECT_NEAR(find(read("more"), "moment").rows.back()[0], session.get("moment")[0], 1e-3);
+    EXPECT_NE(runModel("--only more"), 0);
+    EXPECT_THAT(err, HasSubstr("analysis 'more' cannot begin at the end of 'run': the result file "
+                               "does not have what controller 'pid' remembers"));
+    EXPECT_THROW(session.keepState(folder / "kept.state"), std::runtime_error);
+}
+
 TEST_F(ControllerTest, AUnitThatCannotSayWhatItRemembersGoesForwardOnly) {
     const std::string place = folder.makeFolder("unpacked");
     unpackZip(folder / "controller.fmu", place);

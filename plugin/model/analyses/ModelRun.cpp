@@ -370,6 +370,7 @@ void ModelRun::runTransient(const ModelValue& analysis) {
             return;
         }
     }
+    refuseForgottenControllers(analysis);
     run.start(start);
     if (isBegun)
         m_writer->resumeTransient(name, 0);
@@ -377,6 +378,17 @@ void ModelRun::runTransient(const ModelValue& analysis) {
         m_writer->beginTransient(name, makeColumns(), run.getStateColumns());
     }
     run.perform();
+}
+
+void ModelRun::refuseForgottenControllers(const ModelValue& analysis) const {
+    const ModelValue file = m_model->getFile();
+    const std::string from = analysis.get("from").getText();
+    const std::vector<std::string> controllers = file.get("controllers").getKeys();
+    if (controllers.empty() || !file.get("analyses").has(from) || m_ends.count(from)) return;
+    throw std::runtime_error("analysis '" + analysis.getName() + "' cannot begin at the end of '" +
+                             from + "': the result file does not have what controller '" +
+                             controllers.front() +
+                             "' remembers; run both together, without --only and --resume");
 }
 
 const State& ModelRun::getStart() {

@@ -111,6 +111,9 @@ private:
     bool isComplete(const std::string& analysis) const;
 
     const SimTK::State& getStart();
+    /** Result files do not have what controllers remember.
+    @throws std::runtime_error if an analysis begins at a State from there. **/
+    void refuseForgottenControllers(const ModelValue& analysis) const;
     const Equilibrium& obtainEquilibrium(const ModelValue& analysis);
     void describePath(const std::string& name,
                       const std::vector<StaticEquilibrium::PathPoint>& path);

@@ -93,6 +93,10 @@ void visitSaved(Archive& archive, const Model& model, SavedState& saved) {
 }
 
 void writeKeptState(const std::string& path, const Model& model, const State& state) {
+    const std::vector<std::string> controllers = model.getFile().get("controllers").getKeys();
+    if (!controllers.empty())
+        throw std::runtime_error("a file of a state does not have what controller '" +
+                                 controllers.front() + "' remembers: nothing is kept");
     std::string text = StateTitle + (' ' + std::to_string(StateVersion)) + '\n';
     for (const Model::BodyEntry& body : model.getBodies()) {
         const bool isFlexible = body.flexible && !body.flexible->isRigid(state);
