@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include "simflex/body/Assembly.h"
+#include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
+#include "simflex/forces/Bushing.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "simflex/solver/RadauIntegrator.h"
 #include "simflex/solver/equations/Evaluation.h"
+#include "support/PointMassPart.h"
 
 namespace simflex {
 namespace {
@@ -270,6 +273,115 @@ TEST(Handlers, ThatLockAJointMakeTwoBodiesOne) {
     while (native.getTime() < 1.3) native.stepTo(1.3);
     EXPECT_LT((native.getState().getQ() - integrator.getState().getQ()).norm(), 1e-6);
     EXPECT_LT((native.getState().getU() - integrator.getState().getU()).norm(), 1e-5);
+}
+
+/** Does what is asked at 0.1 s. **/
+class AtATenth : public ScheduledEventHandler {
+public:
+    explicit AtATenth(std::function<void(State&)> act) : m_act(std::move(act)) {}
+    Real getNextEventTime(const State& state, bool includeCurrent) const override {
+        const bool isAhead = state.getTime() < 0.1 || (includeCurrent && state.getTime() == 0.1);
+        return isAhead ? 0.1 : Infinity;
+    }
+    void handleEvent(State& state, Real, bool&) const override { m_act(state); }
+
+private:
+    std::function<void(State&)> m_act;
+};
+
+/** Two rods in a row turn as one at 1 rad/s; then the first is held. Momentum of the second about
+its pin is (1/12 + 3/4) kg m²/s before, (1/12 + 1/4) kg m² ω after: springs have no part in it. **/
+template <class Integrator>
+void expectRodsStop(Real stiffness) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    const Body::Rigid rod(
+        MassProperties(1, Vec3(0.5, 0, 0),
+                       Inertia(0.01, 1.0 / 12, 1.0 / 12).shiftFromMassCenter(Vec3(0.5, 0, 0), 1)));
+    MobilizedBody::Pin a(matter.Ground(), Transform(), rod, Transform());
+    MobilizedBody::Pin b(a, Transform(Vec3(1, 0, 0)), rod, Transform());
+    Force::MobilityLinearSpring(forces, b, MobilizerQIndex(0), stiffness, 0);
+    Force::MobilityLinearDamper(forces, b, MobilizerUIndex(0), 0.1 * stiffness);
+    system.addEventHandler(new AtATenth([&](State& now) { a.lock(now); }));
+    State state = system.realizeTopology();
+    a.setRate(state, 1);
+    Integrator integrator(system);
+    integrator.setAccuracy(1e-8);
+    integrator.initialize(state);
+    integrator.stepTo(0.1);
+    EXPECT_EQ(a.getRate(integrator.getState()), 0);
+    EXPECT_NEAR(b.getRate(integrator.getState()), 2.5, 1e-9);
+}
+
+TEST(Handlers, ThatLockAMobilizerMakeAnImpact) {
+    for (const Real stiffness : {0.0, 1.0}) {
+        expectRodsStop<RadauIntegrator>(stiffness);
+        expectRodsStop<BdfIntegrator>(stiffness);
+        expectRodsStop<GeneralizedAlphaIntegrator>(stiffness);
+    }
+}
+
+/** Two flexible bodies on a hinge, and a bushing, in free flight: an impact at the hinge keeps all
+six momenta, and no energy comes from anywhere. **/
+template <class Integrator>
+void expectMomentaKept(Real stiffness, Real damping) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    GeneralForceSubsystem forces(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    test::PointMassPartOptions options;
+    const FlexibleBody a(flexible, test::makePointMassPart(options).body, "a");
+    options.seed = 2;
+    const FlexibleBody b(flexible, test::makePointMassPart(options).body, "b");
+    const Joint::Pin hinge(flexible, a.interface("B"), b.interface("A"), "hinge");
+    const Joint::Lock lock(flexible, hinge, "lock");
+    Bushing(flexible, a.interface("B"), b.interface("A"),
+            Bushing::diagonal(Vec6(0, 0, stiffness, 0, 0, 0)),
+            Bushing::diagonal(Vec6(0, 0, damping, 0, 0, 0)));
+    struct Motion {
+        SpatialVec momentum;
+        Real energy, rate;
+    };
+    const auto look = [&](const State& state) {
+        system.realize(state, Stage::Velocity);
+        return Motion{flexible.calcMomentum(state), flexible.calcKineticEnergy(state),
+                      hinge.calcCoordinateDots(state)[0]};
+    };
+    const auto expectImpact = [](const Motion& before, const Motion& after) {
+        for (int k = 0; k < 2; ++k)
+            EXPECT_LT((after.momentum[k] - before.momentum[k]).norm(),
+                      1e-9 * before.momentum[k].norm());
+        EXPECT_LT(after.energy, before.energy);
+    };
+    Motion before, after;
+    system.addEventHandler(new AtATenth([&](State& now) {
+        before = look(now);
+        lock.lock(now);
+        assemble(system, now, 1e-12);
+        after = look(now);
+    }));
+    State state = system.realizeTopology();
+    a.setPoseByInterface(state, "B", Transform());
+    b.setPoseByInterface(state, "A", Transform());
+    a.setFrameVelocity(state, SpatialVec(Vec3(0.5, 0.2, 3), Vec3(1, 0, 2)));
+    b.setFrameVelocity(state, SpatialVec(Vec3(0.3, -0.2, -4), Vec3(0, 1, 0)));
+    Integrator integrator(system);
+    integrator.setAccuracy(1e-6);
+    integrator.initialize(state);
+    expectImpact(look(state), look(integrator.getState()));
+    integrator.stepTo(0.11);
+    EXPECT_GT(std::abs(before.rate), 0.1);
+    EXPECT_NEAR(after.rate, 0, 1e-9);
+    expectImpact(before, after);
+}
+
+TEST(Handlers, ImpactsOfFlexibleBodiesKeepMomentaWhateverForcesAct) {
+    for (const Real size : {0.0, 20.0}) {
+        expectMomentaKept<RadauIntegrator>(size, 0.02 * size);
+        expectMomentaKept<BdfIntegrator>(size, 0.02 * size);
+        expectMomentaKept<GeneralizedAlphaIntegrator>(size, 0.02 * size);
+    }
 }
 
 TEST(Settings, AreRefusedByNameOnceTheIntegrationHasBegun) {

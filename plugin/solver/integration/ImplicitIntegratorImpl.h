@@ -142,6 +142,8 @@ private:
     /** Takes q, u and z from m_state, assembles joints and makes speeds fit, at a start if asked.
     @param forced  projects by weights also if the constraints hold already **/
     void takeState(Occasion occasion, bool forced = false);
+    /** Of those that are prescribed, as they were before the handler. **/
+    void takeSpeedsBeforeLocks(std::vector<double>& u) const;
     bool projectsByWeights() const;
     /** Projects m_state as SimTK::Integrator does, at events its positions alone; false if that
     fails, m_state is what it was then. **/

@@ -155,6 +155,14 @@ bool ImplicitIntegrator::Implementation::projectStateByWeights(Occasion occasion
     }
 }
 
+void ImplicitIntegrator::Implementation::takeSpeedsBeforeLocks(std::vector<double>& u) const {
+    // Simbody's lock() writes what it holds into the State at once.
+    std::vector<double> q(m_visible.q.size()), moving(u.size());
+    getEquations().getBlocks().getFromState(m_kept, q.data(), moving.data());
+    for (size_t i = 0; i < u.size(); ++i)
+        if (getEquations().isSpeedKnown(i)) u[i] = moving[i];
+}
+
 void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool forced) {
     // What the start leaves open the first step closes, and counts as its error.
     constexpr Real Closest = 1e-13;  // [m, rad] that round-off allows
@@ -179,7 +187,10 @@ void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool force
         isProjected = false;
     }
     if (project && !(occasion == Occasion::Start && isProjected)) {
-        if (occasion == Occasion::Start) before = point.u;
+        if (occasion == Occasion::Start)
+            before = point.u;
+        else
+            takeSpeedsBeforeLocks(before);
         applyImpulse(m_system, getEquations(), m_stepper->updStep(), point.t, point.q, before,
                      point.u, m_scratch);
     }
