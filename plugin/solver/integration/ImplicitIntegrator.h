@@ -202,7 +202,8 @@ public:
     /** Skips the initial projection of positions and speeds: the State is taken as consistent
     already, however large its deformations are. **/
     void setProjectInitialState(bool project);
-    /** How initialize() projects them, and what a handler left. **/
+    /** How initialize() projects them, and the positions that a handler left. Its speeds always jump
+    as by an impulse: momentum is kept wherever joints and prescribed speeds leave motions free. **/
     void setProjectionNorm(ProjectionNorm norm);
     /** Whether steps may go beyond times of reports, which then see interpolated States; default
     true. If not, a step ends at each and at every stepTo(): the motion depends on them. **/
@@ -335,10 +336,12 @@ public:
     const SimTK::State& getAdvancedState() const;
     SimTK::Real getAdvancedTime() const;
 
-    /** @name What the last step found. **/
+    /** @name At getState()
+    Accelerations and multipliers are those of this State, with the loads of its time, and of its
+    order, however far it is from the ends of steps. Asked for first they cost an evaluation and a
+    factorization. **/
     /**@{**/
-    /** u̇ in Simbody's numbering: the scheme's u̇ at the last step, which satisfies the equations of
-    motion, or exact accelerations after initialize(). **/
+    /** u̇ in Simbody's numbering. **/
     SimTK::Vector getUDot() const;
     SimTK::Vector getMultipliers() const;  ///< all joints, in order, then Simbody's constraints,
                                            ///< then joints' friction
