@@ -202,8 +202,9 @@ public:
     /** Skips the initial projection of positions and speeds: the State is taken as consistent
     already, however large its deformations are. **/
     void setProjectInitialState(bool project);
-    /** How initialize() projects them, and the positions that a handler left. Its speeds always jump
-    as by an impulse: momentum is kept wherever joints and prescribed speeds leave motions free. **/
+    /** How initialize() projects them, and the positions that a handler left. Its speeds always
+    jump as by an impulse: momentum is kept wherever joints and prescribed speeds leave motions
+    free. **/
     void setProjectionNorm(ProjectionNorm norm);
     /** Whether steps may go beyond times of reports, which then see interpolated States; default
     true. If not, a step ends at each and at every stepTo(): the motion depends on them. **/
