@@ -65,8 +65,11 @@ Session::Session(const ModelText& text, const ModelOptions& options)
     : m_text(text),
       m_options(options),
       m_model(std::make_shared<const Model>(text, options)),
-      m_probes(Probes::make(m_model)),
-      m_start(findStart(*m_model)) {
+      m_probes(Probes::make(m_model)) {
+    EquilibriumNotes notes;
+    m_start = findStart(*m_model, notes);
+    for (const std::string& warning : notes.warnings)
+        m_options.listener.tellWarning("where the model begins, " + warning);
     reset();
     if (m_model->getFile().get("initial").get("start").getText() != "static") return;
     for (const std::string& loss : describeLosses(*m_model))

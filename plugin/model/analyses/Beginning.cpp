@@ -1,5 +1,8 @@
 #include "simflex/model/analyses/Beginning.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "simflex/base/Progress.h"
 #include "simflex/forces/JointFriction.h"
 #include "simflex/model/file/KnownTimes.h"
@@ -7,7 +10,6 @@
 #include "simflex/solver/BdfIntegrator.h"
 #include "simflex/solver/GeneralizedAlphaIntegrator.h"
 #include "simflex/solver/RadauIntegrator.h"
-#include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {
 namespace model {
@@ -20,6 +22,20 @@ using Integrator = ImplicitIntegrator;
 
 /** What begins and ends to hold within a quarter of a step may be overlooked. **/
 constexpr int TriggerSamples = 4;
+
+/** Each text once, with its number, in the order of the first. **/
+std::vector<std::pair<std::string, int>> countEqual(const std::vector<std::string>& texts) {
+    std::vector<std::pair<std::string, int>> counts;
+    for (const std::string& text : texts) {
+        const auto found = std::find_if(counts.begin(), counts.end(),
+                                        [&](const auto& entry) { return entry.first == text; });
+        if (found == counts.end())
+            counts.emplace_back(text, 1);
+        else
+            ++found->second;
+    }
+    return counts;
+}
 
 void setSteps(const ModelValue& solver, Integrator& integrator) {
     const auto set = [&](const char* key, void (Integrator::*method)(SimTK::Real)) {
@@ -85,7 +101,29 @@ std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
     return integrator;
 }
 
-State findStart(const Model& model, const std::function<void()>& observer) {
+EquilibriumNotes describeEquilibrium(const StaticEquilibrium& equilibrium) {
+    EquilibriumNotes notes;
+    const auto inWays = [](int count) {
+        return count > 1 ? " in " + std::to_string(count) + " ways" : std::string();
+    };
+    for (const auto& [motion, count] : countEqual(equilibrium.getUnstableMotions()))
+        notes.warnings.push_back(
+            "the equilibrium is unstable: " + motion + inWays(count) +
+            " at the least disturbance; begin elsewhere, or let a damped motion settle to a stable "
+            "one");
+    if (equilibrium.isByDampedMotion())
+        notes.warnings.push_back(
+            "the equilibrium is where a strongly damped motion comes to rest: Newton's iteration "
+            "does not converge from the start, and there may be other equilibria");
+    if (equilibrium.getBranch() != StaticEquilibrium::Branch::Own)
+        notes.warnings.push_back(equilibrium.describeBranch());
+    for (const auto& [motion, count] : countEqual(equilibrium.getFreeMotions()))
+        notes.remarks.push_back(motion + inWays(count) + ": nothing holds it");
+    return notes;
+}
+
+State findStart(const Model& model, EquilibriumNotes& notes,
+                const std::function<void()>& observer) {
     const State state = model.makeInitialState();
     const std::string start = model.getFile().get("initial").get("start").getText();
     if (start == "as_placed") return state;
@@ -95,6 +133,7 @@ State findStart(const Model& model, const std::function<void()>& observer) {
         equilibrium.solve(state);
     else
         equilibrium.solveSteadyMotion(state);
+    notes = describeEquilibrium(equilibrium);
     return equilibrium.getState();
 }
 

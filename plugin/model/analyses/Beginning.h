@@ -5,9 +5,11 @@ How a model begins to move: its integrator, its start, and why it does not. **/
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "simflex/model/Model.h"
 #include "simflex/solver/ImplicitIntegrator.h"
+#include "simflex/solver/StaticEquilibrium.h"
 
 namespace simflex {
 namespace model {
@@ -16,10 +18,19 @@ namespace model {
 initialized. **/
 std::unique_ptr<ImplicitIntegrator> makeIntegrator(const Model& model);
 
+/** What changes the meaning of an equilibrium, and what else there is to know of it, in sentences:
+"the equilibrium is unstable: …". **/
+struct EquilibriumNotes {
+    std::vector<std::string> warnings, remarks;
+};
+EquilibriumNotes describeEquilibrium(const StaticEquilibrium& equilibrium);
+
 /** Where analyses begin: the initial State, brought to static equilibrium or steady motion first if
 `initial.start` says so.
+@param notes  of that equilibrium
 @param observer  see StaticEquilibrium::setObserver() **/
-SimTK::State findStart(const Model& model, const std::function<void()>& observer = {});
+SimTK::State findStart(const Model& model, EquilibriumNotes& notes,
+                       const std::function<void()>& observer = {});
 
 /** What of the model has no part in its static equilibrium although analyses begin there: initial
 speeds, friction. Each a warning: "begins at …". **/

@@ -5,6 +5,7 @@ The analyses without time: static, eigen, campbell, linear, frequency_response. 
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <sstream>
 
 #include "simflex/base/NumberText.h"
@@ -43,20 +44,6 @@ State assembleState(const Model& model, const State& state, const std::function<
     const auto integrator = makeIntegrator(model);
     integrator->initialize(state);
     return findEquilibriumNearby(model.getSystem(), integrator->getState(), observer);
-}
-
-/** Each text once, with its number, in the order of the first. **/
-std::vector<std::pair<std::string, int>> countEqual(const std::vector<std::string>& texts) {
-    std::vector<std::pair<std::string, int>> counts;
-    for (const std::string& text : texts) {
-        const auto found = std::find_if(counts.begin(), counts.end(),
-                                        [&](const auto& entry) { return entry.first == text; });
-        if (found == counts.end())
-            counts.emplace_back(text, 1);
-        else
-            ++found->second;
-    }
-    return counts;
 }
 
 std::vector<std::vector<double>> listRows(const SimTK::Matrix& matrix) {
@@ -147,26 +134,49 @@ void addModes(const std::vector<Eigenmode>& modes, Results::Analysis& results) {
 constexpr int UsualModes = 10, UsualBranches = 6;
 
 /** Where the model begins, or the steady motion next to where it is placed. **/
-State findSteadyState(const Model& model, const std::function<void()>& observer) {
+State findSteadyState(const Model& model, EquilibriumNotes& notes,
+                      const std::function<void()>& observer) {
     if (model.getFile().get("initial").get("start").getText() != "as_placed")
-        return findStart(model, observer);
+        return findStart(model, notes, observer);
     StaticEquilibrium equilibrium(model.getSystem());
     equilibrium.setObserver(observer);
     equilibrium.solveSteadyMotion(model.makeInitialState());
+    notes = describeEquilibrium(equilibrium);
     State state = equilibrium.getState();
     model.getSystem().realize(state, SimTK::Stage::Velocity);
     return state;
 }
 
+/** What is said of equilibria at several speeds, each sentence once. **/
+class NotesAtSpeeds {
+public:
+    void add(double speed, const EquilibriumNotes& notes) {
+        for (const std::string& warning : notes.warnings) m_speeds[warning].insert(speed);
+    }
+    template <class Warn>
+    void tell(const std::string& parameter, const Warn& warn) const {
+        for (const auto& [warning, speeds] : m_speeds)
+            warn("at " + parameter + " = " + writeGeneral(*speeds.begin(), 6) +
+                 (speeds.size() > 1 ? " and " + std::to_string(speeds.size() - 1) + " more, "
+                                    : std::string(", ")) +
+                 warning);
+    }
+
+private:
+    std::map<std::string, std::set<double>> m_speeds;
+};
+
 /** The slowest modes of the model, with another value of a parameter, in steady motion. **/
 std::vector<Eigenmode> calcModesAt(const ModelText& text, const ModelOptions& options,
                                    const std::string& parameter, Real value, int count,
-                                   const std::function<void()>& observer) {
+                                   NotesAtSpeeds& notes, const std::function<void()>& observer) {
     ModelText changed = text;
     changed.settings.push_back("parameters." + parameter + "=" + writeGeneral(value));
     const Model model(readModel(changed), options);
-    return calcSlowestEigenmodes(model.getSystem(), findSteadyState(model, observer), count,
-                                 EigenMethod::Automatic, observer);
+    EquilibriumNotes own;
+    const State state = findSteadyState(model, own, observer);
+    notes.add(value, own);
+    return calcSlowestEigenmodes(model.getSystem(), state, count, EigenMethod::Automatic, observer);
 }
 
 }  // namespace
@@ -215,20 +225,8 @@ void ModelRun::runStatic(const ModelValue& analysis) {
         m_remarks[name].push_back(drawState(*m_model, equilibrium.state, name, getUsualFolder()));
     const std::string rubbing = nameRubbingJoints(*m_model);
     if (!rubbing.empty()) warn(name, "is found without the friction of " + rubbing);
-    for (const auto& [motion, count] : countEqual(equilibrium.unstableMotions))
-        warn(name, "the equilibrium is unstable: " + motion +
-                       (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
-                       " at the least disturbance; begin elsewhere, or let a damped motion settle "
-                       "to a stable one");
-    if (equilibrium.isByDampedMotion)
-        m_remarks[name].push_back(
-            "Newton's iteration does not converge from where it begins: this is where a strongly "
-            "damped motion comes to rest");
-    if (!equilibrium.branch.empty()) warn(name, equilibrium.branch);
-    for (const auto& [motion, count] : countEqual(equilibrium.freeMotions))
-        m_remarks[name].push_back(motion +
-                                  (count > 1 ? " in " + std::to_string(count) + " ways" : "") +
-                                  ": nothing holds it");
+    for (const std::string& warning : equilibrium.notes.warnings) warn(name, warning);
+    for (const std::string& remark : equilibrium.notes.remarks) m_remarks[name].push_back(remark);
 }
 
 void ModelRun::describePath(const std::string& name,
@@ -276,7 +274,11 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         if (isRigidTwin()) return leaveOut(name, error.what());
         throw std::runtime_error("analysis '" + name + "': " + error.what() +
                                  " (about: static, or the name of a static analysis)");
+    } catch (const NoLinearForces& error) {
+        if (isRigidTwin()) return leaveOut(name, error.what());
+        throw std::runtime_error("analysis '" + name + "': " + error.what());
     }
+    warnOfUnevenDamping(name, about);
     stopIfAsked();
     const auto firstElastic = std::find_if(
         modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
@@ -335,11 +337,12 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
     int done = 0;
     CampbellDiagram diagram;
     bool isSeenTurning = false;
+    NotesAtSpeeds notes;
     const auto calcModes = [&](Real speed, int considered) {
         m_fraction = double(done++) / double(speeds.size());
         stopIfAsked();
         std::vector<Eigenmode> modes = calcModesAt(m_text, m_modelOptions, parameter, speed,
-                                                   considered, [this] { stopIfAsked(); });
+                                                   considered, notes, [this] { stopIfAsked(); });
         for (const Eigenmode& mode : modes) isSeenTurning |= mode.isSeenTurning;
         return modes;
     };
@@ -388,6 +391,7 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
              << explainFailure(*m_model, diagram.failures[k]);
         warn(name, text.str());
     }
+    notes.tell(parameter, [&](const std::string& message) { warn(name, message); });
     if (numFailures > 0)
         m_failures.push_back("analysis '" + name + "' has no modes at " +
                              std::to_string(numFailures) + " of its " +
@@ -471,6 +475,12 @@ void ModelRun::warnOfKinks(const std::string& analysis, const std::vector<std::s
                            "components");
 }
 
+void ModelRun::warnOfUnevenDamping(const std::string& analysis, const State& about) {
+    if (about.getU().normInf() > 0) return;
+    for (const std::string& damper : listUnevenDamping(m_model->getSystem(), about))
+        warn(analysis, damper + " damps by the mean of both, as in a small vibration");
+}
+
 void ModelRun::runLinear(const ModelValue& analysis) {
     const std::string name = analysis.getName();
     const ModalForm form = readModalForm(analysis);
@@ -488,6 +498,7 @@ void ModelRun::runLinear(const ModelValue& analysis) {
         throw std::runtime_error("analysis '" + name + "': " + error.what());
     }
     warnOfKinks(name, linear.leftOut);
+    warnOfUnevenDamping(name, about);
     Results::Analysis results = makeComplete(name, "linear");
     putPorts(linear.inputs, linear.outputs, results);
     results.matrices = {{"A", listRows(linear.A)},
@@ -665,15 +676,18 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         isRandom ? EffectiveStress::ByComponents : EffectiveStress::AsItIs;
     const auto observe = [this] { stopIfAsked(); };
     // At one speed, or at that of each frequency.
+    NotesAtSpeeds notes;
     const auto makeAt = [&](double frequency) {
         const std::string parameter = analysis.get("speed").getText();
         ModelText text = m_text;
         text.settings.push_back("parameters." + parameter + "=" +
                                 writeGeneral(2 * SimTK::Pi * frequency));
         const auto model = std::make_shared<const Model>(readModel(text), m_modelOptions);
-        return ModelResponse(text, m_modelOptions, model, Probes::make(model),
-                             findSteadyState(*model, observe), inputs, outputs, unbalance,
-                             effectiveStress, observe);
+        EquilibriumNotes own;
+        const State state = findSteadyState(*model, own, observe);
+        notes.add(2 * SimTK::Pi * frequency, own);
+        return ModelResponse(text, m_modelOptions, model, Probes::make(model), state, inputs,
+                             outputs, unbalance, effectiveStress, observe);
     };
     HarmonicResponse response;
     std::optional<ModelResponse> model;
@@ -734,6 +748,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         response.inputs = model->getInputs();
         response.outputs = model->getOutputs();
         warnOfKinks(name, model->getLeftOut());
+        if (!analysis.has("speed")) warnOfUnevenDamping(name, model->getState());
         calcHarmonicResponse(
             calcClean, frequencies,
             !analysis.get("adaptive").getBool() ? Refinement::None
@@ -752,6 +767,9 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         if (isRigidTwin()) return leaveOut(name, error.what());
         throw std::runtime_error("analysis '" + name + "': " + error.what());
     }
+    if (analysis.has("speed"))
+        notes.tell(analysis.get("speed").getText(),
+                   [&](const std::string& message) { warn(name, message); });
     if (numUnstable > 0)
         warn(name, "the model is unstable where it is linearised (" + std::to_string(numUnstable) +
                        (numUnstable == 1 ? " motion grows" : " motions grow") +

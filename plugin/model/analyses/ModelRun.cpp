@@ -392,7 +392,7 @@ void ModelRun::refuseForgottenControllers(const ModelValue& analysis) const {
 }
 
 const State& ModelRun::getStart() {
-    if (!m_start) m_start = findStart(*m_model, [this] { stopIfAsked(); });
+    if (!m_start) m_start = findStart(*m_model, m_startNotes, [this] { stopIfAsked(); });
     return *m_start;
 }
 
@@ -423,10 +423,8 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
         throw std::runtime_error("analysis '" + analysis.getName() + "': " + error.what());
     }
     Equilibrium& equilibrium = m_equilibria[analysis.getName()];
-    equilibrium = {solver.getState(),           solver.getMultipliers(),
-                   solver.getNumIterations(),   solver.getFreeMotions(),
-                   solver.getUnstableMotions(), solver.isByDampedMotion(),
-                   solver.describeBranch(),     std::move(path)};
+    equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
+                   describeEquilibrium(solver), std::move(path)};
     // A copy of a State is not realized.
     m_model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
     std::vector<State> states{equilibrium.state};
@@ -456,19 +454,33 @@ bool ModelRun::beginsAtRest(const ModelValue& analysis) const {
     return from == "static" || file.get("initial").get("start").getText() == "static";
 }
 
+void ModelRun::warnOfStart(const std::string& analysis, const EquilibriumNotes& notes) {
+    for (const std::string& warning : notes.warnings) warn(analysis, "where it begins, " + warning);
+}
+
 State ModelRun::findNamedState(const ModelValue& name, const std::string& forAnalysis) {
     const std::string wanted = name.getText();
-    if (wanted == "start" || wanted == "placed") return getStart();
+    if (wanted == "start" || wanted == "placed") {
+        const State& start = getStart();
+        warnOfStart(forAnalysis, m_startNotes);
+        return start;
+    }
     const ModelValue analyses = m_model->getFile().get("analyses");
     checkNamedState(name, analyses, forAnalysis);
     const std::string type =
         analyses.has(wanted) ? analyses.get(wanted).get("type").getText() : std::string();
-    if (type == "static") return obtainEquilibrium(analyses.get(wanted)).state;
+    if (type == "static") {
+        const Equilibrium& equilibrium = obtainEquilibrium(analyses.get(wanted));
+        // One that this run does says so itself.
+        if (!isWanted(wanted)) warnOfStart(forAnalysis, equilibrium.notes);
+        return equilibrium.state;
+    }
     if (type == "transient") return findEnd(wanted);
     if (wanted == "static") {
         StaticEquilibrium solver(m_model->getSystem());
         solver.setObserver([this] { stopIfAsked(); });
         solver.solve(getStart());
+        warnOfStart(forAnalysis, describeEquilibrium(solver));
         return solver.getState();
     }
     throw std::logic_error("a state was not checked");

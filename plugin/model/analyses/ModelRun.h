@@ -13,6 +13,7 @@ All analyses of a model, one after the other, into one result file.
 #include <vector>
 
 #include "simflex/model/RunOptions.h"
+#include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/probes/Probe.h"
 #include "simflex/model/results/ResultWriter.h"
@@ -75,6 +76,9 @@ private:
      * **/
     void warn(const std::string& analysis, const std::string& message);
     void warnOfKinks(const std::string& analysis, const std::vector<std::string>& leftOut);
+    void warnOfUnevenDamping(const std::string& analysis, const SimTK::State& about);
+    /** Of an equilibrium that an analysis begins at, what no analysis says that finds it. **/
+    void warnOfStart(const std::string& analysis, const EquilibriumNotes& notes);
     /** Tells that an analysis of a rigid model has no meaning. **/
     void leaveOut(const std::string& analysis, const std::string& reason);
     bool isRigidTwin() const { return m_modelOptions.bodies == ModelOptions::Bodies::Rigid; }
@@ -86,9 +90,7 @@ private:
         SimTK::State state;
         SimTK::Vector multipliers;
         int numIterations = 0;
-        std::vector<std::string> freeMotions, unstableMotions;
-        bool isByDampedMotion = false;
-        std::string branch;
+        EquilibriumNotes notes;
         std::vector<StaticEquilibrium::PathPoint> path;
     };
 
@@ -152,6 +154,7 @@ private:
     std::optional<Results> m_earlier;       ///< of the run that is gone on with
     std::vector<Results::Analysis> m_kept;  ///< earlier results that stay: others are wanted
     std::optional<SimTK::State> m_start;
+    EquilibriumNotes m_startNotes;
     std::map<std::string, Equilibrium> m_equilibria;
     std::map<std::string, SimTK::State> m_ends;                 ///< of transient analyses
     std::vector<std::string> m_failures;                        ///< of parts of analyses

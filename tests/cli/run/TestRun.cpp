@@ -343,6 +343,74 @@ TEST_F(RunTest, AnUnstableEquilibriumIsWarnedOf) {
     EXPECT_THAT(err, Not(HasSubstr("unstable")));
 }
 
+TEST_F(RunTest, AnalysesThatBeginAtAnUnstableEquilibriumSayIt) {
+    const std::string said =
+        ": where it begins, the equilibrium is unstable: 'rod' falls away from it";
+    writeModel(makePendulum("pi",
+                            "analyses:\n"
+                            "  rest: {type: static}\n"
+                            "  run: {type: transient, duration: 0.01, from: static}\n"
+                            "  modes: {type: eigen, about: static}\n"));
+    ASSERT_EQ(runModel("-q"), 0) << err;
+    EXPECT_THAT(err, HasSubstr("warning: run" + said));
+    EXPECT_THAT(err, HasSubstr("warning: modes" + said));
+    EXPECT_THAT(read("run").warnings, ::testing::Contains(HasSubstr("is unstable")));
+    // Of an analysis that is done, the warning is its own; of one left out, it is passed on.
+    ASSERT_EQ(runModel("-q --set analyses.run.from=rest --set analyses.modes.about=rest"), 0)
+        << err;
+    EXPECT_THAT(err, HasSubstr("warning: rest: the equilibrium is unstable"));
+    EXPECT_THAT(err, Not(HasSubstr("where it begins")));
+    ASSERT_EQ(runModel("-q --only run --set analyses.run.from=rest -o run.h5"), 0) << err;
+    EXPECT_THAT(err, HasSubstr("warning: run" + said));
+    ASSERT_EQ(
+        runModel(
+            "-q --only run --set analyses.run.from=start --set initial.start=static -o start.h5"),
+        0)
+        << err;
+    EXPECT_THAT(err, HasSubstr("warning: run" + said));
+    ASSERT_EQ(runModel("-q --set parameters.angle=3"), 0) << err;
+    EXPECT_THAT(err, Not(HasSubstr("unstable")));
+}
+
+TEST_F(RunTest, FreePlayHasNoFrequencyAndWhatJustTouchesIsRefused) {
+    writeModel(R"(simflex: 1
+parameters: {gap: 2e-4, k: 1e6}
+bodies:
+  mass: {mass: 1, inertia: [0.01, 0.01, 0.01], mobilizer: {type: slider, parent: ground}}
+probes: {x: {position: mass, component: x}}
+loads:
+  stops: {on: mass, force: ["-k*(max(x - gap, 0) + min(x + gap, 0)) - 100*x", 0, 0]}
+analyses:
+  modes: {type: eigen}
+  linear: {type: linear, inputs: [parameters.k]}
+)");
+    for (const char* gap : {"1e-8", "2e-4", "4e-4", "0.05"}) {
+        ASSERT_EQ(runModel(std::string("--only modes --set parameters.gap=") + gap), 0) << err;
+        EXPECT_NEAR(read("modes").frequency.at(0).at(0), 10 / (2 * M_PI), 1e-6) << gap;
+    }
+    EXPECT_EQ(runModel("--only modes --set parameters.gap=0 -o stiff.h5"), 0) << err;
+    EXPECT_NEAR(readResults(folder / "stiff.h5").analyses.at(0).frequency.at(0).at(0),
+                std::sqrt(1e6 + 100) / (2 * M_PI), 1e-3);
+    writeModel(R"(simflex: 1
+bodies:
+  mass: {mass: 1, inertia: [0.01, 0.01, 0.01], mobilizer: {type: slider, parent: ground}}
+probes: {x: {position: mass, component: x}}
+loads:
+  push: {on: mass, force: [0, 0, 0]}
+  stop: {on: mass, force: ["-1e6*max(x, 0)", 0, 0]
+}
+analyses:
+  modes: {type: eigen}
+  linear: {type: linear, inputs: [loads.push.force.x]}
+  response: {type: frequency_response, inputs: [loads.push.force.x], frequencies: [1, 2]}
+)");
+    for (const char* analysis : {"modes", "linear", "response"}) {
+    EXPECT_EQ(runModel(std::string("--only ") + analysis), 1) << analysis;
+    EXPECT_THAT(err, HasSubstr("(0 N/m one way, 1e+06 N/m the other) has a kink exactly here"))
+        << analysis;
+}
+}
+
 TEST_F(RunTest, ASpeedWithoutSteadyMotionIsRefusedWithTheReason) {
     writeModel(makeRotor(
         "  over_speed: {type: campbell, parameter: speed, speeds: [0, 300], count: 6}\n"));
