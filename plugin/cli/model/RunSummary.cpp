@@ -11,6 +11,7 @@
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/Comparison.h"
 #include "simflex/model/results/CriticalSpeeds.h"
+#include "simflex/model/results/Extremes.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/UnitScale.h"
 
@@ -55,16 +56,12 @@ void printTransient(const Results::Analysis& analysis) {
     TextTable table({"probe", "least", "at [s]", "largest", "at [s]", "at the end"});
     for (const ChosenColumn& column : chooseColumns(analysis, {})) {
         const std::vector<double>& values = column.values;
-        size_t least = 0, largest = 0;
-        for (size_t i = 1; i < values.size(); ++i) {
-            // What is not a number is less and more than nothing.
-            if (std::isnan(values[i])) continue;
-            if (!(values[i] >= values[least])) least = i;
-            if (!(values[i] <= values[largest])) largest = i;
-        }
-        table.add({makeLabel(column), formatNumber(values[least]),
-                   formatNumber(analysis.time[least]), formatNumber(values[largest]),
-                   formatNumber(analysis.time[largest]), formatNumber(values.back())});
+        const auto [least, largest] = findExtremes(values.begin(), values.end());
+        const auto formatTime = [&](auto place) {
+            return formatNumber(analysis.time[size_t(place - values.begin())]);
+        };
+        table.add({makeLabel(column), formatNumber(*least), formatTime(least),
+                   formatNumber(*largest), formatTime(largest), formatNumber(values.back())});
     }
     print(table);
 }

@@ -16,6 +16,7 @@
 #include "simflex/model/Model.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/Pictures.h"
+#include "simflex/model/results/Extremes.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/UnitScale.h"
 
@@ -77,12 +78,9 @@ void thinCurve(const std::vector<double>& x, const std::vector<double>& y,
     for (size_t bucket = 0; bucket < NumBuckets; ++bucket) {
         const size_t first = bucket * x.size() / NumBuckets,
                      end = (bucket + 1) * x.size() / NumBuckets;
-        size_t least = first, largest = first;
-        for (size_t i = first; i < end; ++i) {
-            if (!(y[i] >= y[least])) least = i;
-            if (!(y[i] <= y[largest])) largest = i;
-        }
-        std::vector<size_t> kept{least, largest};
+        const auto [least, largest] =
+            findExtremes(y.begin() + std::ptrdiff_t(first), y.begin() + std::ptrdiff_t(end));
+        std::vector<size_t> kept{size_t(least - y.begin()), size_t(largest - y.begin())};
         // Curves begin and end where they do.
         if (bucket == 0) kept.push_back(0);
         if (bucket + 1 == NumBuckets) kept.push_back(x.size() - 1);
@@ -198,10 +196,11 @@ std::string writeProbeTable(const Results::Analysis& analysis) {
         const std::vector<double>& values = column.values;
         if (values.empty()) continue;
         if (!isTransient) {
-            rows += writeTableRow({name, writeGeneral(values[0], ReportDigits)});
+            // Of a path, the last point is the result.
+            rows += writeTableRow({name, writeGeneral(values.back(), ReportDigits)});
             continue;
         }
-        const auto [least, largest] = std::minmax_element(values.begin(), values.end());
+        const auto [least, largest] = findExtremes(values.begin(), values.end());
         const auto getTime = [&](auto place) {
             return writeGeneral(analysis.time[size_t(place - values.begin())], ReportDigits);
         };

@@ -7,6 +7,7 @@
 
 #include "simflex/base/NumberText.h"
 #include "simflex/model/file/NearestName.h"
+#include "simflex/model/results/Extremes.h"
 #include "simflex/model/results/ModeShapes.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/solver/StateSpace.h"
@@ -40,7 +41,7 @@ Value interpolate(const std::vector<double>& time, const std::vector<Value>& val
 
 double findRange(const std::vector<double>& values) {
     if (values.empty()) return 0;
-    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    const auto [low, high] = findExtremes(values.begin(), values.end());
     return *high - *low;
 }
 

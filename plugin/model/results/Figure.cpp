@@ -15,6 +15,7 @@
 #include "simflex/base/ProgramOutput.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/model/results/CsvLine.h"
+#include "simflex/model/results/Extremes.h"
 #include "simflex/render/ColorMap.h"
 #include "simflex/render/ProbePlot.h"
 
@@ -75,7 +76,7 @@ std::vector<size_t> choosePoints(const FigureCurve& curve) {
     for (size_t begin = 0; begin < count; begin += piece) {
         const auto first = curve.y.begin() + std::ptrdiff_t(begin),
                    last = curve.y.begin() + std::ptrdiff_t(std::min(count, begin + piece));
-        const auto [low, high] = std::minmax_element(first, last);
+        const auto [low, high] = findExtremes(first, last);
         const size_t a = size_t(low - curve.y.begin()), b = size_t(high - curve.y.begin());
         chosen.push_back(std::min(a, b));
         if (a != b) chosen.push_back(std::max(a, b));

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
 #include <stdexcept>
 
@@ -16,6 +18,8 @@
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/CriticalSpeeds.h"
 #include "simflex/model/results/CsvLine.h"
+#include "simflex/model/results/Extremes.h"
+#include "simflex/model/results/ModeShapes.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/UnitScale.h"
 #include "simflex/part/FileChecksum.h"
@@ -41,7 +45,7 @@ double calcMean(const std::vector<double>& time, const std::vector<double>& valu
 double calcStatistic(const std::string& statistic, const std::vector<double>& time,
                      const std::vector<double>& values) {
     if (values.empty()) return NAN;
-    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    const auto [low, high] = findExtremes(values.begin(), values.end());
     if (statistic == "maximum") return *high;
     if (statistic == "minimum") return *low;
     if (statistic == "range") return *high - *low;
@@ -131,6 +135,105 @@ void addResponses(const Results::Analysis& analysis, std::vector<TableEntry>& en
     for (const auto& [name, value] : analysis.statistics)
         if (name.rfind("rms of ", 0) == 0) entries.push_back({analysis.name, name, "", value});
 }
+
+/** Modes of complete cases so far, each followed by its shape from the case that is most like its
+own, so that a column is one mode though frequencies cross. **/
+class ModeBranches {
+public:
+    explicit ModeBranches(const SweepPlan& plan) : m_plan(plan) {}
+
+    /** Puts an analysis' modes in the order of their columns; NaN where a column has none. **/
+    void follow(size_t number, Results::Analysis& analysis) {
+        if (analysis.type != "eigen" || analysis.frequency.empty()) return;
+        const std::vector<ShapeValues> shapes = listShapes(analysis);
+        std::vector<Case>& before = m_cases[analysis.name];
+        const Case* nearest = nullptr;
+        for (const Case& one : before)
+            if (!nearest ||
+                countDifferences(one.number, number) <= countDifferences(nearest->number, number))
+                nearest = &one;
+        if (shapes.empty()) return;
+        std::vector<size_t> columns(shapes.size());
+        for (size_t k = 0; k < shapes.size(); ++k) columns[k] = k;
+        if (nearest) columns = findColumns(nearest->shapes, shapes);
+        const size_t count = 1 + *std::max_element(columns.begin(), columns.end());
+        Case own{number, std::vector<ShapeValues>(count)};
+        std::vector<double> frequency(count, NAN), damping(count, NAN);
+        for (size_t k = 0; k < shapes.size(); ++k) {
+            own.shapes[columns[k]] = shapes[k];
+            frequency[columns[k]] = analysis.frequency[0][k];
+            damping[columns[k]] = analysis.dampingRatio.at(0).at(k);
+        }
+        analysis.frequency[0] = frequency;
+        analysis.dampingRatio[0] = damping;
+        before.push_back(std::move(own));
+    }
+
+private:
+    using ShapeValues = std::vector<std::complex<double>>;
+    struct Case {
+        size_t number;
+        std::vector<ShapeValues> shapes;  ///< by column; empty: none
+    };
+
+    /** At its outputs, or else in the model's coordinates. **/
+    static std::vector<ShapeValues> listShapes(const Results::Analysis& analysis) {
+        for (const std::string kind : {"shape", "mode"}) {
+            const auto re = analysis.matrices.find(kind + "_real"),
+                       im = analysis.matrices.find(kind + "_imaginary");
+            if (re == analysis.matrices.end() || im == analysis.matrices.end()) continue;
+            std::vector<ShapeValues> shapes;
+            for (size_t k = 0; k < analysis.frequency[0].size(); ++k) {
+                shapes.emplace_back();
+                for (size_t i = 0; i < re->second.at(k).size(); ++i)
+                    shapes.back().emplace_back(re->second[k][i], im->second.at(k).at(i));
+            }
+            return shapes;
+        }
+        return {};
+    }
+
+    /** Of those, the pairs that are most alike first; what is like none gets columns of its own.
+     * **/
+    static std::vector<size_t> findColumns(const std::vector<ShapeValues>& before,
+                                           const std::vector<ShapeValues>& shapes) {
+        struct Pair {
+            double alike;
+            size_t column, mode;
+        };
+        std::vector<Pair> pairs;
+        for (size_t column = 0; column < before.size(); ++column)
+            for (size_t mode = 0; mode < shapes.size(); ++mode)
+                if (before[column].size() == shapes[mode].size())
+                    pairs.push_back(
+                        {calcModalAssurance(before[column], shapes[mode]), column, mode});
+        std::stable_sort(pairs.begin(), pairs.end(),
+                         [](const Pair& a, const Pair& b) { return a.alike > b.alike; });
+        const size_t none = before.size() + shapes.size();
+        std::vector<size_t> columns(shapes.size(), none);
+        std::set<size_t> taken;
+        for (const Pair& pair : pairs)
+            if (columns[pair.mode] == none && taken.insert(pair.column).second)
+                columns[pair.mode] = pair.column;
+        size_t next = 0;
+        for (size_t& column : columns) {
+            if (column != none) continue;
+            while (taken.count(next)) ++next;
+            taken.insert(column = next);
+        }
+        return columns;
+    }
+
+    int countDifferences(size_t a, size_t b) const {
+        int count = 0;
+        for (size_t k = 0; k < m_plan.keys.size(); ++k)
+            count += m_plan.cases[a].values[k] != m_plan.cases[b].values[k];
+        return count;
+    }
+
+    const SweepPlan& m_plan;
+    std::map<std::string, std::vector<Case>> m_cases;  ///< by analysis
+};
 
 std::vector<TableEntry> collectEntries(const Results& results, std::vector<Wish>& wishes) {
     std::vector<TableEntry> entries;
@@ -263,13 +366,15 @@ SweepTable makeSweepTable(const SweepPlan& plan, const std::vector<SweepOutcome>
     std::vector<std::vector<TableEntry>> all;
     std::set<std::string> analyses;
     bool hasProbes = false;
+    ModeBranches branches(plan);
     std::vector<std::string> names;
     for (size_t k = 0; k < plan.cases.size(); ++k) {
         all.emplace_back();
         table.warnings.emplace_back();
         if (outcomes[k].status != SweepOutcome::Status::Complete) continue;
-        const Results results =
+        Results results =
             readResults(folder + "/" + plan.cases[k].folder + "/results.h5", ReadStates::No);
+        for (Results::Analysis& analysis : results.analyses) branches.follow(k, analysis);
         all.back() = collectEntries(results, wishes);
         table.warnings.back() = joinWarnings(results);
         for (const TableEntry& entry : all.back()) analyses.insert(entry.analysis);

@@ -262,6 +262,30 @@ TEST_F(SweepTest, TheTableHasCriticalSpeedsOfCampbellDiagrams) {
     }
 }
 
+TEST_F(SweepTest, AColumnIsOneModeThoughFrequenciesCross) {
+    testing::writeText(folder / "model.yaml", R"(simflex: 1
+parameters: {k: 50}
+bodies:
+  one: {mass: 1, inertia: [0.01, 0.01, 0.01], mobilizer: {type: slider, parent: ground}}
+  two: {mass: 1, inertia: [0.01, 0.01, 0.01], mobilizer: {type: slider, parent: ground}}
+probes: {x: {position: one, component: x}, y: {position: two, component: x}}
+loads:
+  fixed: {on: one, force: ["-100*x", 0, 0]}
+  varied: {on: two, force: ["-k*y + x", 0, 0]}
+analyses: {modes: {type: eigen}}
+)");
+    ASSERT_EQ(run("sweep model.yaml --vary k=50,90,110,200 -o crossing -q"), 0) << err;
+    const SweepResults sweep = readSweepTable(folder / "crossing/sweep.h5", "k");
+    for (const Results::Series& series : sweep.results.at(0).analyses.at(0).probes)
+        for (size_t k = 0; k < 4; ++k) {
+            const double varied = std::vector<double>{50, 90, 110, 200}[k];
+            if (series.column.name == "frequency 1")
+                EXPECT_NEAR(series.rows[k][0], std::sqrt(varied) / (2 * M_PI), 1e-6);
+            if (series.column.name == "frequency 2")
+                EXPECT_NEAR(series.rows[k][0], 10 / (2 * M_PI), 1e-6);
+        }
+}
+
 TEST_F(SweepTest, TheTableIsDrawnOverAParameter) {
     ASSERT_EQ(run("sweep model.yaml --vary mass=3,1,2 --vary 'gravity=[0,-1.62,0],[0,-9.81,0]' -o "
                   "out -q"),
