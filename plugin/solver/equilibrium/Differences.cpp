@@ -29,6 +29,9 @@ constexpr double SameValue = 64 * std::numeric_limits<double>::epsilon();
 /** A kink is one if slopes change by more, of the largest; it does so alike at three levels, by a
 factor of less. At a jump the value changes alike. **/
 constexpr double SeenKink = 1e-3, AlikeKink = 3, AlikeJump = 0.1;
+/** A jump is no round-off if it is more than this part of what the value changes over a step of any
+column, and of what any value does: stiff springs may act across a coordinate. **/
+constexpr double LeastJump = 1e-5, AnyNoise = 1e-9;
 
 /** What is known of one column. **/
 class ColumnSearch {
@@ -45,8 +48,9 @@ public:
     void addLevel(const Samples& samples);
     /** Of each value, what it changes over the first step. **/
     const VectorXd& getFirstRange() const { return m_levels[0].range; }
-    /** @param largest  of all columns **/
-    void setNoise(const VectorXd& largest) {
+    /** @param largest  of all columns; and of all values **/
+    void setNoise(const VectorXd& largest, double ofAll) {
+        m_leastJump = (LeastJump * largest).cwiseMax(AnyNoise * ofAll);
         m_noise = 8 * RoundOffShare * (m_largest + largest / CoordinateScales::StepFraction);
     }
     /** Whether the first step's slopes are those next to the middle, by samples at ±2h of a much
@@ -105,7 +109,7 @@ private:
 
     const DifferenceColumn* m_column;
     double m_firstStep;
-    VectorXd m_middle, m_largest, m_noise, m_slopes;
+    VectorXd m_middle, m_largest, m_noise, m_leastJump, m_slopes;
     std::vector<Level> m_levels;
     std::vector<Kink> m_kinks;
 };
@@ -188,7 +192,8 @@ void ColumnSearch::choose(Index i) {
         return level.roughness[i] <= AlikeKink * sharp.roughness[i] &&
                sharp.roughness[i] <= AlikeKink * level.roughness[i];
     };
-    const bool isJump = isSeen && sharp.range[i] > AlikeJump * at(finest - 2).range[i];
+    const bool isJump =
+        isSeen && sharp.range[i] > AlikeJump * at(1).range[i] && sharp.range[i] > m_leastJump[i];
     if (isJump || (isSeen && isAlike(at(finest - 1)) && isAlike(at(finest - 2)))) {
         // The longest of these steps has the least round-off.
         const Level& level = isJump ? sharp : at(finest - 2);
@@ -265,10 +270,13 @@ void differentiate(
             }
         }
     }
+    double ofAll = 0;
+    for (Index i = 0; i < middle.size(); ++i)
+        if (std::isfinite(middle[i])) ofAll = std::max({ofAll, largest[i], std::abs(middle[i])});
     for (std::vector<ColumnSearch>& columns : all) {
         Group group;
         for (ColumnSearch& one : columns) {
-            one.setNoise(gather(one.getColumn(), largest));
+            one.setNoise(gather(one.getColumn(), largest), ofAll);
             group.push_back(&one);
         }
         std::vector<VectorXd> before(group.size()), after(group.size());
