@@ -17,7 +17,7 @@ namespace {
 /** Levels of steps, and the factor from one to the next; the first but one at which a function is
 sampled where it seems smooth. **/
 constexpr double StepRefinement = 1.0 / 16;
-constexpr int NumLevels = 8, ProbedLevel = 4;
+constexpr int NumLevels = 7, ProbedLevel = 4;
 /** Of a function's change over a step: what differences of higher order may be, and by how much
 slopes of two steps may differ, where it is smooth. **/
 constexpr double SmoothShare = 1e-6;
@@ -56,10 +56,13 @@ public:
     /** Whether the first step's slopes are those next to the middle, by samples at ±2h of a much
     finer level. **/
     bool isSmooth(const VectorXd& before, const VectorXd& after) const;
-    /** Whether all values are smooth at the finest level, or it cannot be known. **/
-    bool isResolved() const;
     /** Slopes of the longest steps that do. **/
     void choose() {
+        // At the finest levels what is rough is round-off, or a kink at the middle.
+        for (size_t k = m_levels.size() - 2; k < m_levels.size(); ++k)
+            for (Index i = 0; i < m_middle.size(); ++i)
+                if (isFinite(i, m_levels[k]))
+                    m_noise[i] = std::max(m_noise[i], m_levels[k].roughness[i] * m_levels[k].h);
         for (Index i = 0; i < m_middle.size(); ++i) {
             if (!changes(i)) continue;
             choose(i);
@@ -159,18 +162,16 @@ bool ColumnSearch::isSmooth(const VectorXd& before, const VectorXd& after) const
     return true;
 }
 
-bool ColumnSearch::isResolved() const {
-    if (getNumLevels() <= ProbedLevel) return false;
-    for (Index i = 0; i < m_middle.size(); ++i)
-        if (changes(i) && isKnown(i, m_levels.back()) && !isSmooth(i, m_levels.back()))
-            return false;
-    return true;
-}
-
 void ColumnSearch::choose(Index i) {
+    const auto at = [this](int level) -> const Level& { return m_levels[size_t(level)]; };
+    const Level& last = m_levels.back();
+    if (isFinite(i, last) && last.range[i] > AlikeJump * at(1).range[i] &&
+        last.range[i] > m_leastJump[i]) {
+        m_kinks.push_back({int(i), last.before[i], last.after[i], true});
+        return;
+    }
     const int finest = findFinest(i);
     if (finest < 0) return;
-    const auto at = [this](int level) -> const Level& { return m_levels[size_t(level)]; };
     const Level& sharp = at(finest);
     const auto agrees = [&](const Level& level) {
         return std::abs(level.slope[i] - sharp.slope[i]) <=
@@ -183,22 +184,17 @@ void ColumnSearch::choose(Index i) {
         m_slopes[i] = at(level).slope[i];
         return;
     }
-    // Of a kink slopes change alike at all levels, of a jump the values; of round-off neither.
-    double steepest = 0;
-    for (const Level& level : m_levels)
-        if (isFinite(i, level)) steepest = std::max(steepest, level.calcSteepness(i));
+    // Of a kink slopes change alike at all levels; of round-off they do not.
     const bool isSeen = finest > 2 && sharp.roughness[i] > SeenKink * sharp.calcSteepness(i);
     const auto isAlike = [&](const Level& level) {
         return level.roughness[i] <= AlikeKink * sharp.roughness[i] &&
                sharp.roughness[i] <= AlikeKink * level.roughness[i];
     };
-    const bool isJump =
-        isSeen && sharp.range[i] > AlikeJump * at(1).range[i] && sharp.range[i] > m_leastJump[i];
-    if (isJump || (isSeen && isAlike(at(finest - 1)) && isAlike(at(finest - 2)))) {
+    if (isSeen && isAlike(at(finest - 1)) && isAlike(at(finest - 2))) {
         // The longest of these steps has the least round-off.
-        const Level& level = isJump ? sharp : at(finest - 2);
+        const Level& level = at(finest - 2);
         m_slopes[i] = level.slope[i];
-        m_kinks.push_back({int(i), level.before[i], level.after[i], isJump});
+        m_kinks.push_back({int(i), level.before[i], level.after[i], false});
         return;
     }
     // Where two steps agree best.
@@ -285,13 +281,7 @@ void differentiate(
         Group rough;
         for (size_t k = 0; k < group.size(); ++k)
             if (!group[k]->isSmooth(before[k], after[k])) rough.push_back(group[k]);
-        for (Group searched = rough;
-             !searched.empty() && searched[0]->getNumLevels() < NumLevels;) {
-            addLevel(searched, searched[0]->getNumLevels());
-            searched.erase(std::remove_if(searched.begin(), searched.end(),
-                                          [](ColumnSearch* one) { return one->isResolved(); }),
-                           searched.end());
-        }
+        for (int level = 1; level < NumLevels && !rough.empty(); ++level) addLevel(rough, level);
         for (ColumnSearch* one : rough) one->choose();
         for (ColumnSearch* one : group) one->tell();
     }
