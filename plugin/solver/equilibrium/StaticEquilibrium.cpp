@@ -37,8 +37,9 @@ constexpr double LongestCreep = 0.1;
 constexpr int MostSpeedsFollowed = 1000, MostFollowingSteps = 300;
 constexpr int NearbyIterations = 8;
 constexpr double ZeroStiffness = 1e-12;  ///< of the softest mode's
-/** Of a force's parts: what the residual along a free motion may be by round-off. **/
-constexpr double ZeroForce = 1e-9;
+/** Of a force's parts: what the residual along a free motion may be by round-off; and the strain of
+a body's size by which springs may push against each other. **/
+constexpr double ZeroForce = 1e-9, HiddenStrain = 1e-6;
 /** The same along a steady motion, which is known to differences of forces. **/
 constexpr double LoadedSpin = 1e-6;
 constexpr int MostMotionIterations = 20;
@@ -205,6 +206,7 @@ private:
         VectorXd r, g;
         StateTangent states;
         VectorXd turning;  ///< of turning bodies: what forces make of a radian, at most
+        VectorXd forces;   ///< by block: the largest part of any force, scaled as r
         bool isFinite = false;
     };
     /** A motion y, scaled, that little resists: yᵀKy = κ·softest·yᵀMy. **/
@@ -239,8 +241,9 @@ private:
     /** With what is factored: K x + Gᵀλ = f, G x = g. **/
     void solveFor(const Tangent& tangent, const VectorXd& f, const VectorXd& g, VectorXd& x,
                   VectorXd& lambda);
-    /** Fraction of the loads at the path's first limit point; NaN: none is found. **/
-    double findLimit(const SolutionPoint& start);
+    /** Where the path of equilibria turns or another one crosses, before all loads act; empty: it
+    is not known. **/
+    std::string describeTurn(const SolutionPoint& start);
     /** Of displacements, in sizes of bodies. **/
     double multiplySizes(const VectorXd& a, const VectorXd& b) const;
     /** By how much of its size a body turns or bends, at most. **/
@@ -310,7 +313,9 @@ private:
     /** Whether what leads too far may be led elsewhere: a steady motion's speeds are those of
     places near its own. **/
     bool canBrake() const { return m_goesDownhill && m_motion.isAtRest(); }
-    /** The part of δ that may be gone; m_change is how far all of it leads. **/
+    /** What the work of all forces' parts along a scaled motion may be. **/
+    double calcForceScale(const Tangent& tangent, const VectorXd& y) const;
+    /** The part of δ that may be gone; m_shortfall.change is how far all of it leads. **/
     double limitStep(VectorXd delta);
     [[noreturn]] void fail(double fraction);
 
@@ -328,13 +333,16 @@ private:
     std::optional<BlockMass> m_mass;
     std::optional<TangentElimination<double>> m_elimination;
     bool m_goesDownhill = true, m_searchesLines = false;
-    double m_fraction = 1;    ///< of the loads
-    VectorXd m_loads;         ///< what they make of r
-    double m_loadsOf = NaN;   ///< the fraction then
-    double m_forceScale = 0;  ///< largest part of any force so far, scaled as r
-    double m_change = 0, m_error = 0;
-    int m_worstBlock = 0, m_worstRow = -1;
-    std::string m_reason;
+    double m_fraction = 1;   ///< of the loads
+    VectorXd m_loads;        ///< what they make of r
+    double m_loadsOf = NaN;  ///< the fraction then
+    /** Of the last iteration: how far it was from an equilibrium. **/
+    struct Shortfall {
+        double change = 0, error = 0;
+        int worstBlock = 0, worstRow = -1;
+        std::string reason;
+    };
+    Shortfall m_shortfall;
 };
 
 void StaticEquilibrium::Search::run() {
@@ -350,6 +358,7 @@ void StaticEquilibrium::Search::run() {
     }
     // From nothing in parts.
     const SolutionPoint stuck = m_point;
+    const Shortfall whereStuck = m_shortfall;
     m_point = start;
     double reached = 0, part = 0.5;
     while (reached < 1 && part >= SmallestLoadStep) {
@@ -365,7 +374,7 @@ void StaticEquilibrium::Search::run() {
     }
     if (reached == 1) return;
     const SolutionPoint last = reached == 0 ? stuck : m_point;
-    const std::string reason = m_reason;
+    const Shortfall shortfall = reached == 0 ? whereStuck : m_shortfall;
     if (m_motion.isAtRest()) {
         m_point = start;
         m_searchesLines = true;
@@ -376,16 +385,10 @@ void StaticEquilibrium::Search::run() {
             return;
         }
     }
-    const double limit = reached > 0 ? findLimit(start) : NaN;
+    const std::string turn = reached > 0 ? describeTurn(start) : "";
     m_point = last;
-    m_reason = reason;
-    if (limit < 1) {
-        std::ostringstream text;
-        text << "the path of equilibria turns at " << 100 * limit
-             << " % of the loads, a limit point (snap-through): follow it by followPath(), `path:` "
-                "of a static analysis; ";
-        m_reason = text.str() + reason;
-    }
+    m_shortfall = shortfall;
+    m_shortfall.reason = turn + shortfall.reason;
     fail(reached);
 }
 
@@ -401,7 +404,6 @@ bool StaticEquilibrium::Search::runToMotion() {
     if (m_motion.isAtRest()) return false;
     if (!convergeToMotion()) {
         m_point = start;
-        m_forceScale = 0;
         return false;
     }
     const Tangent tangent = calcTangent();
@@ -454,15 +456,16 @@ bool StaticEquilibrium::Search::convergeToMotion() {
             turned.head(n) = inert;
             m_elimination->solveScaled(turned);
             y -= y.head(n).dot(inert) / turned.head(n).dot(inert) * turned;
-            isLoaded =
-                std::abs(spin.dot(tangent.s.cwiseProduct(tangent.r))) > LoadedSpin * m_forceScale;
+            isLoaded = std::abs(spin.dot(tangent.s.cwiseProduct(tangent.r))) >
+                       LoadedSpin * calcForceScale(tangent, spin);
         }
         const VectorXd delta = tangent.s.cwiseProduct(y.head(n)),
                        deltaLambda = rowScale.cwiseProduct(y.tail(m));
-        m_error = m > 0 ? tangent.g.cwiseAbs().maxCoeff() : 0;
+        m_shortfall.error = m > 0 ? tangent.g.cwiseAbs().maxCoeff() : 0;
         if (limitStep(delta) < 1) return false;
         move(delta, deltaLambda);
-        if (m_change > m_settings.m_tolerance || m_error > m_settings.m_constraintTolerance)
+        if (m_shortfall.change > m_settings.m_tolerance ||
+            m_shortfall.error > m_settings.m_constraintTolerance)
             continue;
         if (isLoaded) return false;
         ++numLoadSteps;
@@ -578,7 +581,6 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     }
     StateTangent states;
     const auto differentiate = [&] {
-        const LoadTerms::Tangent ofLaws(m_equations.updLoads());
         states = calcStateTangent(m_equations, m_scales, m_point);
         return calcStiffness(
             m_equations, m_scales, m_graph, *m_mass, m_point,
@@ -589,7 +591,8 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     if (!m_motion.isAtRest()) evaluate(m_point.q, r);
     const VectorXd withoutLoads =
         r - m_loads - m_mass->multiplyGt(Map<const VectorXd>(m_point.lambda.data(), m));
-    Tangent tangent{{}, std::move(K), *m_mass, 0, std::move(r), VectorXd(m), std::move(states), {}};
+    Tangent tangent{{},          std::move(K),      *m_mass, 0, std::move(r),
+                    VectorXd(m), std::move(states), {},      {}};
     m_equations.calcPositionErrors(tangent.g.data());
     const VectorXd stiffness = tangent.K.getDiagonal(), inertia = tangent.mass.getDiagonal();
     tangent.isFinite = tangent.r.allFinite() && tangent.g.allFinite() && stiffness.allFinite();
@@ -622,11 +625,20 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     for (Eigen::Index i = 0; i < stiffness.size(); ++i) {
         if (m_isHeld[size_t(i)]) continue;
         tangent.s[i] = 1 / std::sqrt(std::abs(stiffness[i]) + softest * inertia[i]);
-        const double parts =
-            std::abs(withoutLoads[i]) + std::abs(m_loads[i]) + reactions[i] +
-            inertia[i] * square(m_motion.getRate()) * std::min(1.0, 1 / m_scales.metres[size_t(i)]);
-        m_forceScale = std::max(m_forceScale, tangent.s[i] * parts);
     }
+    tangent.forces = VectorXd::Zero(Eigen::Index(m_graph.sizes.size()));
+    for (size_t b = 0; b < m_graph.sizes.size(); ++b)
+        for (int i = m_graph.firstU[b]; i < m_graph.firstU[b] + m_graph.sizes[b]; ++i) {
+            // Springs against each other may be many times what is left of them.
+            const double metres = m_scales.metres[size_t(i)],
+                         hidden = HiddenStrain * std::abs(stiffness[i]) * m_scales.lengths[b] /
+                                  std::max(metres, 1e-12);
+            const double parts =
+                std::abs(withoutLoads[i]) + std::abs(m_loads[i]) + reactions[i] +
+                inertia[i] * square(m_motion.getRate()) * std::min(1.0, 1 / metres) + hidden;
+            double& largest = tangent.forces[Eigen::Index(b)];
+            largest = std::max(largest, tangent.s[i] * parts);
+        }
     return tangent;
 }
 
@@ -640,6 +652,14 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::tryTangent() {
     }
     m_equations.updSimbody().setLoadFraction(m_fraction);
     return {{}, BlockMatrix<double>(m_graph), *m_mass, 1, {}, {}, {}, {}};
+}
+
+double StaticEquilibrium::Search::calcForceScale(const Tangent& tangent, const VectorXd& y) const {
+    double scale = 0;
+    for (size_t b = 0; b < m_graph.sizes.size(); ++b)
+        scale +=
+            tangent.forces[Eigen::Index(b)] * y.segment(m_graph.firstU[b], m_graph.sizes[b]).norm();
+    return scale;
 }
 
 void StaticEquilibrium::Search::factor(const Tangent& tangent, double sigma, Brake brake) {
@@ -750,7 +770,7 @@ VectorXd StaticEquilibrium::Search::solveBesideFree(
         VectorXd y = solveStiff(b);
         for (size_t k = 0; k < free.size(); ++k) {
             double moved = -inert[k].dot(y.head(n));
-            if (std::abs(forces[k]) > ZeroForce * m_forceScale * free[k].norm())
+            if (std::abs(forces[k]) > ZeroForce * calcForceScale(tangent, free[k]))
                 moved += forces[k] / LeastShift;
             y.head(n) += moved / inert[k].dot(free[k]) * free[k];
         }
@@ -772,7 +792,7 @@ VectorXd StaticEquilibrium::Search::solveBesideFree(
     b.head(n) -= forces;
     VectorXd y = solveStiff(b);
     y.head(n) -= keepFree(y);
-    if (forces.norm() > ZeroForce * m_forceScale * std::sqrt(double(n))) y.head(n) += free;
+    if (std::abs(free.dot(forces)) > ZeroForce * calcForceScale(tangent, free)) y.head(n) += free;
     return y;
 }
 
@@ -837,8 +857,8 @@ bool StaticEquilibrium::Search::solve(const Tangent& tangent, double sigma, Vect
     const double part = limitStep(x);
     const bool isTooLong = canBrake() && part < LeastPart;
     if (sigma == LeastShift && !isTooLong) {
-        const bool mayBeFree =
-            s == 0 && (part == 1 || !canBrake()) && inertia > FreeShare * (inertia + elastic);
+        // What a load drives along a free motion leads far, but not out of sight.
+        const bool mayBeFree = s == 0 && inertia > FreeShare * (inertia + elastic);
         const int count = mayBeFree ? countSoftMotions(tangent) : 0;
         if (count > 0) factor(tangent, sigma);
         y = count > 0 ? solveBesideFree(tangent, count, b, solveStiff) : solveStiff(b);
@@ -864,7 +884,8 @@ VectorXd StaticEquilibrium::Search::balance(const Tangent& tangent, const Vector
 }
 
 double StaticEquilibrium::Search::limitStep(VectorXd delta) {
-    m_change = m_equations.getBlocks().calcDisplacement(delta.data(), &m_worstBlock);
+    m_shortfall.change =
+        m_equations.getBlocks().calcDisplacement(delta.data(), &m_shortfall.worstBlock);
     double factor = 1;
     const auto limit = [&](double part) {
         for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
@@ -874,7 +895,8 @@ double StaticEquilibrium::Search::limitStep(VectorXd delta) {
             if (displacement > allowed) factor = std::min(factor, allowed / displacement);
         }
     };
-    if (m_change > m_settings.m_maximumStep) factor = m_settings.m_maximumStep / m_change;
+    if (m_shortfall.change > m_settings.m_maximumStep)
+        factor = m_settings.m_maximumStep / m_shortfall.change;
     // How far bodies turn and bend; where they are free in Ground they may go anywhere.
     for (const int place : m_places) delta.segment<3>(place).setZero();
     limit(StepLimit);
@@ -1071,7 +1093,7 @@ bool StaticEquilibrium::Search::goAlong(const SolutionPoint& from, double fracti
         const Tangent tangent = tryTangent();
         ++numIterations;
         if (!tangent.isFinite) return false;
-        m_error = tangent.g.size() > 0 ? tangent.g.cwiseAbs().maxCoeff() : 0;
+        m_shortfall.error = tangent.g.size() > 0 ? tangent.g.cwiseAbs().maxCoeff() : 0;
         factor(tangent, LeastShift);
         VectorXd delta, lambda, byLoad, lambdaByLoad;
         solveFor(tangent, -tangent.r, -tangent.g, delta, lambda);
@@ -1087,7 +1109,8 @@ bool StaticEquilibrium::Search::goAlong(const SolutionPoint& from, double fracti
         setFraction(m_fraction + more);
         gone += delta;
         if (multiplySizes(gone, gone) > square(MostPathCurve * length) * size) return false;
-        if (m_change <= m_settings.m_tolerance && m_error <= m_settings.m_constraintTolerance)
+        if (m_shortfall.change <= m_settings.m_tolerance &&
+            m_shortfall.error <= m_settings.m_constraintTolerance)
             return true;
     }
     return false;
@@ -1128,8 +1151,8 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
             std::ostringstream text;
             text << "the path of equilibria cannot be followed beyond " << 100 * fraction
                  << " % of the loads, " << numPoints << " points from its beginning: the largest "
-                 << "correction is " << m_change << " m at '"
-                 << m_equations.getBlock(m_worstBlock).name << "'";
+                 << "correction is " << m_shortfall.change << " m at '"
+                 << m_equations.getBlock(m_shortfall.worstBlock).name << "'";
             throw std::runtime_error(text.str());
         };
         if (!goAlong(from, fraction, direction, length)) {
@@ -1210,17 +1233,24 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
     m_goesDownhill = true;
 }
 
-double StaticEquilibrium::Search::findLimit(const SolutionPoint& start) {
+std::string StaticEquilibrium::Search::describeTurn(const SolutionPoint& start) {
     if (!m_motion.isAtRest() || m_hasOwnStates || !m_equations.getTopology().frictions.empty())
-        return NaN;
+        return "";
     m_point = start;
-    double limit = NaN;
+    std::ostringstream text;
     try {
         PathSettings settings;
         settings.mostPoints = MostPointsToLimit;
         follow(settings, [&](double fraction, int, Kind kind) {
-            if (kind == Kind::Limit) limit = fraction;
-            return kind == Kind::Limit ? Next::Stop : Next::GoOn;
+            if (kind == Kind::Regular || !(fraction < 1)) return Next::GoOn;
+            if (kind == Kind::Limit)
+                text << "the path of equilibria turns at " << 100 * fraction
+                     << " % of the loads, a limit point (snap-through)";
+            else
+                text << "the equilibrium loses its stability at " << 100 * fraction
+                     << " % of the loads, where another path crosses (buckling)";
+            text << ": follow it by followPath(), `path:` of a static analysis; ";
+            return Next::Stop;
         });
     } catch (const Cancelled&) {
         throw;
@@ -1228,7 +1258,7 @@ double StaticEquilibrium::Search::findLimit(const SolutionPoint& start) {
         // Then it is not known.
     }
     m_goesDownhill = true;
-    return limit;
+    return text.str();
 }
 
 bool StaticEquilibrium::Search::converge(double fraction) {
@@ -1239,14 +1269,14 @@ bool StaticEquilibrium::Search::converge(double fraction) {
     for (int iteration = 0; iteration < m_mostIterations; ++iteration) {
         const Tangent tangent = tryTangent();
         ++numIterations;
-        m_error = 0;
+        m_shortfall.error = 0;
         for (Eigen::Index k = 0; k < tangent.g.size(); ++k)
-            if (!(std::abs(tangent.g[k]) <= m_error)) {
-                m_error = std::abs(tangent.g[k]);
-                m_worstRow = int(k);
+            if (!(std::abs(tangent.g[k]) <= m_shortfall.error)) {
+                m_shortfall.error = std::abs(tangent.g[k]);
+                m_shortfall.worstRow = int(k);
             }
         if (!tangent.isFinite) {
-            m_reason = "forces or positions are not finite numbers";
+            m_shortfall.reason = "forces or positions are not finite numbers";
             return false;
         }
         VectorXd delta, deltaLambda, dz;
@@ -1256,7 +1286,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         double tooLittle = 0, tooMuch = 0;  // of σ
         for (int trial = 0;; ++trial) {
             if (!solve(tangent, sigma, delta, deltaLambda, dz)) {
-                m_reason = "no values of the states keep them from changing";
+                m_shortfall.reason = "no values of the states keep them from changing";
                 return false;
             }
             part = limitStep(delta);
@@ -1281,7 +1311,8 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         delta *= part;
         if (part < (canBrake() ? LeastPart : 1)) {
             deltaLambda = balance(tangent, tangent.r + tangent.K.multiply(delta));
-        } else if (m_searchesLines && canBrake() && dz.size() == 0) {
+        } else if (m_searchesLines && canBrake() && dz.size() == 0 &&
+                   m_shortfall.change > m_settings.m_tolerance) {  // of less, forces are round-off
             const double line = searchLine(tangent, delta, deltaLambda);
             delta *= line;
             deltaLambda *= line;
@@ -1299,15 +1330,16 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         if (dz.size() > 0) m_equations.setZ(m_point.z.data());
         // What is short because it is held back has not arrived.
         if (part == 1 && !isBraked && largestState <= m_settings.m_tolerance &&
-            m_change <= m_settings.m_tolerance && m_error <= m_settings.m_constraintTolerance) {
+            m_shortfall.change <= m_settings.m_tolerance &&
+            m_shortfall.error <= m_settings.m_constraintTolerance) {
             ++numLoadSteps;
             VectorXd r;
             evaluate(m_point.q, r);
             return true;
         }
     }
-    m_reason = "it does not converge within " + std::to_string(m_settings.m_maximumIterations) +
-               " iterations";
+    m_shortfall.reason = "it does not converge within " +
+                         std::to_string(m_settings.m_maximumIterations) + " iterations";
     return false;
 }
 
@@ -1351,7 +1383,7 @@ void StaticEquilibrium::Search::fail(double fraction) {
         for (const SoftMotion& motion : findSoftMotions(tangent, count)) {
             const double force = motion.y.dot(tangent.s.cwiseProduct(tangent.r));
             if (std::abs(motion.stiffness) > calcZero(tangent) ||
-                std::abs(force) <= 1e-6 * m_forceScale * motion.y.norm())
+                std::abs(force) <= 1e-6 * calcForceScale(tangent, motion.y))
                 continue;
             text << nameMostMoved(tangent.s.cwiseProduct(motion.y))
                  << " is free to move and loads act along that motion; hold it by a joint or lock, "
@@ -1359,14 +1391,19 @@ void StaticEquilibrium::Search::fail(double fraction) {
             throw std::runtime_error(text.str());
         }
     }
-    text << m_reason << "; the largest correction is " << m_change << " m at '"
-         << m_equations.getBlock(m_worstBlock).name << "' (allowed " << m_settings.m_tolerance
-         << " m)";
-    if (m_worstRow >= 0)
-        text << ", the largest joint error " << m_error << " at "
-             << m_equations.getTopology().describeConstraint(m_worstRow) << " (allowed "
+    text << m_shortfall.reason << "; the largest correction is " << m_shortfall.change << " m at '"
+         << m_equations.getBlock(m_shortfall.worstBlock).name << "' (allowed "
+         << m_settings.m_tolerance << " m)";
+    if (m_shortfall.worstRow >= 0)
+        text << ", the largest joint error " << m_shortfall.error << " at "
+             << m_equations.getTopology().describeConstraint(m_shortfall.worstRow) << " (allowed "
              << m_settings.m_constraintTolerance << ")";
     if (fraction > 0) text << "; " << 100 * fraction << " % of the loads could be applied";
+    if (tangent.isFinite) {
+        std::vector<std::string> free, unstable;
+        describeMotions(free, unstable);
+        if (!unstable.empty()) text << "; the place reached is unstable: " << unstable.front();
+    }
     text << "; start closer to the equilibrium: a damped motion leads there";
     throw std::runtime_error(text.str());
 }
