@@ -651,7 +651,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::tryTangent() {
         if (!m_mass) throw;
     }
     m_equations.updSimbody().setLoadFraction(m_fraction);
-    return {{}, BlockMatrix<double>(m_graph), *m_mass, 1, {}, {}, {}, {}};
+    return {{}, BlockMatrix<double>(m_graph), *m_mass, 1, {}, {}, {}, {}, {}};
 }
 
 double StaticEquilibrium::Search::calcForceScale(const Tangent& tangent, const VectorXd& y) const {

@@ -127,10 +127,10 @@ class Names:
         self._rng = rng
         self._count = 0
 
-    def take(self, is_parameter: bool = False) -> str:
-        """A new name. Those of a law's own quantities are left to parameters: the program refuses others in such a law."""
+    def take(self, stands_in_law: bool = False) -> str:
+        """A new name; one that stands in a connector's law is none of the law's own quantities, which win there."""
         self._count += 1
-        source = self._own if is_parameter and self._rng.random() < 0.6 else self._other
+        source = self._own if not stands_in_law and self._rng.random() < 0.6 else self._other
         danger = source.pop() if source and self._rng.random() < 0.7 else None
         return f"name{self._count}" if self._plain or danger is None else str(danger)
 
@@ -158,7 +158,7 @@ class Builder:
 
     def parameter(self, value: float, mass: int = 0, length: int = 0) -> str:
         """A value that stands under `parameters`; returns the formula that names it."""
-        name = self.names.take(is_parameter=True)
+        name = self.names.take()
         self.keys["parameters"][name] = float(value) * self.view.unit(mass, length)
         return name
 

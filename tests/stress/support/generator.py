@@ -285,7 +285,7 @@ def _make_winch(b: Builder, rng) -> None:
     b.keys["motions"]["drive"] = {"joint": shaft.name, "position": formula}
     b.facts.driven.append((shaft.probes[0], formula))
     b.facts.moves_by_time, b.facts.is_conservative = True, False
-    drum_angle = b.names.take()
+    drum_angle = b.names.take(stands_in_law=True)
     b.keys["probes"][drum_angle] = {"coordinate": shaft.name}
     stiffness, damping = b.number(load.mass * w**2, 1), b.number(0.2 * load.mass * w, 1)
     b.keys["connectors"]["rope"] = {
