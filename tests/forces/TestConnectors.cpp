@@ -382,7 +382,7 @@ TEST(CoordinateForces, AgreeWithSimbodysOnMobilities) {
             moving.setOneQ(state, 0, q);
             moving.setOneU(state, 0, u);
             system.realize(state, Stage::Velocity);
-            flexible.startStates(state);
+            flexible.initializeNative(state);
             system.realize(state, Stage::Acceleration);
             return std::pair<Real, Real>(moving.getOneUDot(state, 0),
                                          system.calcPotentialEnergy(state));
