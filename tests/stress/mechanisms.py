@@ -21,7 +21,8 @@ know. It is run by the program, and this must hold:
     post        a probe that is evaluated later is that of a run that has it, to the bit
 
 A bound on the agreement of schemes of order p is FACTOR·G·a^(p/(p+1)), with the accuracy a in metres and the sensitivity G of the
-mechanism, which a run with slightly other masses, weight and initial rates tells. Every mechanism drawn is one that the program
+mechanism, which a run with slightly other masses, weight and initial rates tells; a method beyond it has to converge with a finer
+accuracy as its order says. Every mechanism drawn is one that the program
 has to run: a refusal is a failure.
 """
 

@@ -25,6 +25,7 @@ def make(seed: int, index: int, view: View = View()) -> Builder:
      "slider_crank": _make_slider_crank, "winch": _make_winch}[builder.title](builder, rng)
     builder.facts.has_known_rates = _are_rates_known(builder)
     _add_probes(builder)
+    _drop_released(builder)
     _add_solver(builder, rng)
     return builder
 
@@ -266,7 +267,8 @@ def _make_carts(b: Builder, rng) -> None:
         b.facts.driven = []
     go, catch = b.names.take(), b.names.take()
     b.keys["events"][go] = {"when": f"t > {start!r}", "once": True, "do": actions}
-    b.keys["events"][catch] = {"when": f"{c} <= 0 && t > {start + 0.05!r}", "once": True, "do": [{"engage": hook.name}]}
+    b.keys["states"]["apart"] = {"hysteresis": {"input": c, "lower": float(b.number(-1e3, 0, 1)), "upper": float(b.number(0.005, 0, 1))}}
+    b.keys["events"][catch] = {"when": f"{c} <= 0 && apart > 0.5", "once": True, "do": [{"engage": hook.name}]}
     b.facts.actions.update({go: actions, catch: [{"engage": hook.name}]})
     b.facts.jumps.append(start)
     _add_loads(b, rng, carts)
@@ -548,6 +550,15 @@ def _are_rates_known(b: Builder) -> bool:
     has_mobilizers = any("mobilizer" in body for body in b.keys["bodies"].values())
     return not (rated or b.facts.moves_by_time) or not has_mobilizers and all(
         joint.name in rated or joint.type == "weld" or _is_driven(b, joint) for joint in b.joints)
+
+
+def _drop_released(b: Builder) -> None:
+    """Coordinates of joints that are released mean nothing from there on, and are not compared."""
+    released = {action["release"] for actions in b.facts.actions.values() for action in actions if "release" in action}
+    for joint in b.joints:
+        if joint.name in released:
+            for probe in joint.probes:
+                b.quantities.pop(probe, None)
 
 
 # ---- probes and settings

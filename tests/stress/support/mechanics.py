@@ -159,7 +159,7 @@ def check_impulse(case, name: str, time: float, actions: list):
         return
     before, after = looks
     facts, builder = case.facts, case.builder
-    bound = 1e-4 * max(1e-2, float(before["K"]), float(after["K"]))
+    bound = 1e-4 * max(1e-2, float(before["K"]), float(after["K"]), 0.1 * float(np.max(case.run("main")["K"])))
     is_impulse = any(key in action for action in actions for key in ("lock", "engage"))
     what = f"{name} ({', '.join(key for action in actions for key in action) or 'counts'}) at t = {time:.6g}"
     gain = float(after["K"] - before["K"])
