@@ -215,7 +215,8 @@ TEST(FailureDiagnosis, AForceTooStiffForTheIterationIsNamedWithWhatToDo) {
     Rigid model;
     MobilizedBody::Slider body(model.matter.Ground(), Body::Rigid(Stone));
     // Without its stiffness in the Newton matrix a step of 1 ms can't converge.
-    Force::MobilityLinearSpring(model.forces, body, MobilizerQIndex(0), 1e9, 0);
+    Force::TwoPointLinearSpring(model.forces, model.matter.Ground(), Vec3(-1, 0, 0), body, Vec3(0),
+                                1e9, 1);
     State state = model.system.realizeTopology();
     body.setOneQ(state, 0, 0.1);
     BdfIntegrator integrator(model.system);

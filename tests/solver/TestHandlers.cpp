@@ -574,7 +574,8 @@ TEST(HeldForces, AreWhatSimbodysIntegratorFindsAndAskedForOnceEach) {
     State state = start;
     model.system.realize(state, Stage::Velocity);
     EXPECT_FALSE(Evaluation(model.system, state).getTopology().needsSimbody);
-    Force::MobilityLinearSpring(model.forces, model.turning, MobilizerQIndex(0), 200, 0);
+    Force::TwoPointLinearSpring(model.forces, model.matter.Ground(), Vec3(0, 1, 0), model.turning,
+                                Vec3(0), 200, 1);
     state = model.system.realizeTopology();
     model.system.realize(state, Stage::Velocity);
     EXPECT_TRUE(Evaluation(model.system, state).getTopology().needsSimbody);

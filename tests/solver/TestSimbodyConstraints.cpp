@@ -346,8 +346,13 @@ std::vector<FlexibleCase> makeFlexibleCases() {
          }},
         {"BallOnTheFrame",
          [](Flexible& f) {
-             return Constraint::Ball(f.matter.Ground(), Vec3(0.1, 0.05, 0), f.frame(),
-                                     Vec3(0.1, 0.05, 0));
+             // Where the station is with the boom undeformed and its end A in calcEnergyDrift()'s
+             // hinge.
+             const auto& end = f.boom.getPart().interfaces[0].position;
+             const Vec3 station(0.1, 0.05, 0), hinge(-0.3, 0, 0);
+             return Constraint::Ball(f.matter.Ground(),
+                                     hinge - Vec3(end[0], end[1], end[2]) + station, f.frame(),
+                                     station);
          }},
         {"FrameCoordinate",
          [](Flexible& f) {

@@ -94,7 +94,8 @@ TEST(Schema, EveryKeySaysWhatItMeans) {
 TEST(Schema, EveryExampleAndDefaultIsAllowed) {
     auto file = std::make_shared<ModelFile>();
     file->scope.constants = {{"pi", 3.14}, {"deg", 0.0175}, {"g", 9.81}, {"length", 1}};
-    file->quantities = {"angle", "target", "speed", "error", "height", "charge", "rate", "tip"};
+    for (const char* word : {"angle", "target", "speed", "error", "height", "charge", "rate", "tip"})
+        file->words[word] = word;
     file->scope.tables["engine"] = std::make_shared<formula::Table>(
         "engine", std::vector<double>{0, 1}, std::vector<double>{0, 1});
     visitKeys(getModelSchema(), "",
