@@ -391,24 +391,24 @@ analyses:
     EXPECT_EQ(runModel("--only modes --set parameters.gap=0 -o stiff.h5"), 0) << err;
     EXPECT_NEAR(readResults(folder / "stiff.h5").analyses.at(0).frequency.at(0).at(0),
                 std::sqrt(1e6 + 100) / (2 * M_PI), 1e-3);
-    writeModel(R"(simflex: 1
+    writeModel(R"yaml(simflex: 1
 bodies:
   mass: {mass: 1, inertia: [0.01, 0.01, 0.01], mobilizer: {type: slider, parent: ground}}
 probes: {x: {position: mass, component: x}}
 loads:
   push: {on: mass, force: [0, 0, 0]}
-  stop: {on: mass, force: ["-1e6*max(x, 0)", 0, 0]
-}
+  stop: {on: mass, force: ["-1e6*max(x, 0)", 0, 0]}
 analyses:
   modes: {type: eigen}
   linear: {type: linear, inputs: [loads.push.force.x]}
   response: {type: frequency_response, inputs: [loads.push.force.x], frequencies: [1, 2]}
-)");
+)yaml");
+    ;
     for (const char* analysis : {"modes", "linear", "response"}) {
-    EXPECT_EQ(runModel(std::string("--only ") + analysis), 1) << analysis;
-    EXPECT_THAT(err, HasSubstr("(0 N/m one way, 1e+06 N/m the other) has a kink exactly here"))
-        << analysis;
-}
+        EXPECT_EQ(runModel(std::string("--only ") + analysis), 1) << analysis;
+        EXPECT_THAT(err, HasSubstr("(0 N/m one way, 1e+06 N/m the other) has a kink exactly here"))
+            << analysis;
+    }
 }
 
 TEST_F(RunTest, ASpeedWithoutSteadyMotionIsRefusedWithTheReason) {
