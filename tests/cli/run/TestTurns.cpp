@@ -142,11 +142,12 @@ protected:
             for (const auto& [name, angle] : calcAngles(times[i])) {
                 SCOPED_TRACE(analysis.name + ", " + name + ", t = " + std::to_string(times[i]));
                 EXPECT_NEAR(find(analysis, name).rows.at(i)[0], angle, 1e-5);
-                if (name == "wheel")
+                if (name == "wheel") {
                     EXPECT_EQ(find(analysis, "gear").rows[i][1], find(analysis, name).rows[i][0]);
-                else if (name.compare(0, 3, "led") == 0)
+                } else if (name.compare(0, 3, "led") == 0) {
                     EXPECT_NEAR(find(analysis, "law_" + name).rows[i][0],
                                 find(analysis, name).rows[i][0], 1e-6);
+                }
             }
     }
     void expectAllAngles(const std::string& file = "model.results.h5") {
