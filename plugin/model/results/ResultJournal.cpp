@@ -345,8 +345,10 @@ std::vector<double> ResultJournal::readRows(const Analysis& analysis, int first,
         if (begin >= end) continue;
         records.resize(size_t(end - begin) * size);
         if (readAt(m_file, segment.offset + std::uint64_t(begin - segment.first) * size,
-                   records.data(), records.size()) != records.size())
+                   records.data(), records.size()) != records.size()) {
+            checkSize();
             throw std::runtime_error(explain("read", m_path));
+        }
         for (int k = begin; k < end; ++k) {
             const char* record = records.data() + size_t(k - begin) * size;
             std::uint64_t sum = 0;

@@ -560,16 +560,27 @@ TEST_F(RunTest, BodiesBentBeyondWhatModesDescribeAreNamed) {
     EXPECT_EQ(err, "");
     EXPECT_THAT(out, Not(HasSubstr("warning")));
 
-    // Ends that stand 0.1 m too far apart: 0.05 m each, of a part of 0.2 m.
+    // Ends that stand 0.1 m too far apart: 0.05 m each, of a part of 0.2 m. No assembly may do
+    // that.
     writeModel(makeStretchedBar("[0.3, 0, 0]"));
-    ASSERT_EQ(runModel("--check"), 0) << err;
-    const auto named =
-        AllOf(HasSubstr("'bar' at t = 0 s: node "), HasSubstr("is displaced by 0.05"),
-              HasSubstr(" % of the part's size"), HasSubstr("up to 10 %"));
-    EXPECT_THAT(out, AllOf(HasSubstr("warning: "), named, HasSubstr("place the bodies so")));
-    ASSERT_EQ(runModel(), 0) << err;
-    EXPECT_THAT(err, AllOf(HasSubstr("warning: rest: 'bar'"), HasSubstr("warning: run: 'bar'"),
-                           named, HasSubstr("place the bodies so")));
+    for (const char* arguments : {"--check", ""}) {
+        EXPECT_EQ(runModel(arguments), 1);
+        EXPECT_THAT(err,
+                    AllOf(HasSubstr("'bar' beyond its linear range: node "),
+                          HasSubstr("is displaced by 0.05"), HasSubstr(" % of the part's size"),
+                          HasSubstr("up to 10 %"), HasSubstr("joint 'knot' is furthest")));
+    }
+
+    // What loads do is told, and done.
+    std::string pulled = makeStretchedBar("[0.2, 0, 0]");
+    const size_t knot = pulled.find("  knot"), next = pulled.find("solver");
+    pulled.replace(knot, next - knot, "loads: {pull: {on: bar.tip, force: [\"FORCE\", 0, 0]}}\n");
+    const size_t force = pulled.find("\"FORCE\"");
+    writeModel(pulled.replace(force, 7, "2e7"));
+    ASSERT_EQ(runModel("--only rest"), 0) << err;
+    const auto named = AllOf(HasSubstr("'bar' at t = 0 s: node "), HasSubstr("is displaced by "),
+                             HasSubstr(" % of the part's size"), HasSubstr("up to 10 %"));
+    EXPECT_THAT(err, AllOf(HasSubstr("warning: rest: 'bar'"), named));
     EXPECT_THAT(out, AllOf(HasSubstr("  warning: "), named));
 }
 
@@ -928,7 +939,7 @@ TEST_F(RunTest, AnEnergyBalanceThatDoesNotCloseIsWarnedOfThoughQuiet) {
     const double error = coarse.statistics.at("largest_energy_error");
     EXPECT_GT(error, 0.1 * coarse.statistics.at("largest_kinetic_energy"));
     EXPECT_THAT(err,
-                ::testing::MatchesRegex(
+                ::testing::ContainsRegex(
                     "simflex: warning: run: the energy balance is off by [0-9.]+ J, at t = "
                     "[0-9.]+ s, where no more than [0-9.]+ J was ever exchanged .kinetic "
                     "energy up to [0-9.]+ J, potential and strain energy changed by up to "
