@@ -23,8 +23,9 @@ public:
 /** No quantity of a mechanism is as large in any system of units, and products of a few such
 numbers do not overflow. **/
 constexpr double LargestUsable = 1e50;
-/** Lengths of quaternions, which have no unit; left by steps of some hundred thousand turns. **/
-constexpr double ShortestQuaternion = 1e-6, LongestQuaternion = 1e6;
+/** Lengths of quaternions, which have no unit. Steps of tens of radians stretch them by millions on
+the way to their end; their squares do not overflow. **/
+constexpr double ShortestQuaternion = 1e-30, LongestQuaternion = 1e30;
 
 /** False if one is not a number, or too large. **/
 inline bool areUsable(const double* values, int count) {
