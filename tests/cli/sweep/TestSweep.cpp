@@ -279,10 +279,12 @@ analyses: {modes: {type: eigen}}
     for (const Results::Series& series : sweep.results.at(0).analyses.at(0).probes)
         for (size_t k = 0; k < 4; ++k) {
             const double varied = std::vector<double>{50, 90, 110, 200}[k];
-            if (series.column.name == "frequency 1")
+            if (series.column.name == "frequency 1") {
                 EXPECT_NEAR(series.rows[k][0], std::sqrt(varied) / (2 * M_PI), 1e-6);
-            if (series.column.name == "frequency 2")
+            }
+            if (series.column.name == "frequency 2") {
                 EXPECT_NEAR(series.rows[k][0], 10 / (2 * M_PI), 1e-6);
+            }
         }
 }
 
