@@ -7,8 +7,8 @@ Assembly of joints and constraints (private header): implemented in plugin/solve
 namespace simflex {
 
 /** Sets locked and prescribed coordinates, brings positions onto joints and constraints by least
-deformation. Then speeds jump, as an impact would leave those of the State: by impulses of joints,
-constraints and prescribed speeds alone. The State is realized to Stage::Velocity.
+deformation. Then speeds are made to fit by impulses of joints, constraints and prescribed speeds
+alone, which leave the rates of deformations as they are wherever joints allow it. The State is realized to Stage::Velocity.
 @param tolerance  largest position error left [m, rad]
 @throws std::runtime_error naming the worst joint or constraint and its error, or a flexible body
 that it would deform beyond its linear range (LinearRangeReporter.h)

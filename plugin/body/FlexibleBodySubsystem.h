@@ -77,8 +77,8 @@ public:
 
     /** Gets a State ready for one of Simbody's own integrators: sets locked and prescribed
     coordinates, assembles joints and constraints and makes speeds consistent as
-    ImplicitIntegrator::initialize() does (by least deformation, and as an impact on the joints
-    would; without flexible bodies by Simbody's own projection), so that both begin alike. Then sets
+    ImplicitIntegrator::initialize() does (by least deformation, and as if bodies were rigid, as far
+    as joints allow; without flexible bodies by Simbody's own projection), so that both begin alike. Then sets
     the speeds' weights in Simbody's error norms and projections so that an accuracy or tolerance
     means metres for flexible bodies: 1 for
     translation, the part's radius for rotation, for a mode the largest displacement it causes.

@@ -219,7 +219,7 @@ TEST(InitializeNative, StrainsPartsAsLittleAsTheirJointsAllow) {
     EXPECT_NEAR(body.calcStrainEnergy(state), least, 1e-3 * least);
 }
 
-TEST(InitializeNative, SpeedsAreThoseOfAnImpactAndOfImplicitRuns) {
+TEST(InitializeNative, SpeedsKeepShapesAndAreThoseOfImplicitRuns) {
     FlexibleSliderCrank model;
     State state = model.state;
     model.system.realize(state, Stage::Position);
@@ -243,7 +243,8 @@ TEST(InitializeNative, SpeedsAreThoseOfAnImpactAndOfImplicitRuns) {
     const Real energy = calcEnergy(start), energyBefore = calcEnergy(before);
     EXPECT_GT(energy, 1e-4);
     EXPECT_LT(energy, 0.99 * energyBefore);
-    EXPECT_NEAR(energyBefore, energy + calcEnergy(jump), 1e-9 * energyBefore);
+    // Shapes keep their rates to 1e-8.
+    EXPECT_NEAR(energyBefore, energy + calcEnergy(jump), 1e-7 * energyBefore);
 }
 
 TEST(InitializeNative, WeightsAreTheDisplacementsThatSpeedsCause) {

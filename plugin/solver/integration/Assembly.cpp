@@ -16,13 +16,13 @@ void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::
         u(size_t(equations.getTopology().numU));
     const SimTK::Real t = state.getTime();
     equations.getBlocks().getFromState(state, q.data(), u.data());
-    const std::vector<double> before = u;
     equations.prescribe(t, 0, nullptr, q.data(), u.data());
+    const std::vector<double> before = u;
     IntegratorStatistics statistics;
     ImplicitStep step(equations, statistics);
     if (equations.getTopology().numMultipliers > 0) step.assemble(t, tolerance, q, u);
     SimTK::State scratch = state;
-    applyImpulse(system, equations, step, t, q, before, u, scratch);
+    applyImpulse(system, equations, step, t, q, before, u, scratch, ImplicitStep::Shapes::Kept);
     equations.getBlocks().putIntoState(t, q.data(), u.data(), state);
     system.realize(state, SimTK::Stage::Velocity);
     if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(system))

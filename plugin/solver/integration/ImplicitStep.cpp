@@ -10,6 +10,7 @@
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/SecondsSince.h"
+#include "simflex/solver/equations/FlexibleBlock.h"
 #include "simflex/solver/integration/FailureDiagnosis.h"
 
 namespace simflex {
@@ -418,9 +419,10 @@ bool ImplicitStep::areMultipliersGood(double change, const std::vector<double>& 
 
 bool ImplicitStep::hasStalled(double change, double previousChange, double multiplierChange,
                               double previousMultiplierChange) {
-    // Without joints there are no multipliers, and none that change.
+    // Without joints there are no multipliers, and none that change. Where friction changed its
+    // mind the iteration begins anew: no change precedes its first.
     constexpr double Slowest = 0.95;
-    return change > Slowest * previousChange &&
+    return previousChange > 0 && change > Slowest * previousChange &&
            multiplierChange >= Slowest * previousMultiplierChange;
 }
 
@@ -644,7 +646,7 @@ void ImplicitStep::assemble(double t, double tolerance, std::vector<double>& q,
 
 ImplicitStep::Impulse ImplicitStep::applyImpulse(double t, const std::vector<double>& q,
                                                  const std::vector<double>& before,
-                                                 std::vector<double>& u) {
+                                                 std::vector<double>& u, Shapes shapes) {
     const FlushDenormals flush;
     // Exact for constraints that are linear in u; a second pass takes round-off up.
     constexpr int MaxPasses = 3;
@@ -667,6 +669,7 @@ ImplicitStep::Impulse ImplicitStep::applyImpulse(double t, const std::vector<dou
     for (size_t i = 0; i < u.size(); ++i)
         if (m_equations.isSpeedKnown(i)) m_system.r[i] = 0;
     m_equations.formMassSystem(m_system, MotionLevel::Velocity);
+    if (shapes == Shapes::Kept) makeModesHeavy();
     factor();
     m_solver.solve(m_system);
     for (int pass = 0;; ++pass) {
@@ -695,13 +698,34 @@ ImplicitStep::Impulse ImplicitStep::applyImpulse(double t, const std::vector<dou
     for (size_t k = 0; k < multipliers.size(); ++k) impulse.work += multipliers[k] * m_system.c[k];
     for (size_t i = 0; i < u.size(); ++i)
         impulse.isDriven = impulse.isDriven || (m_equations.isSpeedKnown(i) && u[i] != 0);
-    impulse.work += checkMomentum(t, q, before, u, multipliers);
+    impulse.work += checkMomentum(t, q, before, u, multipliers, shapes);
     return impulse;
+}
+
+bool ImplicitStep::isModal(const Block& block, size_t u) const {
+    const auto& flexible = m_equations.getBlocks().flexible;
+    const bool isFlexible = std::any_of(flexible.begin(), flexible.end(),
+                                        [&](const Block* other) { return other == &block; });
+    return isFlexible && u >= size_t(block.firstU) + 6;
+}
+
+void ImplicitStep::makeModesHeavy() {
+    constexpr double Heavy = 1e8;  // against modal masses of 1
+    for (NewtonSystem::Part& part : m_system.parts)
+        for (double& mass : part.diagonal) mass *= Heavy;
+    for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
+        NewtonSystem::Block& block = m_system.blocks[size_t(b)];
+        const Block& own = m_equations.getBlock(b);
+        if (block.part >= 0) continue;
+        for (size_t i = 0; i < size_t(own.numU); ++i)
+            if (isModal(own, size_t(own.firstU) + i))
+                block.matrix[i + i * size_t(own.numU)] *= Heavy;
+    }
 }
 
 double ImplicitStep::checkMomentum(double t, const std::vector<double>& q,
                                    const std::vector<double>& before, const std::vector<double>& u,
-                                   const std::vector<double>& multipliers) {
+                                   const std::vector<double>& multipliers, Shapes shapes) {
     constexpr double LargestRest = 1e-6, LargestOfAll = 1e-9;  // of a block's momentum, of any
     std::vector<double> jump(u.size()), momentum(u.size()), rest(u.size());
     const std::vector<double> none(multipliers.size(), 0);
@@ -717,7 +741,7 @@ double ImplicitStep::checkMomentum(double t, const std::vector<double>& q,
             LargestRest * findLargest(momentum.data() + block.firstU, block.numU) +
             LargestOfAll * findLargest(momentum) + roundOff;
         for (size_t i = size_t(block.firstU); i < size_t(block.firstU + block.numU); ++i) {
-            if (m_equations.isSpeedKnown(i)) {
+            if (m_equations.isSpeedKnown(i) || (shapes == Shapes::Kept && isModal(block, i))) {
                 work += 0.5 * (u[i] + before[i]) * rest[i];
             } else if (!(std::abs(rest[i]) <= allowed)) {
                 std::ostringstream text;

@@ -121,11 +121,14 @@ public:
     with impulses Λ of the joints and p where speeds are prescribed, and nothing else: springs,
     dampers, motors and stiffness are forces, and those have no time to act. So momentum is kept in
     every motion that joints leave free. Redundant constraints share Λ in the least-norm way.
-    @param u  at first `before` but for prescribed speeds, which stay
+    @param u       at first `before` but for prescribed speeds, which stay
+    @param shapes  Free: bodies answer as they bend. Kept: as if rigid as far as joints allow, so
+        that deformations keep their rates: a run that begins in motion has been moving before
     @throws std::runtime_error naming the joints if there are no such speeds, or if the equations of
         motion do not agree that momentum is kept **/
+    enum class Shapes { Free, Kept };
     Impulse applyImpulse(double t, const std::vector<double>& q, const std::vector<double>& before,
-                         std::vector<double>& u);
+                         std::vector<double>& u, Shapes shapes);
 
     /** M u̇ + Gᵀλ = f − b, G u̇ = −Ġu − …: exact accelerations and multipliers. **/
     void calcAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
@@ -235,7 +238,11 @@ private:
     /** Whether M·jump + GᵀΛ is zero where speeds are free, and its work where they are not.
     @throws std::runtime_error if it is not **/
     double checkMomentum(double t, const std::vector<double>& q, const std::vector<double>& before,
-                         const std::vector<double>& u, const std::vector<double>& multipliers);
+                         const std::vector<double>& u, const std::vector<double>& multipliers,
+                         Shapes shapes);
+    bool isModal(const Block& block, size_t u) const;
+    /** Of a matrix M, so that a solution leaves modal speeds as they are if it can. **/
+    void makeModesHeavy();
     /** Of a joint whose friction depends on the multipliers of these rows, which are redundant. **/
     std::string describeUndetermined(const std::vector<int>& rows) const;
     /** One iteration for accelerations and multipliers; without friction there is one.

@@ -191,8 +191,10 @@ void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool force
             before = point.u;
         else
             takeSpeedsBeforeLocks(before);
-        applyImpulse(m_system, getEquations(), m_stepper->updStep(), point.t, point.q, before,
-                     point.u, m_scratch);
+        applyImpulse(
+            m_system, getEquations(), m_stepper->updStep(), point.t, point.q, before, point.u,
+            m_scratch,
+            occasion == Occasion::Start ? ImplicitStep::Shapes::Kept : ImplicitStep::Shapes::Free);
     }
     getEquations().getBlocks().normalizeQ(point.q.data());
     if (getEquations().getTopology().states.empty()) return;
