@@ -9,6 +9,7 @@ know. It is run by the program, and this must hold:
     energy      T is that of the bodies' states, V that of formulas, the balance is constant, T + V where nothing acts
     impulse     no event creates kinetic energy where no constraint moves; what a lock or an engagement takes away is the energy
                 of the change of speeds (Carnot); other events change no speed
+    start       flexible bodies begin with the speeds of rigid ones
     turns       angles are the integrals of their rates, driven coordinates the functions of time that drive them
     zero        coordinates are zero as placed
     statics     driven coordinates keep their turns in a static analysis, and in what begins there
@@ -35,6 +36,13 @@ from support.runs import Case
 LARGEST_BUSHING_ANGLE = 3.0  # [rad] in half a turn a bushing's rotation vector, and its torque, changes sign
 
 
+def find_limit(case: Case, main) -> str:
+    """What of a mechanism is beyond what its elements are good for; empty: nothing."""
+    if any(np.abs(main[probe]).sum(axis=1).max() > LARGEST_BUSHING_ANGLE for probe in case.facts.bushings):
+        return "turn a bushing too far"
+    return "bend a part too far" if any("modes describe" in warning for warning in main.warnings) else ""
+
+
 def try_case(seed: int, index: int, folder) -> harness.Outcome:
     """Makes a mechanism, runs it, and does all checks that apply."""
     outcome = harness.Outcome()
@@ -46,10 +54,10 @@ def try_case(seed: int, index: int, folder) -> harness.Outcome:
         outcome.fail("run", f"{type(error).__name__}: {error}")
         return outcome
     outcome.counts[f"of kind {outcome.title}"] += 1
-    for probe in case.facts.bushings:
-        if np.abs(main[probe]).sum(axis=1).max() > LARGEST_BUSHING_ANGLE:
-            outcome.counts["turn a bushing too far and are not checked"] += 1
-            return outcome
+    beyond = find_limit(case, main)
+    if beyond:
+        outcome.counts[f"{beyond} and are not checked"] += 1
+        return outcome
     for name, check in CHECKS.items():
         try:
             for text in check(case):

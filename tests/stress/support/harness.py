@@ -153,7 +153,7 @@ def main(description: str, name: str, try_case, *, count: int, limit: float, pre
 def _try_all(try_case, seed, indices, folder, jobs, limit):
     """Yields (index, outcome, seconds) of each case, in the order in which they end."""
     waiting = collections.deque(indices)
-    workers = [Worker(try_case, folder / f".worker{k}") for k in range(jobs)]
+    workers = [Worker(try_case, folder / f".{os.getpid()}-{k}") for k in range(jobs)]
     for worker in workers:
         worker.begin(seed, waiting.popleft())
     while workers:

@@ -7,6 +7,7 @@ import numpy as np
 from .runs import Run
 
 WINDOW = 1e-5  # [s] between the looks at speeds before and after an event
+WINDOW_OF_FLEXIBLE = 1e-6  # of what vibrates
 
 
 # ---- rigid bodies
@@ -80,6 +81,11 @@ def calc_energy_size(run: Run) -> float:
     return max(1e-3, *map(float, sizes))
 
 
+def calc_weight(run: Run) -> float:
+    """Of all bodies on Earth [N]; an error of the accuracy moves it."""
+    return 9.8 * sum(body.mass for body in run.builder.bodies) * run.builder.view.unit(1, 1)
+
+
 def calc_potential(run: Run) -> np.ndarray:
     """Weight and connectors, by formulas."""
     view, gravity = run.builder.view, run.builder.keys.get("gravity", [0, 0, 0])
@@ -142,11 +148,12 @@ def look_at_event(case, time: float):
         warnings.simplefilter("ignore")
         session = simflex.Session(simflex.Model(case.folder / "main.yaml", {"solver.accuracy": builder.keys["solver"]["accuracy"] / 100}))
         looks = []
+        window = WINDOW_OF_FLEXIBLE if builder.has_flexible() else WINDOW
         for offset in (-2, -1, 1, 2):
-            if session.run(time + offset * WINDOW) != "reached":
+            if session.run(time + offset * window) != "reached":
                 return None
             looks.append(_look(session, builder))
-            happened = sum(1 for _, at in session.events if at > time - WINDOW)
+            happened = sum(1 for _, at in session.events if at > time - window)
             if (offset < 0) != (happened == 0):
                 return None
     return _extrapolate(looks[0], looks[1]), _extrapolate(looks[3], looks[2])
