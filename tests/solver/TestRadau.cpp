@@ -255,7 +255,12 @@ struct Chain {
             system.realize(state, Stage::Velocity);
             end = link.interface("B").calcMotion(state).X;
         }
-        links.back().setFrameVelocity(state, SpatialVec(Vec3(1, 4, -2), Vec3(0)));
+        // About the ball that it hangs on: speeds that contradict a joint would be a blow.
+        system.realize(state, Stage::Velocity);
+        const FlexibleBody& last = links.back();
+        const Vec3 spin(1, 4, -2), origin = last.getFramePose(state).p(),
+                                   ball = last.interface("A").calcMotion(state).X.p();
+        last.setFrameVelocity(state, SpatialVec(spin, spin % (origin - ball)));
     }
     Vec3 findTip(const State& at) const {
         system.realize(at, Stage::Velocity);
