@@ -634,7 +634,8 @@ BlockMatrix<double> calcStiffness(
         !topology.frictions.empty() || !std::all_of(point.u.begin(), point.u.end(), isZero) ||
         !std::all_of(point.uDot.begin(), point.uDot.end(), isZero))
         return differentiateByQ(equations, scales, graph, point.t, point.q, point.u, evaluate, 0,
-                                kinks);
+                                kinks,
+                                calcInertiaChanges(equations, scales, point, mass.getDiagonal()));
 
     const int numFlexible = topology.numFlexible;
     BlockMatrix<double> K(graph, listModes(equations, mass));
@@ -688,7 +689,8 @@ BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateSca
     if (topology.hasSimbodyForces() || !topology.simbodyRows.empty() ||
         !topology.frictions.empty() ||
         std::any_of(point.u.begin(), point.u.end(), [](double value) { return value != 0; }))
-        return differentiateByU(equations, scales, graph, point, observer, kinks);
+        return differentiateByU(equations, scales, graph, point, observer, kinks,
+                                calcInertiaChanges(equations, scales, point, mass.getDiagonal()));
 
     if (observer) observer();
     equations.realize(point.t, point.q.data(), point.u.data());

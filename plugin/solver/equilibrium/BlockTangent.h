@@ -83,14 +83,15 @@ BlockMatrix<double> differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph, double t,
     const std::vector<double>& q, const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate,
-    int firstBlock = 0, KinkedSpeeds* kinks = nullptr);
+    int firstBlock = 0, KinkedSpeeds* kinks = nullptr, const Eigen::VectorXd& terms = {});
 
 /** ∂r/∂u at a point, by differences of all of it.
 @param observer  called before every evaluation of r **/
 BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScales& scales,
                                      const BlockGraph& graph, const SolutionPoint& point,
                                      const std::function<void()>& observer,
-                                     KinkedSpeeds* kinks = nullptr);
+                                     KinkedSpeeds* kinks = nullptr,
+                                     const Eigen::VectorXd& terms = {});
 
 /** The same; at rest, u = u̇ = 0, what flexible bodies' coordinates change is found where they act,
 in the frames of joints and force elements, whatever the number of modes, and in loads of their own.

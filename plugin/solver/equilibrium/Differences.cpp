@@ -48,10 +48,15 @@ public:
     void addLevel(const Samples& samples);
     /** Of each value, what it changes over the first step. **/
     const VectorXd& getFirstRange() const { return m_levels[0].range; }
-    /** @param largest  of all columns; and of all values **/
-    void setNoise(const VectorXd& largest, double ofAll) {
-        m_leastJump = (LeastJump * largest).cwiseMax(AnyNoise * ofAll);
-        m_noise = 8 * RoundOffShare * (m_largest + largest / CoordinateScales::StepFraction);
+    /** @param largest  change over the first steps of all columns; `mostChange`: of any value
+    @param ofAll  the largest value
+    @param terms  what terms of each value may change over a first step **/
+    void setNoise(const VectorXd& largest, double mostChange, double ofAll, const VectorXd& terms) {
+        m_noise = 8 * RoundOffShare *
+                  (m_largest + largest.cwiseMax(terms) / CoordinateScales::StepFraction);
+        // Terms of any value may change as much as another value does.
+        m_slopeNoise = 8 * RoundOffShare / m_firstStep * terms.cwiseMax(mostChange);
+        m_leastJump = (LeastJump * largest).cwiseMax(AnyNoise * ofAll).cwiseMax(m_noise);
     }
     /** Whether the first step's slopes are those next to the middle, by samples at ±2h of a much
     finer level. **/
@@ -93,8 +98,11 @@ private:
         return std::isfinite(level.slope[i] + level.roughness[i]);
     }
     bool isSmooth(Index i, const Level& level) const {
-        return level.roughness[i] <= SmoothShare * level.calcSteepness(i) + m_noise[i] / level.h;
+        return level.roughness[i] <=
+               SmoothShare * level.calcSteepness(i) + calcSlopeNoise(i, level.h);
     }
+    /** Of slopes of steps h. **/
+    double calcSlopeNoise(Index i, double h) const { return m_noise[i] / h + m_slopeNoise[i]; }
     /** Whether slopes can be told from round-off there. **/
     bool isKnown(Index i, const Level& level) const {
         double steepest = 0;
@@ -112,7 +120,7 @@ private:
 
     const DifferenceColumn* m_column;
     double m_firstStep;
-    VectorXd m_middle, m_largest, m_noise, m_leastJump, m_slopes;
+    VectorXd m_middle, m_largest, m_noise, m_slopeNoise, m_leastJump, m_slopes;
     std::vector<Level> m_levels;
     std::vector<Kink> m_kinks;
 };
@@ -155,7 +163,7 @@ bool ColumnSearch::isSmooth(const VectorXd& before, const VectorXd& after) const
         if (!changes(i)) continue;
         const double rise = (after[i] - before[i]) / (2 * h),
                      bend = (after[i] + before[i] - 2 * m_middle[i]) / h,
-                     allowed = SmoothShare * first.calcSteepness(i) + m_noise[i] / h;
+                     allowed = SmoothShare * first.calcSteepness(i) + calcSlopeNoise(i, h);
         if (!(std::abs(rise - first.slope[i]) <= allowed && std::abs(bend) <= allowed))
             return false;
     }
@@ -176,7 +184,7 @@ void ColumnSearch::choose(Index i) {
     const auto agrees = [&](const Level& level) {
         return std::abs(level.slope[i] - sharp.slope[i]) <=
                SmoothShare * std::max(level.calcSteepness(i), sharp.calcSteepness(i)) +
-                   m_noise[i] / sharp.h;
+                   calcSlopeNoise(i, sharp.h);
     };
     if (isSmooth(i, sharp)) {
         int level = 0;
@@ -224,7 +232,7 @@ VectorXd gather(const DifferenceColumn& column, const VectorXd& f) {
 void differentiate(
     const std::function<void(const std::vector<double>& delta, VectorXd& f)>& evaluate,
     const std::vector<double>& steps, const VectorXd& middle,
-    const std::vector<std::vector<DifferenceColumn>>& groups) {
+    const std::vector<std::vector<DifferenceColumn>>& groups, const VectorXd& terms) {
     std::vector<double> delta(steps.size(), 0);
     VectorXd f(middle.size());
     using Group = std::vector<ColumnSearch*>;
@@ -266,13 +274,16 @@ void differentiate(
             }
         }
     }
+    const double mostChange = largest.size() > 0 ? largest.maxCoeff() : 0;
+    const VectorXd changing = terms.size() > 0 ? terms : VectorXd(VectorXd::Zero(middle.size()));
     double ofAll = 0;
     for (Index i = 0; i < middle.size(); ++i)
         if (std::isfinite(middle[i])) ofAll = std::max({ofAll, largest[i], std::abs(middle[i])});
     for (std::vector<ColumnSearch>& columns : all) {
         Group group;
         for (ColumnSearch& one : columns) {
-            one.setNoise(gather(one.getColumn(), largest), ofAll);
+            one.setNoise(gather(one.getColumn(), largest), mostChange, ofAll,
+                         gather(one.getColumn(), changing));
             group.push_back(&one);
         }
         std::vector<VectorXd> before(group.size()), after(group.size());

@@ -11,8 +11,9 @@ h₀/32768 show one between the place and the longest step, such as the gap of a
 a kink has no slope: the mean of those on both sides is taken, and the kink is told.
 
 What may be round-off follows from the function's size and from what it changes over the length
-that h₀ is a part of, so that nothing depends on units. Six samples of each column where functions
-are smooth. **/
+that h₀ is a part of, so that nothing depends on units. Terms that cancel, such as forces of
+inertia, leave round-off that may shrink with the step: no step tells it from a slope, only what the
+terms change does. Six samples of each column where functions are smooth. **/
 
 #include <Eigen/Dense>
 #include <functional>
@@ -45,10 +46,11 @@ struct DifferenceColumn {
 
 /** Slopes along columns, those of a group together: no row belongs to two of them.
 @param evaluate  writes f for displacements δ
-@param steps  h₀, by speed: StepFraction of what moves a body by its size **/
+@param steps  h₀, by speed: StepFraction of what moves a body by its size
+@param terms  what terms of each value may change over h₀, and cancel; empty: not known **/
 void differentiate(
     const std::function<void(const std::vector<double>& delta, Eigen::VectorXd& f)>& evaluate,
     const std::vector<double>& steps, const Eigen::VectorXd& middle,
-    const std::vector<std::vector<DifferenceColumn>>& groups);
+    const std::vector<std::vector<DifferenceColumn>>& groups, const Eigen::VectorXd& terms = {});
 
 }  // namespace simflex

@@ -69,6 +69,7 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
                            VectorXd(equations.getTopology().numU).data());
     calcMassAndJacobian(equations, instant.M, instant.G);
     KinkedSpeeds kinks;
+    const VectorXd terms = calcInertiaChanges(equations, scales, point, instant.M.diagonal());
     const auto calcStiffness = [&] {
         return differentiateByQ(
             equations, scales, point.t, point.q, point.u,
@@ -79,7 +80,7 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
                 equations.calcResidual(q.data(), u.data(), uDot.data(), point.lambda.data(),
                                        r.data());
             },
-            &kinks);
+            &kinks, terms);
     };
     instant.K = calcStiffness();
     if (isUnsettled(instant)) {
@@ -96,7 +97,7 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
             instant.K = calcStiffness();
         }
     }
-    instant.D = calcDampingMatrix(equations, scales, point, &kinks);
+    instant.D = calcDampingMatrix(equations, scales, point, &kinks, terms);
     instant.states = calcStateTangent(equations, scales, point, &kinks);
     if (kinks.any()) throw NoLinearForces(describeKinks(equations, scales, kinks));
     if (instant.motion.isAtRest()) return;

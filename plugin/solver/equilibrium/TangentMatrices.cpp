@@ -159,16 +159,35 @@ std::vector<std::vector<DifferenceColumn>> listColumns(const Evaluation& equatio
 
 }  // namespace
 
+VectorXd calcInertiaChanges(const Evaluation& equations, const CoordinateScales& scales,
+                            const SolutionPoint& point, const VectorXd& mass) {
+    VectorXd turning = VectorXd::Zero(mass.size());
+    double most = 0;
+    for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
+        const Block& block = equations.getBlock(b);
+        const double size = scales.lengths[size_t(b)];
+        if (!(size > 0)) continue;
+        const double speed = block.calcDisplacement(point.u.data() + block.firstU) / size,
+                     change = block.calcDisplacement(point.uDot.data() + block.firstU) / size,
+                     rate = std::sqrt(speed * speed + change);
+        for (int i = block.firstU; i < block.firstU + block.numU; ++i) {
+            turning[i] = rate * std::sqrt(std::abs(mass[i]));
+            most = std::max(most, turning[i] * scales.step[size_t(i)]);
+        }
+    }
+    return most * turning;
+}
+
 MatrixXd differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, double t, const std::vector<double>& q,
     const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate,
-    KinkedSpeeds* kinks) {
+    KinkedSpeeds* kinks, const VectorXd& terms) {
     VectorXd middle(equations.getTopology().numU);
     evaluate(q, middle);
     MatrixXd derivative = MatrixXd::Zero(middle.size(), equations.getTopology().numU);
     differentiate(displaceEach(equations, t, q, u, evaluate), scales.step, middle,
-                  listColumns(equations, derivative, noteKinks, kinks));
+                  listColumns(equations, derivative, noteKinks, kinks), terms);
     equations.realize(t, q.data(), u.data());
     return derivative;
 }
@@ -177,19 +196,20 @@ BlockMatrix<double> differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph, double t,
     const std::vector<double>& q, const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, VectorXd& r)>& evaluate, int firstBlock,
-    KinkedSpeeds* kinks) {
+    KinkedSpeeds* kinks, const VectorXd& terms) {
     VectorXd middle(equations.getTopology().numU);
     evaluate(q, middle);
     BlockMatrix<double> derivative(graph);
     differentiate(displaceEach(equations, t, q, u, evaluate), scales.step, middle,
-                  listColumns(equations, graph, firstBlock, derivative, noteKinks, kinks));
+                  listColumns(equations, graph, firstBlock, derivative, noteKinks, kinks), terms);
     equations.realize(t, q.data(), u.data());
     return derivative;
 }
 
 BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScales& scales,
                                      const BlockGraph& graph, const SolutionPoint& point,
-                                     const std::function<void()>& observer, KinkedSpeeds* kinks) {
+                                     const std::function<void()>& observer, KinkedSpeeds* kinks,
+                                     const VectorXd& terms) {
     const auto evaluate = [&](const std::vector<double>& u, VectorXd& r) {
         if (observer) observer();
         equations.realize(point.t, point.q.data(), u.data());
@@ -202,13 +222,13 @@ BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScal
     for (size_t i = 0; i < steps.size(); ++i) steps[i] *= scales.rate[i];
     BlockMatrix<double> D(graph);
     differentiate(quicken(point.u, evaluate), steps, middle,
-                  listColumns(equations, graph, 0, D, noteJumps, kinks));
+                  listColumns(equations, graph, 0, D, noteJumps, kinks), terms);
     equations.realize(point.t, point.q.data(), point.u.data());
     return D;
 }
 
 MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales,
-                           const SolutionPoint& point, KinkedSpeeds* kinks) {
+                           const SolutionPoint& point, KinkedSpeeds* kinks, const VectorXd& terms) {
     const int n = equations.getTopology().numU;
     double fastest = 0;  // how fast the system turns
     for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
@@ -228,7 +248,7 @@ MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales
     for (size_t i = 0; i < steps.size(); ++i) steps[i] *= std::max(scales.rate[i], fastest);
     MatrixXd D = MatrixXd::Zero(n, n);
     differentiate(quicken(point.u, evaluate), steps, middle,
-                  listColumns(equations, D, noteJumps, kinks));
+                  listColumns(equations, D, noteJumps, kinks), terms);
     equations.realize(point.t, point.q.data(), point.u.data());
     return D;
 }

@@ -33,20 +33,28 @@ struct KinkedSpeeds {
     bool any() const { return !byPosition.empty() || !byJump.empty(); }
 };
 
+/** What forces of inertia may change in each row of r over a step for differences, as `terms` of
+differentiate(): of bodies that turn, and quicken, as each does.
+@param mass  diagonal of the mass matrix **/
+Eigen::VectorXd calcInertiaChanges(const Evaluation& equations, const CoordinateScales& scales,
+                                   const SolutionPoint& point, const Eigen::VectorXd& mass);
+
 /** ∂f/∂δ for the free speeds, zero in columns of prescribed ones.
 @param evaluate  writes f for a displaced q
 @param q  where to differentiate; the equations are left realized at `q` and `u`
-@param kinks  null: they do not matter **/
+@param kinks  null: they do not matter
+@param terms  of f; see differentiate() **/
 Eigen::MatrixXd differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, double t, const std::vector<double>& q,
     const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& f)>& evaluate,
-    KinkedSpeeds* kinks = nullptr);
+    KinkedSpeeds* kinks = nullptr, const Eigen::VectorXd& terms = {});
 
 /** ∂r/∂u at a point, zero in columns of prescribed speeds. A damper that resists otherwise forth
 than back counts by the mean of both, which is that of its first harmonic. **/
 Eigen::MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales,
-                                  const SolutionPoint& point, KinkedSpeeds* kinks = nullptr);
+                                  const SolutionPoint& point, KinkedSpeeds* kinks = nullptr,
+                                  const Eigen::VectorXd& terms = {});
 
 /** Small changes δz of the states that do not follow the motion, at a point:
 
