@@ -194,17 +194,15 @@ std::string readChanged(const Change& change) {
 }
 
 TEST(ReducedBodyFile, APartWithinItselfIsRefused) {
-    for (const char* target : {"/", "/finer"})
-        for (const bool isSoft : {true, false})
-            EXPECT_THAT(readChanged([&](hid_t file) {
-                            if (std::string(target) == "/") H5Ldelete(file, "finer", H5P_DEFAULT);
-                            const char* name = std::string(target) == "/" ? "finer" : "finer/finer";
-                            if (isSoft)
-                                H5Lcreate_soft(target, file, name, H5P_DEFAULT, H5P_DEFAULT);
-                            else
-                                H5Lcreate_hard(file, target, file, name, H5P_DEFAULT, H5P_DEFAULT);
-                        }),
-                        HasSubstr("its finer twin has a finer twin"));
+    for (const bool isSoft : {true, false})
+        EXPECT_THAT(readChanged([&](hid_t file) {
+                        H5Ldelete(file, "finer", H5P_DEFAULT);
+                        if (isSoft)
+                            H5Lcreate_soft("/", file, "finer", H5P_DEFAULT, H5P_DEFAULT);
+                        else
+                            H5Lcreate_hard(file, "/", file, "finer", H5P_DEFAULT, H5P_DEFAULT);
+                    }),
+                    HasSubstr("its finer twin has a finer twin"));
 }
 
 TEST(ReducedBodyFile, ContentsOfOtherFilesAreRefused) {

@@ -710,7 +710,7 @@ bool ImplicitStep::isModal(const Block& block, size_t u) const {
 }
 
 void ImplicitStep::makeModesHeavy() {
-    constexpr double Heavy = 1e8;  // against modal masses of 1
+    constexpr double Heavy = 1e30;  // against modal masses of 1: they take no part
     for (NewtonSystem::Part& part : m_system.parts)
         for (double& mass : part.diagonal) mass *= Heavy;
     for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
