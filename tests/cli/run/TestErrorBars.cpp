@@ -33,7 +33,7 @@ joints:
   grip: {type: weld, between: [bar.far, weight]}
 motions:
   drive: {joint: bearing, position: "step(t, 0, 0, 0.02, 0.4)"}
-solver: {accuracy: 1e-9}
+solver: {accuracy: 1e-10}
 probes:
   tip: {position: bar.far}
   middle: {displacement: {body: bar, node: 77}, relative_to: bar.near}
