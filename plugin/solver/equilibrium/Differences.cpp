@@ -54,8 +54,11 @@ public:
     void setNoise(const VectorXd& largest, double mostChange, double ofAll, const VectorXd& terms) {
         m_noise = 8 * RoundOffShare *
                   (m_largest + largest.cwiseMax(terms) / CoordinateScales::StepFraction);
-        // Terms of any value may change as much as another value does.
-        m_slopeNoise = 8 * RoundOffShare / m_firstStep * terms.cwiseMax(mostChange);
+        // Terms that cancel may change as much as another value does. Without any, values may be of
+        // different kinds, such as stresses and displacements, and say nothing of each other.
+        m_slopeNoise = 8 * RoundOffShare / m_firstStep * terms;
+        if (!terms.isZero(0))
+            m_slopeNoise = m_slopeNoise.cwiseMax(8 * RoundOffShare / m_firstStep * mostChange);
         m_leastJump = (LeastJump * largest).cwiseMax(AnyNoise * ofAll).cwiseMax(m_noise);
     }
     /** Whether the first step's slopes are those next to the middle, by samples at ±2h of a much
