@@ -514,8 +514,14 @@ solver: {accuracy: 1e-8}
     // Quaternions are brought to unit length again.
     const std::vector<double> here = readNumbers("here.state"), same = readNumbers("same.state");
     ASSERT_EQ(same.size(), here.size());
-    for (size_t i = 0; i < here.size(); ++i)
-        EXPECT_NEAR(same[i], here[i], 1e-15 * (1 + std::abs(here[i])));
+    // The counts of both joints' turns are set to their angles again, of which they tell the turn.
+    int numCounts = 0;
+    for (size_t i = 0; i < here.size(); ++i) {
+        if (std::abs(same[i] - here[i]) <= 1e-15 * (1 + std::abs(here[i]))) continue;
+        EXPECT_NEAR(same[i], here[i], 1e-7);
+        ++numCounts;
+    }
+    EXPECT_LE(numCounts, 2);
     ASSERT_EQ(shell("restore here.state\nrun 0.4\nget joints.pivot.angle\nprobe\n"), 0) << err;
     EXPECT_NEAR(readNumber("joints.pivot.angle"), later, 2 * kPrinted);
     EXPECT_NEAR(readNumber("turned"), turnedLater, 1e-4);
