@@ -159,7 +159,10 @@ class BareMachine(unittest.TestCase):
                 for line in re.findall(r"^ *import ([\w., ]+)$", text, re.M):
                     names.update(re.split(r"\W", name.strip())[0] for name in line.split(","))
                 names.update(re.findall(r"^ *from (\w+)[\w.]* import ", text, re.M))
-        own = {"simflex"} | {file.stem for file, _ in read_sources(OPTIONS.source) if file.suffix == ".py"}
+        own = {"simflex"}
+        for file, _ in read_sources(OPTIONS.source):
+            if file.suffix == ".py":
+                own |= {file.stem, file.parent.name}  # a module, and the package that it is in
         modules = {name: importlib.util.find_spec(name) for name in names - own}
         self.assertEqual([name for name, module in modules.items() if not module], [], "not there")
         self.expect_installed({module.origin for module in modules.values() if module.origin not in ("built-in", "frozen", None)})
