@@ -4,7 +4,7 @@
 int main() {
     Pendulum pendulum;
     CPodesIntegrator integrator(pendulum.system, CPodes::BDF);
-    if (std::string(integrator.getMethodName()) == "Bdf") throw std::runtime_error("no such thing");
+    if (std::string(integrator.getMethodName()) == "Radau") throw std::runtime_error("no such thing");
     TimeStepper stepper(pendulum.system, integrator);
     stepper.initialize(pendulum.start());
     stepper.stepTo(1);
