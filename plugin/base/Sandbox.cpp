@@ -22,7 +22,7 @@ namespace {
 // Landlock as linux/landlock.h of the newest kernel that is used here has it; that of the system
 // may be older.
 struct RulesetAttributes {
-    std::uint64_t handledAccess;
+    std::uint64_t handledAccess, handledNetwork, scoped;
 };
 struct PathAttributes {
     std::uint64_t allowedAccess;
@@ -36,6 +36,8 @@ constexpr Access Execute = 1 << 0, WriteFile = 1 << 1, ReadFile = 1 << 2, ReadFo
     Refer = 1 << 13,                        // version 2: moving between folders
     Truncate = 1 << 14,                     // version 3
     ControlDevice = 1 << 15;                // version 5
+constexpr long FirstScopes = 6;             // version
+constexpr std::uint64_t ScopeSignals = 1 << 1;
 
 #if defined(__x86_64__)
 constexpr unsigned Architecture = AUDIT_ARCH_X86_64;
@@ -53,10 +55,19 @@ constexpr long ForbiddenCalls[] = {
     SYS_kill,
     SYS_tkill,
     SYS_rt_sigqueueinfo,
+    SYS_rt_tgsigqueueinfo,
     SYS_pidfd_open,
-    SYS_ptrace,  // processes
+    424,  // pidfd_send_signal: new calls have one number on all architectures
+    438,  // pidfd_getfd
+    SYS_ptrace,
     SYS_process_vm_readv,
-    SYS_process_vm_writev,  //
+    SYS_process_vm_writev,
+    440,  // process_madvise
+    SYS_kcmp,
+    SYS_setpriority,
+    SYS_ioprio_set,
+    SYS_migrate_pages,
+    SYS_move_pages,  // processes
     SYS_shmget,
     SYS_semget,
     SYS_msgget,
@@ -66,7 +77,11 @@ constexpr long ForbiddenCalls[] = {
     SYS_fchmod,
     SYS_fchmodat,
     SYS_fchown,
-    SYS_fchownat,  // files
+    SYS_fchownat,
+    452,  // fchmodat2
+    463,  // setxattrat
+    466,  // removexattrat
+    469,  // file_setattr; files
     SYS_utimensat,
     SYS_setxattr,
     SYS_lsetxattr,
@@ -80,8 +95,16 @@ constexpr long ForbiddenCalls[] = {
     SYS_umount2,
     SYS_pivot_root,
     SYS_chroot,
+    428,  // open_tree
+    429,  // move_mount
+    430,  // fsopen
+    432,  // fsmount
+    433,  // fspick
+    442,  // mount_setattr
+    467,  // open_tree_attr
     SYS_unshare,
-    SYS_setns,  // the system
+    SYS_setns,
+    SYS_syslog,  // the system
     SYS_bpf,
     SYS_perf_event_open,
     SYS_userfaultfd,
@@ -110,6 +133,17 @@ constexpr long ForbiddenCalls[] = {
     SYS_mknod,
 #endif
 };
+
+/** Calls of which the first argument names a process; 0: the caller. **/
+constexpr long CallsForOneself[] = {
+    SYS_prlimit64,
+    SYS_sched_setaffinity,
+    SYS_sched_setattr,
+    SYS_sched_setparam,
+    SYS_sched_setscheduler,
+};
+constexpr long Clone3 = 435;  // what it makes stands in memory, where no filter sees it
+constexpr unsigned NewNamespaces = 0x7e020080;
 
 [[noreturn]] void fail(const std::string& what) {
     throw std::runtime_error("cannot make a sandbox: " + what + ": " + std::strerror(errno));
@@ -142,8 +176,9 @@ public:
         const long version = getLandlockVersion();
         m_known = Version1 | (version >= 2 ? Refer : 0) | (version >= 3 ? Truncate : 0) |
                   (version >= 5 ? ControlDevice : 0);
-        const RulesetAttributes attributes{m_known};
-        m_rules = int(syscall(CreateRuleset, &attributes, sizeof attributes, 0));
+        const RulesetAttributes attributes{m_known, 0, version >= FirstScopes ? ScopeSignals : 0};
+        const size_t size = version >= FirstScopes ? sizeof attributes : sizeof m_known;
+        m_rules = int(syscall(CreateRuleset, &attributes, size, 0));
         if (m_rules < 0) fail("Landlock");
     }
     ~Landlock() { close(m_rules); }
@@ -172,22 +207,68 @@ private:
     int m_rules;
 };
 
-void forbidCalls() {
-    constexpr unsigned refuse = SECCOMP_RET_ERRNO | EPERM;
-    std::vector<sock_filter> filter = {
-        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
-        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, Architecture, 1, 0),
-        BPF_STMT(BPF_RET | BPF_K, refuse),
-        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-        BPF_JUMP(BPF_JMP | BPF_JGE | BPF_K, FirstForeignCall, 0, 1),
-        BPF_STMT(BPF_RET | BPF_K, refuse)};
-    for (const long call : ForbiddenCalls) {
-        filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, unsigned(call), 0, 1));
-        filter.push_back(BPF_STMT(BPF_RET | BPF_K, refuse));
+/** Which calls are refused, as the kernel's filters say it. **/
+class CallFilter {
+public:
+    CallFilter() {
+        load(offsetof(seccomp_data, arch));
+        refuseUnless(BPF_JEQ, Architecture);
+        load(offsetof(seccomp_data, nr));
+        jump(BPF_JGE, FirstForeignCall, 0, 1);
+        refuse(EPERM);
     }
-    filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
-    const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
-    if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0) fail("seccomp");
+
+    void forbid(long call, int error = EPERM) {
+        jump(BPF_JEQ, unsigned(call), 0, 1);
+        refuse(error);
+    }
+    void forbidUnlessFirstIsZero(long call) { forbidByFirst(call, BPF_JEQ, 0); }
+    /** @param bits  of the first argument, of which none may be set **/
+    void forbidBitsOfFirst(long call, unsigned bits) { forbidByFirst(call, BPF_JSET, bits); }
+
+    void restrictThread() {
+        add(BPF_RET | BPF_K, SECCOMP_RET_ALLOW);
+        const sock_fprog program{static_cast<unsigned short>(m_filter.size()), m_filter.data()};
+        if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0) fail("seccomp");
+    }
+
+private:
+    void add(int code, unsigned value) {
+        m_filter.push_back(BPF_STMT(static_cast<unsigned short>(code), value));
+    }
+    void load(size_t offset) { add(BPF_LD | BPF_W | BPF_ABS, unsigned(offset)); }
+    void jump(int test, unsigned value, int ifTrue, int ifFalse) {
+        m_filter.push_back(BPF_JUMP(static_cast<unsigned short>(BPF_JMP | test | BPF_K), value,
+                                    static_cast<unsigned char>(ifTrue),
+                                    static_cast<unsigned char>(ifFalse)));
+    }
+    void refuse(int error) { add(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | unsigned(error)); }
+    void refuseUnless(int test, unsigned value) {
+        jump(test, value, 1, 0);
+        refuse(EPERM);
+    }
+    /** Numbers and flags of processes have 32 bits: the lower ones. **/
+    void forbidByFirst(long call, int test, unsigned value) {
+        jump(BPF_JEQ, unsigned(call), 0, 4);
+        load(offsetof(seccomp_data, args));
+        const bool isAllowed = test == BPF_JEQ;
+        jump(test, value, isAllowed ? 1 : 0, isAllowed ? 0 : 1);
+        refuse(EPERM);
+        load(offsetof(seccomp_data, nr));
+    }
+
+    std::vector<sock_filter> m_filter;
+};
+
+void forbidCalls() {
+    CallFilter filter;
+    for (const long call : ForbiddenCalls) filter.forbid(call);
+    for (const long call : CallsForOneself) filter.forbidUnlessFirstIsZero(call);
+    // abort() does without.
+    if (getLandlockVersion() < FirstScopes) filter.forbid(SYS_tgkill);
+    filter.forbidBitsOfFirst(SYS_clone, NewNamespaces);
+    filter.forbid(Clone3, ENOSYS);  // the C library takes clone then
+    filter.restrictThread();
 }
 
 }  // namespace

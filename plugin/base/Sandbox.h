@@ -5,9 +5,11 @@ need no privileges, no other program, and work in containers and changed roots.
 
 A program in the sandbox
 
-- runs no other program,
+- runs no other program; what it loads by the system's loader, which it needs itself, runs in the
+  same sandbox,
 - opens only what is readable below, and makes, changes and removes files only in one folder,
-- has no network, sends no signals, traces no process, changes no modes, owners or times of files.
+- has no network, sends no signals to other processes, traces them not and changes neither their
+  limits nor their priorities, changes no modes, owners or times of files.
 
 Names, sizes and times of files are not hidden from it, nor are its processor time, memory and disk
 limited. **/

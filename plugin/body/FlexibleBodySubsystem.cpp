@@ -8,6 +8,7 @@
 #include "simflex/body/Joint.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/body/ModalMobilizer.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/body/TurnState.h"
 
 namespace simflex {
@@ -158,23 +159,23 @@ void FlexibleBodySubsystem::closeJoints(State& state, Real tolerance) const {
     system.realizeModel(state);
     requireLinearRange(*this, state, "FlexibleBodySubsystem::closeJoints()");
     system.realize(state, Stage::Velocity);
-    const State start = state;
+    const State start = copyState(state);
     try {
         // As ImplicitIntegrator::initialize() does. What is prescribed has been so before.
         system.prescribe(state);
-        const State prescribed = state;
+        const State prescribed = copyState(state);
         bool isProjected = getNumBodies() == 0;
         if (isProjected) try {
                 system.project(state, tolerance);
             } catch (const std::exception&) {
-                state = prescribed;
+                copyState(prescribed, state);
                 isProjected = false;
             }
         if (!isProjected) assemble(system, state, tolerance);
         system.realize(state, Stage::Velocity);
         requireUnforcedShapes(*this, start, state);
     } catch (const std::exception&) {
-        state = start;
+        copyState(start, state);
         throw;
     }
     own.setDisplacementWeights(state);

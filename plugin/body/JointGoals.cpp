@@ -8,6 +8,7 @@
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/body/LinearRangeReporter.h"
+#include "simflex/body/StateCopy.h"
 
 namespace simflex {
 
@@ -15,7 +16,7 @@ using namespace SimTK;
 
 namespace {
 
-constexpr Real ModalWeight = 1e3;      // where bodies have to deform
+constexpr Real ModalWeight = 1e3;      // of modal speeds, where bodies have to deform
 constexpr Real LargestStep = 0.1;      // [rad] in one step
 constexpr Real GoalTolerance = 1e-11;  // of joints and coordinates [m, rad]
 constexpr Real Conditioning = 1e-9;    // rows that follow from others
@@ -24,6 +25,10 @@ constexpr Real Open = 1e-6;            // error of a joint that is to be named [
 constexpr int MostCorrections = 40;    // after the last step of the way
 
 enum class Bending { Held, Free };
+
+Eigen::Map<const Eigen::VectorXd> viewVector(const Vector& vector) {
+    return {&vector[0], vector.size()};
+}
 
 /** A State on its way to the goals. **/
 class JointGuide {
@@ -34,10 +39,11 @@ public:
           m_system(bodies.getMultibodySystem()),
           m_matter(m_system.getMatterSubsystem()),
           m_goals(goals),
-          m_state(start) {
+          m_state(copyState(start)) {
         bodies.closeJoints(m_state);
-        m_closed = m_state;
-        m_weights = m_state.getUWeights();
+        copyState(m_state, m_closed);
+        m_weights.resize(m_state.getNU());
+        m_weights = 1;
         for (int b = 0; b < bodies.getNumBodies(); ++b) {
             const FlexibleBody body = bodies.getBody(FlexibleBodyIndex(b));
             for (int k = 0; k < body.getNumModalMobilizers(); ++k) {
@@ -250,7 +256,7 @@ private:
     /** ∂c/∂u, a row: rates are linear in the speeds. **/
     Vector calcGradient(const JointGoal& goal) const {
         Vector gradient(m_state.getNU(), Real(0));
-        State moving = m_state;
+        State moving = copyState(m_state);
         for (const int j : findSpeeds(goal)) {
             moving.updU() = 0;
             moving.updU()[j] = 1;
@@ -260,25 +266,60 @@ private:
         return gradient;
     }
 
-    /** The δ with these right-hand sides of m rows of G and of the goals for which `before` + δ is
-    smallest. **/
+    /** The δ with these right-hand sides of m rows of G and of the goals for which `before` + δ has
+    the least kinetic energy, as speeds that an impulse makes: whatever the units and axes. **/
     Vector solve(int m, const Vector& errors, const Vector& changes, const Vector& before) const {
         const int n = m_state.getNU(), numGoals = int(m_goals.size());
+        const Eigen::LLT<Eigen::MatrixXd> metric(calcMetric());
         Matrix G;
         m_matter.calcG(m_state, G);
-        Matrix A(m + numGoals, n);
-        for (int i = 0; i < m; ++i)
+        Eigen::MatrixXd A(m + numGoals, n);
+        Eigen::VectorXd right(m + numGoals);
+        for (int i = 0; i < m; ++i) {
             for (int j = 0; j < n; ++j) A(i, j) = G(i, j);
-        for (int i = 0; i < numGoals; ++i) A[m + i] = ~calcGradient(m_goals[size_t(i)]);
-        Vector right(m + numGoals);
-        for (int i = 0; i < m; ++i) right[i] = errors[i];
-        for (int i = 0; i < numGoals; ++i) right[m + i] = changes[i];
-        right += A * before;
-        for (int j = 0; j < n; ++j) A(j) /= m_weights[j];
-        Vector change;
-        FactorQTZ(A, Conditioning).solve(right, change);
-        for (int j = 0; j < n; ++j) change[j] = change[j] / m_weights[j] - before[j];
-        return change;
+            right[i] = errors[i];
+        }
+        for (int i = 0; i < numGoals; ++i) {
+            A.row(m + i) = viewVector(calcGradient(m_goals[size_t(i)])).transpose();
+            right[m + i] = changes[i];
+        }
+        right += A * viewVector(before);
+        for (int j = 0; j < n; ++j)
+            if (m_weights[j] == Infinity) A.col(j).setZero();
+        // ½ yᵀWy is ½ |z|² with z = Lᵀy.
+        A = metric.matrixL().solve(A.transpose()).transpose().eval();
+        Matrix scaled(m + numGoals, n);
+        Vector scaledRight(m + numGoals);
+        for (int i = 0; i < m + numGoals; ++i) {
+            const Real length = A.row(i).norm(), scale = length > 0 ? 1 / length : 1;
+            for (int j = 0; j < n; ++j) scaled(i, j) = scale * A(i, j);
+            scaledRight[i] = scale * right[i];
+        }
+        Vector z;
+        FactorQTZ(scaled, Conditioning).solve(scaledRight, z);
+        const Eigen::VectorXd change = metric.matrixU().solve(viewVector(z));
+        Vector delta(n);
+        for (int j = 0; j < n; ++j) delta[j] = change[j] - before[j];
+        return delta;
+    }
+
+    /** The mass matrix, modes weighted, of what is not held; 1 where nothing is. **/
+    Eigen::MatrixXd calcMetric() const {
+        const int n = m_state.getNU();
+        Matrix M;
+        m_matter.calcM(m_state, M);
+        constexpr Real Least = 1e-12;  // of a diagonal, where massless bodies make it singular
+        Real largest = 0;
+        for (int j = 0; j < n; ++j) largest = std::max(largest, M(j, j));
+        Eigen::MatrixXd metric(n, n);
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j) {
+                const bool isHeld = m_weights[i] == Infinity || m_weights[j] == Infinity;
+                metric(i, j) = isHeld ? Real(i == j) : m_weights[i] * M(i, j) * m_weights[j];
+            }
+        for (int j = 0; j < n; ++j)
+            metric(j, j) = metric(j, j) > 0 ? (1 + Least) * metric(j, j) : std::max(largest, Real(1));
+        return metric;
     }
 
     const FlexibleBodySubsystem& m_bodies;

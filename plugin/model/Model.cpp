@@ -1,5 +1,6 @@
 #include "simflex/model/Model.h"
 
+#include "simflex/body/StateCopy.h"
 #include "simflex/model/builders/Controllers.h"
 #include "simflex/model/builders/ModelBuilder.h"
 #include "simflex/model/builders/ModelTrigger.h"
@@ -181,7 +182,7 @@ State Model::makePlacedState() const {
 }
 
 State Model::makeInitialState() const {
-    State state = m_contents->initialState;
+    State state = copyState(m_contents->initialState);
     startStates(state);
     return state;
 }

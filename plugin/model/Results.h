@@ -72,6 +72,10 @@ struct ResultHeader {
     std::string modelText;
     std::vector<std::string> settings;
     bool isRigid = false;
+    /** Of simflex, that wrote the file. **/
+    std::string version;
+    /** Checksums of what the results depend on beside text and settings, by what they are of. **/
+    std::map<std::string, std::string> inputs;
 };
 
 /** What a file holds.

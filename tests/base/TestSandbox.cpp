@@ -2,6 +2,7 @@
 What a program in the sandbox can do, and what it cannot: tried out. **/
 
 #include <gmock/gmock.h>
+#include <sys/syscall.h>
 
 #include <cstdio>
 #include <fstream>
@@ -137,6 +138,50 @@ TEST_F(SandboxTest, ThereIsNoNetworkAndNoSignalGoesOut) {
          {"import socket; socket.socket()", "import socket; socket.socket(socket.AF_UNIX)",
           "os.kill(os.getppid(), 0)", "os.kill(-1, 0)", "os.pidfd_open(os.getppid())"})
         EXPECT_EQ(attempt(code), "EPERM") << code;
+}
+
+TEST_F(SandboxTest, NoCallReachesOtherProcessesOrFilesBesides) {
+    const std::string call =
+        "import ctypes; libc = ctypes.CDLL(None, use_errno=True)\n"
+        "    if libc.syscall(%s) < 0: raise OSError(ctypes.get_errno(), '')";
+    const auto attemptCall = [&](const std::string& arguments) {
+        std::string code = call;
+        return attempt(code.replace(code.find("%s"), 2, arguments));
+    };
+    const std::string parent = "os.getppid()", file = "-100, (outside + '/secret').encode(), ";
+    const auto number = [](long name) { return std::to_string(name) + ", "; };
+    for (const std::string& arguments :
+         {number(SYS_tgkill) + parent + ", " + parent + ", 0",
+          number(SYS_rt_tgsigqueueinfo) + parent + ", " + parent + ", 0, 0",
+          number(424) + "-1, 0, 0, 0",  // pidfd_send_signal
+          number(SYS_prlimit64) + parent + ", 7, 0, 0",
+          number(SYS_setpriority) + "0, " + parent + ", 19",
+          number(SYS_sched_setaffinity) + parent + ", 0, 0",
+          number(440) + "-1, 0, 0, 0, 0",  // process_madvise
+          number(SYS_kcmp) + parent + ", " + parent + ", 0, 0, 0",
+          number(452) + file + "0o777, 0",                     // fchmodat2
+          number(463) + file + "0, b'user.x', 0, 0",           // setxattrat
+          number(469) + file + "0, 0, 0",                      // file_setattr
+          number(428) + "-100, b'/', 1",                       // open_tree
+          number(430) + "b'tmpfs', 0",                         // fsopen
+          number(SYS_clone) + "0x10000000 | 17, 0, 0, 0, 0"})  // a namespace of users
+        EXPECT_EQ(attemptCall(arguments), "EPERM") << arguments;
+    EXPECT_EQ(attemptCall(number(SYS_prlimit64) + "0, 7, 0, 0"), "ok");
+    EXPECT_EQ(attempt("import threading; t = threading.Thread(target=print); t.start(); t.join()"),
+              "\nok");
+}
+
+TEST_F(SandboxTest, WhatTheLoaderLoadsIsShutInToo) {
+    std::string loader;
+    for (const char* path : {"/lib64/ld-linux-x86-64.so.2", "/lib/ld-linux-aarch64.so.1"})
+        if (fs::exists(path)) loader = path;
+    EXPECT_EQ(attempt("open('script', 'w').write('echo x > ' + outside + '/new; cat ' + outside + "
+                      "'/secret; ls')\n"
+                      "    os.execv('" +
+                      loader + "', ['ld', '/bin/sh', 'script'])")
+                  .find("secret\n"),
+              std::string::npos);
+    EXPECT_FALSE(fs::exists(outside / "new"));
 }
 
 TEST_F(SandboxTest, OnlyTheProgramIsShutIn) {

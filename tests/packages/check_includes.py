@@ -129,6 +129,16 @@ class Includes(unittest.TestCase):
             visit(name, [])
         self.assertEqual(circles, [])
 
+    def test_states_are_copied_by_our_own_function(self):
+        """Simbody's copies can show lazily computed values of the original: see body/StateCopy.h."""
+        plain = [
+            f"{file.name}: {copy}"
+            for file in sorted((OPTIONS.source / "plugin").rglob("*.cpp"))
+            for copy in re.findall(r"^ *(?:const )?(?:SimTK::)?State \w+ = [\w.>\[\]-]+;", file.read_text(encoding="utf-8"), re.M)
+            if "WorkTeam" not in file.name
+        ]
+        self.assertEqual(plain, [])
+
     def test_parts_are_made_without_simbody(self):
         simbody = [
             f"{name} includes {header}"

@@ -13,6 +13,7 @@ simflex modes: animated pictures of a part's mode shapes and a sheet of all of t
 #include "simflex/base/Interruption.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/Options.h"
@@ -177,7 +178,7 @@ public:
 private:
     /** Frames are told apart by their time: the mode's place, then the frame of its period. **/
     SimTK::State makeState(size_t k, int frame) const {
-        SimTK::State state = m_empty.state;
+        SimTK::State state = copyState(m_empty.state);
         state.setTime(double(k * FramesPerPeriod + size_t(frame % FramesPerPeriod)));
         return state;
     }

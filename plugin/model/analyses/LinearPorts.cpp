@@ -7,6 +7,7 @@
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/body/StressRecovery.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/file/ModelError.h"
@@ -363,7 +364,7 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
                 return effect;
             };
             if (isInput) {
-                State state = point.state;
+                State state = copyState(point.state);
                 flexible.setStateValue(state, source.input, value + change);
                 m_model.getSystem().realize(state, SimTK::Stage::Velocity);
                 return compare(
@@ -642,7 +643,7 @@ ModelResponse::ModelResponse(const ModelText& text, const ModelOptions& options,
     : m_model(model), m_state(about), m_unbalance(unbalance) {
     ModelText ownText = text;
     Probes ownProbes = probes;
-    State state = about;
+    State state = copyState(about);
     std::vector<std::string> paths = inputs;
     if (unbalance) {
         std::string load = "unbalance";
@@ -730,7 +731,7 @@ Matrix ModelResponse::calcBounds(double frequency) const {
                                               : m_motions->calcTransfer(Complex(0, omega));
     // Sizes by masses have one unit for all that moves.
     const SimTK::SimbodyMatterSubsystem& matter = m_model->getSystem().getMatterSubsystem();
-    State state = m_state;
+    State state = copyState(m_state);
     m_model->getSystem().realize(state, SimTK::Stage::Velocity);
     const auto measure = [&](const Vector& v, bool isMotion) {
         Vector product;

@@ -7,6 +7,7 @@
 #include "simflex/base/Progress.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/body/LinearRangeReporter.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/LinearPorts.h"
 #include "simflex/model/analyses/StateRows.h"
@@ -99,6 +100,8 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     if (!options.onlyChecks) readEarlier();
     m_model = std::make_shared<const Model>(file, m_modelOptions);
     m_modelOptions.listener = {};
+    m_inputs = calcInputChecksums(*m_model);
+    refuseChange(findChangedInput(m_earlierInputs, m_inputs));
     m_probes = Probes::make(m_model);
     if (!isRigidTwin()) checkPorts();
     // What cannot be drawn is refused before hours of simulation.
@@ -162,6 +165,8 @@ std::string ModelRun::findChange(const ResultHeader& earlier) const {
     if (earlier.settings != m_text.settings)
         return "it was run with other settings (then: " + list(earlier.settings) +
                "; now: " + list(m_text.settings) + ")";
+    if (earlier.version != SIMFLEX_VERSION)
+        return "it was written by simflex " + earlier.version + ", this is " SIMFLEX_VERSION;
     if (earlier.isRigid != isRigidTwin())
         return earlier.isRigid ? "its bodies are all rigid" : "its bodies are flexible";
     return "";
@@ -238,22 +243,24 @@ void ModelRun::readEarlier() {
             error.what() + "; choose another name with -o or remove it");
     }
     const std::string change = findChange(data.header);
-    if (m_options.resumes) {
-        if (!change.empty()) throw CannotResume(m_resultPath, change);
+    m_earlierInputs = data.header.inputs;
+    if (m_options.resumes)
         m_earlier = std::move(data);
-        return;
-    }
-    if (m_options.only.empty()) return;
-    std::vector<std::string> others;
-    for (Results::Analysis& analysis : data.analyses) {
-        if (isWanted(analysis.name)) continue;
-        others.push_back(analysis.name);
-        m_kept.push_back(std::move(analysis));
-    }
-    if (!others.empty() && !change.empty())
-        throw std::runtime_error("'" + m_resultPath + "' has the results of " +
-                                 joinNames(others, ", ") + ", which --only would lose: " + change +
-                                 "; choose another name with -o, or remove it");
+    else if (!m_options.only.empty())
+        for (Results::Analysis& analysis : data.analyses)
+            if (!isWanted(analysis.name)) m_kept.push_back(std::move(analysis));
+    refuseChange(change);
+}
+
+void ModelRun::refuseChange(const std::string& change) const {
+    if (change.empty()) return;
+    if (m_earlier) throw CannotResume(m_resultPath, change);
+    if (m_kept.empty()) return;
+    std::vector<std::string> names;
+    for (const Results::Analysis& analysis : m_kept) names.push_back(analysis.name);
+    throw std::runtime_error("'" + m_resultPath + "' has the results of " +
+                             joinNames(names, ", ") + ", which --only would lose: " + change +
+                             "; choose another name with -o, or remove it");
 }
 
 void ModelRun::openResults() {
@@ -271,6 +278,7 @@ void ModelRun::openResults() {
     header.modelText = m_text.text;
     header.settings = m_text.settings;
     header.isRigid = isRigidTwin();
+    header.inputs = m_inputs;
     m_writer = std::make_unique<ResultWriter>(m_resultPath, header, m_kept);
     m_kept.clear();
 }
@@ -357,12 +365,6 @@ void ModelRun::runTransient(const ModelValue& analysis) {
     const bool isBegun = m_earlier && seekNamed(m_earlier->analyses, name);
     if (isBegun && fs::exists(getCheckpointPath())) {
         const RunCheckpoint checkpoint = readRunCheckpoint(getCheckpointPath());
-        const std::map<std::string, std::string> inputs = calcInputChecksums(*m_model);
-        for (const auto& [what, sum] : inputs) {
-            const auto then = checkpoint.inputs.find(what);
-            if (then == checkpoint.inputs.end() || then->second != sum)
-                throw CannotResume(m_resultPath, what + " has changed since");
-        }
         if (checkpoint.analysis == name) {
             run.resume(start, checkpoint);
             m_writer->resumeTransient(name, checkpoint.numRows);
@@ -423,9 +425,8 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
         throw std::runtime_error("analysis '" + analysis.getName() + "': " + error.what());
     }
     Equilibrium& equilibrium = m_equilibria[analysis.getName()];
-    equilibrium = {solver.getState(), solver.getMultipliers(), solver.getNumIterations(),
+    equilibrium = {copyState(solver.getState()), solver.getMultipliers(), solver.getNumIterations(),
                    describeEquilibrium(solver), std::move(path)};
-    // A copy of a State is not realized.
     m_model->getSystem().realize(equilibrium.state, SimTK::Stage::Velocity);
     std::vector<State> states{equilibrium.state};
     for (const StaticEquilibrium::PathPoint& point : equilibrium.path)

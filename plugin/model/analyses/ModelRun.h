@@ -14,6 +14,7 @@ All analyses of a model, one after the other, into one result file.
 
 #include "simflex/model/RunOptions.h"
 #include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/analyses/Provenance.h"
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/probes/Probe.h"
 #include "simflex/model/results/ResultWriter.h"
@@ -107,6 +108,9 @@ private:
     void openResults();
     /** What is not as in an earlier run; empty if it was the same. **/
     std::string findChange(const ResultHeader& earlier) const;
+    /** @throws CannotResume, or std::runtime_error if --only would lose earlier results, unless
+    `change` is empty **/
+    void refuseChange(const std::string& change) const;
     /** For pictures, where the model names no folder: MODEL.frames in the current one. **/
     std::string getUsualFolder() const;
     std::string getCheckpointPath() const { return m_resultPath + ".checkpoint"; }
@@ -153,6 +157,7 @@ private:
     std::unique_ptr<ResultWriter> m_writer;
     std::optional<Results> m_earlier;       ///< of the run that is gone on with
     std::vector<Results::Analysis> m_kept;  ///< earlier results that stay: others are wanted
+    InputChecksums m_inputs, m_earlierInputs;  ///< of this run, and of those results
     std::optional<SimTK::State> m_start;
     EquilibriumNotes m_startNotes;
     std::map<std::string, Equilibrium> m_equilibria;

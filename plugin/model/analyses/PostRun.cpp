@@ -11,6 +11,7 @@
 #include "simflex/base/Progress.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/body/VtkReporter.h"
+#include "simflex/model/analyses/Provenance.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
 #include "simflex/model/analyses/StateRows.h"
 #include "simflex/model/file/ModelTexts.h"
@@ -126,6 +127,10 @@ public:
         modelOptions.allowsScripts = options.allowsScripts;
         modelOptions.listener = options.listener;
         m_model = std::make_shared<const Model>(readModel(m_text), modelOptions);
+        const InputChecksums inputs = calcInputChecksums(*m_model);
+        const std::string change = findChangedInput(m_results.header.inputs, inputs);
+        if (!change.empty() && !m_results.header.inputs.empty())
+            throw std::runtime_error("'" + path + "' is not of this model: " + change);
         m_probes = Probes::make(m_model);
         // Those of the run stay as they are.
         m_draws = options.drawsPictures && m_model->getFile().get("pictures").isGiven() &&

@@ -19,7 +19,7 @@ namespace model {
 namespace {
 
 constexpr char CheckpointKind[] = "simflex checkpoint of a run";
-constexpr std::uint32_t CheckpointVersion = 8;
+constexpr std::uint32_t CheckpointVersion = 9;
 constexpr std::size_t MostPacked = 1 << 24;  // bytes of frames that are written at once
 
 std::string readFile(const std::string& path) {
@@ -71,14 +71,6 @@ void readFrames(const std::string& path, RunCheckpoint& checkpoint) {
 
 /** All but the frames. **/
 void visitCheckpoint(Archive& archive, RunCheckpoint& checkpoint) {
-    std::vector<std::string> names, sums;
-    for (const auto& [name, sum] : checkpoint.inputs) {
-        names.push_back(name);
-        sums.push_back(sum);
-    }
-    archive.visit(names, sums);
-    if (names.size() != sums.size()) throw std::runtime_error("an input has no checksum");
-    for (size_t k = 0; k < names.size(); ++k) checkpoint.inputs[names[k]] = sums[k];
     archive.visit(checkpoint.analysis);
     archive.visitCount(checkpoint.numRows);
     RunCheckpoint::Energy& energy = checkpoint.energy;
@@ -88,15 +80,6 @@ void visitCheckpoint(Archive& archive, RunCheckpoint& checkpoint) {
     archive.visit(checkpoint.kept.frames, checkpoint.kept.bytes);
     archive.visit(checkpoint.events, checkpoint.eventTimes);
     archive.visit(checkpoint.warnings, checkpoint.integrator);
-}
-
-std::string sumNumbers(const ReducedBody& part) {
-    Hash hash;
-    hash.add(part.mass);
-    hash.add(part.omegaSquared);
-    hash.add(part.Phi);
-    hash.add(part.mesh.positions);
-    return hash.getText();
 }
 
 }  // namespace
@@ -132,34 +115,6 @@ RunCheckpoint readRunCheckpoint(const std::string& path) {
                                  "; remove it to begin anew");
     }
     return checkpoint;
-}
-
-std::map<std::string, std::string> calcInputChecksums(const Model& model) {
-    std::map<std::string, std::string> sums;
-    std::map<const ReducedBody*, std::string> ofParts;
-    for (const Model::BodyEntry& body : model.getBodies()) {
-        if (!body.flexible) continue;
-        std::string& sum = ofParts[&body.flexible->getPart()];
-        if (sum.empty()) sum = sumNumbers(body.flexible->getPart());
-        sums["the part of body '" + body.name + "'"] = sum;
-    }
-    const auto addFile = [&](const std::string& what, const ModelValue& file) {
-        if (!file.isGiven()) return;
-        Hash hash;
-        hash.add(readFile(file.getFilePath()));
-        sums[what] = hash.getText();
-    };
-    const ModelValue tables = model.getFile().get("tables"), bodies = model.getFile().get("bodies");
-    for (const std::string& name : tables.getKeys())
-        addFile("the file of table '" + name + "'", tables.get(name).get("file"));
-    for (const std::string& name : bodies.getKeys()) {
-        const ModelValue shapes = bodies.get(name).get("shape");
-        const int count = shapes.isList() ? shapes.getSize() : int(shapes.isGiven());
-        for (int k = 0; k < count; ++k)
-            addFile("mesh " + std::to_string(k + 1) + " of body '" + name + "'",
-                    (shapes.isList() ? shapes.at(k) : shapes).get("mesh"));
-    }
-    return sums;
 }
 
 }  // namespace model

@@ -13,8 +13,6 @@ namespace simflex {
 namespace model {
 
 struct RunCheckpoint {
-    /** Checksums of what a run reads besides the model's text: parts, tables, meshes; by name. **/
-    std::map<std::string, std::string> inputs;
     std::string analysis;
     int numRows = 0;
 
@@ -60,9 +58,6 @@ void removeRunCheckpoint(const std::string& path);
 /** @throws std::runtime_error naming the file and what is wrong with it: cut off, damaged, of
 another kind, of a newer version. **/
 RunCheckpoint readRunCheckpoint(const std::string& path);
-
-/** RunCheckpoint::inputs of a model. **/
-std::map<std::string, std::string> calcInputChecksums(const Model& model);
 
 }  // namespace model
 }  // namespace simflex

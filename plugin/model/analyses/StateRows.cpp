@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "simflex/body/StateCopy.h"
 #include "simflex/forces/JointFriction.h"
 #include "simflex/model/analyses/StateNumbers.h"
 
@@ -97,7 +98,7 @@ StateRows::StateRows(const Model& model) : m_model(model), m_start(model.makeIni
     }
     for (ConstraintIndex c(0); c < matter.getNumConstraints(); ++c) {
         if (own.count(c)) continue;
-        State enabled = m_start;
+        State enabled = copyState(m_start);
         matter.getConstraint(c).enable(enabled);
         model.getSystem().realize(enabled, SimTK::Stage::Instance);
         int position = 0, velocity = 0, acceleration = 0;
@@ -199,7 +200,7 @@ State StateRows::unpackState(const Results::Analysis& analysis, size_t row) cons
                                      std::to_string(m_columns.at(kept.name).size()) +
                                      ": its parts have changed since; run the model anew");
     }
-    State state = m_start;
+    State state = copyState(m_start);
     if (!analysis.holding.empty()) {
         const FlexibleBodySubsystem& subsystem = m_model.getFlexibleBodies();
         const Vector holding = toVector(analysis.holding[row]);

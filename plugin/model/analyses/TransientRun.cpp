@@ -89,7 +89,6 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
 }
 
 void TransientRun::start(const State& state) {
-    m_progress.inputs = calcInputChecksums(*m_run.m_model);
     m_progress.analysis = m_name;
     m_startTime = state.getTime();
     checkMotions(m_run.m_model->getFile(), m_startTime, m_startTime + m_duration);

@@ -11,6 +11,7 @@
 #include "simflex/base/Progress.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/body/JointEquations.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/forces/JointFriction.h"
 #include "simflex/model/analyses/StateNumbers.h"
 #include "simflex/model/analyses/StateRows.h"
@@ -474,7 +475,7 @@ std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Fram
     const State pattern = model.makeInitialState();
     MotionRecorder motion(model.getSystem());
     for (const RunCheckpoint::Frame& frame : frames) {
-        State state = pattern;
+        State state = copyState(pattern);
         const Vector holding = toVector(frame.holding);
         if ((model.getFlexibleBodies().getHolding(state) - holding).normInf() != 0) {
             model.getFlexibleBodies().setHolding(state, holding);
@@ -584,7 +585,7 @@ std::string drawPeriods(const Model& model, const State& about, const std::vecto
     const fs::path folder = findFolder(model, usualFolder);
     fs::create_directories(folder);
     Linearization linear;
-    linear.state = about;
+    copyState(about, linear.state);
     // The largest of the bodies' sizes, and of their distances from Ground's origin.
     double size = 0;
     model.getSystem().realize(linear.state, SimTK::Stage::Velocity);

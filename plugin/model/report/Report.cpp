@@ -14,6 +14,7 @@
 #include "simflex/base/Progress.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/model/Model.h"
+#include "simflex/model/analyses/Provenance.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/results/Extremes.h"
@@ -309,7 +310,11 @@ private:
         options.allowsScripts = m_options.allowsScripts;
         options.listener = m_options.listener;
         try {
-            m_model = std::make_unique<Model>(text, options);
+            auto model = std::make_unique<Model>(text, options);
+            const std::string change =
+                findChangedInput(m_results.header.inputs, calcInputChecksums(*model));
+            if (!change.empty()) throw std::runtime_error(change);
+            m_model = std::move(model);
         } catch (const Cancelled&) {
             throw;
         } catch (const std::exception& error) {

@@ -17,7 +17,7 @@ namespace simflex {
 namespace model {
 namespace {
 
-constexpr char JournalMark[] = "simflex journal\n";  // 16 bytes
+constexpr char JournalMark[] = "simflex rows  2\n";  // 16 bytes
 constexpr std::uint64_t JournalMarkSize = sizeof JournalMark - 1;
 constexpr std::uint64_t RecordFrame =
     3 * sizeof(std::uint64_t);  // kind and size before, sum behind
@@ -65,6 +65,14 @@ void visit(Archive& archive, ResultHeader& header) {
     int isRigid = header.isRigid;
     archive.visitCount(isRigid);
     header.isRigid = isRigid != 0;
+    std::vector<std::string> inputs, sums;
+    for (const auto& [what, sum] : header.inputs) {
+        inputs.push_back(what);
+        sums.push_back(sum);
+    }
+    archive.visit(inputs, sums);
+    for (size_t k = 0; k < std::min(inputs.size(), sums.size()); ++k)
+        header.inputs[inputs[k]] = sums[k];
 }
 
 /** All but the rows. **/

@@ -434,6 +434,15 @@ void writeResultLayout(const std::string& path, const ResultJournal& journal) {
         hdf5::writeText(model, "settings", joinNames(header.settings, "\n"));
         hdf5::writeText(model, "bodies", header.isRigid ? "rigid" : "as_given");
     }
+    if (!header.inputs.empty()) {
+        std::vector<std::string> inputs, sums;
+        for (const auto& [what, sum] : header.inputs) {
+            inputs.push_back(what);
+            sums.push_back(sum);
+        }
+        hdf5::writeTexts(file, "inputs", inputs);
+        hdf5::writeTexts(file, "input_checksums", sums);
+    }
     if (!journal.getWarnings("").empty())
         hdf5::writeTexts(file, "warnings", journal.getWarnings(""));
     const auto analyses = hdf5::createGroup(file, "analyses");
@@ -464,6 +473,13 @@ Results readResultLayout(const std::string& path, ReadStates states) {
     const std::string settings = hdf5::readText(model, "settings");
     if (!settings.empty()) data.header.settings = splitAt(settings, '\n');
     data.header.isRigid = hdf5::readText(model, "bodies") == "rigid";
+    if (H5Aexists(file, "version") > 0) data.header.version = hdf5::readText(file, "version");
+    if (hdf5::hasLink(file, "inputs") && hdf5::hasLink(file, "input_checksums")) {
+        const std::vector<std::string> inputs = hdf5::readTexts(file, "inputs"),
+                                       sums = hdf5::readTexts(file, "input_checksums");
+        for (size_t k = 0; k < std::min(inputs.size(), sums.size()); ++k)
+            data.header.inputs[inputs[k]] = sums[k];
+    }
     if (hdf5::hasLink(file, "warnings")) data.warnings = hdf5::readTexts(file, "warnings");
     const auto analyses = hdf5::openGroup(file, "analyses");
     for (const std::string& name : listInOrder(analyses)) {

@@ -19,7 +19,8 @@ constexpr double MostOfTheTime = 0.1;  // spent on replacing the file at flush()
 
 bool isSameRun(const ResultHeader& a, const ResultHeader& b) {
     return a.title == b.title && a.modelPath == b.modelPath && a.modelText == b.modelText &&
-           joinNames(a.settings, "\n") == joinNames(b.settings, "\n") && a.isRigid == b.isRigid;
+           joinNames(a.settings, "\n") == joinNames(b.settings, "\n") && a.isRigid == b.isRigid &&
+           a.inputs == b.inputs;
 }
 
 /** Whether the journal has everything that the file has, and is of the same run. **/

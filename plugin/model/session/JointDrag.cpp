@@ -5,6 +5,7 @@
 #include "simflex/base/NumberText.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/body/JointGoals.h"
+#include "simflex/body/StateCopy.h"
 
 namespace simflex {
 namespace model {
@@ -62,7 +63,7 @@ State dragJoint(const Model& model, const State& state, const Joint& joint, int 
                 double value) {
     DragWish wish = makeWish(model, state, joint, coordinate, false, value);
     wish.checkThatNoMotionLeads();
-    State moved = state;
+    State moved = copyState(state);
     try {
         setJointCoordinates(model.getFlexibleBodies(), moved, {{joint, coordinate, value}},
                             AngleWay::Whole);
@@ -82,7 +83,7 @@ State setJointRate(const Model& model, const State& state, const Joint& joint, i
                    double rate) {
     const DragWish wish = makeWish(model, state, joint, coordinate, true, rate);
     wish.checkThatNoMotionLeads();
-    State moved = state;
+    State moved = copyState(state);
     try {
         setJointRates(model.getFlexibleBodies(), moved, {{joint, coordinate, rate}});
     } catch (const std::runtime_error&) {

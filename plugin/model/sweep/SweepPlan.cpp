@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -13,7 +12,9 @@
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/Hash.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/model/analyses/Provenance.h"
 #include "simflex/model/file/NearestName.h"
+#include "simflex/model/parts/PartKey.h"
 #include "simflex/model/schema/Schema.h"
 #include "simflex/part/TextLines.h"
 
@@ -54,30 +55,6 @@ std::vector<std::string> makeRange(double from, double to, int count) {
 bool looksLikeRange(const std::string& text) {
     return text.find(':') != std::string::npos &&
            text.find_first_not_of("0123456789.+-eE: ") == std::string::npos;
-}
-
-std::string calcFileChecksum(const std::string& path) {
-    Hash hash;
-    std::ifstream in(path, std::ios::binary);
-    std::vector<char> block(1 << 16);
-    while (in.read(block.data(), std::streamsize(block.size())) || in.gcount() > 0)
-        hash.addBytes(block.data(), size_t(in.gcount()));
-    return hash.getText();
-}
-
-/** Paths of the files that a model names, as they can be opened. **/
-void collectFiles(const ModelValue& value, std::set<std::string>& files) {
-    if (value.isMap()) {
-        for (const std::string& key : value.getKeys()) collectFiles(value.get(key), files);
-    } else if (value.isList()) {
-        for (int k = 0; k < value.getSize(); ++k) collectFiles(value.at(k), files);
-    } else if (value.isScalar()) {
-        std::error_code ignored;
-        const std::string text = value.getText();
-        if (text.empty() || text.size() > 4000) return;
-        const std::string path = value.getFilePath();
-        if (fs::is_regular_file(path, ignored)) files.insert(path);
-    }
 }
 
 /** "speed = 50, length = 0.1" **/
@@ -379,13 +356,13 @@ void checkSweepCases(SweepPlan& plan) {
     if (std::all_of(plan.cases.begin(), plan.cases.end(),
                     [](const SweepCase& one) { return !one.error.empty(); }))
         throw std::runtime_error("case " + plan.cases.at(0).folder + ": " + plan.cases[0].error);
-    Hash hash;
-    hash.add(plan.model.text);
+    PartKey key;  // knows what files include
+    key.add(plan.model.text);
     for (const std::string& file : files) {
-        hash.add(file);
-        hash.add(calcFileChecksum(file));
+        key.add(file);
+        key.addFile(file);
     }
-    plan.content = hash.getText();
+    plan.content = key.getText();
 }
 
 }  // namespace model

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/equations/FlexibleBlock.h"
 #include "simflex/solver/equations/ForceElements.h"
 
@@ -38,7 +39,7 @@ void visitForeignForces(const Evaluation& equations, double time, const double* 
                         Visit visit, Fail fail) {
     const MultibodySystem& system = *equations.getTopology().system;
     const State& start = equations.getSimbody().getState();
-    State state = start;
+    State state = copyState(start);
     disableAllBut(Force(), system, state);
     system.realize(state, Stage::Instance);
     equations.getBlocks().putIntoState(time, q, u, state);

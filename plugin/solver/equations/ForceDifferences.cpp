@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/equations/ForceElements.h"
 #include "simflex/solver/equations/UnusablePoint.h"
 
@@ -79,7 +80,7 @@ void ForceDifferences::findSpeeds(const std::vector<Speed>& candidates) {
                  at = matter.getMobilizedBody(at).getParentMobilizedBody().getMobilizedBodyIndex())
                 bodies.insert(at);
     } else if (m_selection.bodies.empty()) {
-        const State start = m_moved;
+        const State start = copyState(m_moved);
         m_system.realize(start, Stage::Velocity);
         const Vector force = calcForce();
         for (const Speed& speed : candidates) {
@@ -88,7 +89,7 @@ void ForceDifferences::findSpeeds(const std::vector<Speed>& candidates) {
             const bool responds = force[speed.u] != 0 || (calcForce() - force).normInf() != 0;
             if (responds) bodies.insert(speed.body);
         }
-        m_moved = start;
+        copyState(start, m_moved);
     }
     for (const Speed& speed : candidates)
         if (bodies.count(speed.body)) m_speeds.push_back(speed);

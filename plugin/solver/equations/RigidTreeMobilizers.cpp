@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/equations/RigidTree.h"
 
 namespace simflex {
@@ -13,14 +14,14 @@ using Eigen::Vector4d;
 
 void RigidTree::checkVelocities(const SimbodyMatterSubsystem& matter, const State& state) const {
     constexpr Real Step = 1e-6, Allowed = 1e-4;
-    State now = state;
+    State now = copyState(state);
     for (int i = 0; i < now.getNU(); ++i) now.updU()[i] = 0;
     for (const RigidBody& body : m_bodies)
         for (int k = 0; k < body.nu; ++k)
             now.updU()[body.stateU0 + k] = std::cos(0.3 + 1.1 * (body.u0 + k));
     const System& system = matter.getSystem();
     system.realize(now, Stage::Velocity);
-    State before = now, after = now;
+    State before = copyState(now), after = copyState(now);
     before.updQ() -= Step * now.getQDot();
     after.updQ() += Step * now.getQDot();
     system.realize(before, Stage::Position);
@@ -44,7 +45,7 @@ void RigidTree::checkVelocities(const SimbodyMatterSubsystem& matter, const Stat
 }
 
 void RigidTree::classifyTurning(const SimbodyMatterSubsystem& matter, const State& state) {
-    State trial = state;
+    State trial = copyState(state);
     std::vector<double> q(size_t(numQ), 0), u(size_t(numU), 0);
     for (int i = 0; i < numU; ++i) u[size_t(i)] = 0.3 + 0.1 * i;
     getFromState(state, q.data(), u.data());
@@ -134,7 +135,7 @@ bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const St
     const bool isOwn = std::none_of(m_bodies.begin(), m_bodies.end(), [](const RigidBody& body) {
         return body.mobilizer == Mobilizer::Other;
     });
-    State trial = state;
+    State trial = copyState(state);
     std::vector<double> q(numQ), u(numU);
     getFromState(state, q.data(), u.data());
     for (int i = 0; i < numU; ++i) u[i] += 0.3 + 0.1 * i;

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "simflex/base/Checkpoint.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/equations/RigidTree.h"
 #include "simflex/solver/equations/StateImage.h"
 
@@ -13,7 +14,10 @@ using namespace SimTK;
 using Clock = std::chrono::steady_clock;
 
 SimbodyBridge::SimbodyBridge(const Topology& topology, Blocks& blocks, const State& state)
-    : m_system(*topology.system), m_topology(topology), m_blocks(blocks), m_private(state) {
+    : m_system(*topology.system),
+      m_topology(topology),
+      m_blocks(blocks),
+      m_private(copyState(state)) {
     m_blocks.context.gravity = &m_gravity;
 }
 

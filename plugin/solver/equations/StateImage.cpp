@@ -1,5 +1,7 @@
 #include "simflex/solver/equations/StateImage.h"
 
+#include "simflex/body/StateCopy.h"
+
 #include <memory>
 #include <utility>
 
@@ -131,7 +133,7 @@ void StateImage::requireWritable(const State& state) const {
 }
 
 void StateImage::write(const State& state, Checkpoint& checkpoint) const {
-    State copy = state;
+    State copy = copyState(state);
     visitSwitches(checkpoint, copy);
     visitVariables(checkpoint, copy);
     Real time = state.getTime();
@@ -252,13 +254,9 @@ void copyVariables(const std::vector<DiscreteVarKey>& keys, const State& from, S
 }
 
 State makeFreshState(const MultibodySystem& system, const State& state) {
-    State fresh = state;
+    State fresh = copyState(state);
     system.realizeModel(fresh);
     fresh.invalidateAll(Stage::Instance);
-    for (SubsystemIndex s(0); s < fresh.getNumSubsystems(); ++s)
-        for (CacheEntryIndex c(0); fresh.hasCacheEntry({s, c}); ++c)
-            if (fresh.getCacheEntryInfo({s, c}).getDependsOnStage() >= Stage::Instance)
-                fresh.markCacheValueNotRealized(s, c);
     if (state.getSystemStage() < Stage::Instance) return fresh;
     // Weights of constraint errors are made with the constraints.
     system.realize(fresh, Stage::Instance);

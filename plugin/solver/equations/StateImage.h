@@ -53,9 +53,7 @@ std::vector<SimTK::DiscreteVarKey> listLaterVariables(const SimTK::State& state)
 void copyVariables(const std::vector<SimTK::DiscreteVarKey>& keys, const SimTK::State& from,
                    SimTK::State& to);
 
-/** A State of the same system with the same variables and nothing computed. Simbody copies lazily
-computed values too, and in a copy that is changed as often as the original was, those of the
-original can pass for its own (Force::Gravity's energy, in 3.7). **/
+/** copyState() with what Stage::Instance computes anew. **/
 SimTK::State makeFreshState(const SimTK::MultibodySystem& system, const SimTK::State& state);
 
 }  // namespace simflex

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <typeinfo>
 
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/equations/FlexibleBlock.h"
 #include "simflex/solver/equations/ForceElements.h"
 #include "simflex/solver/equations/StateImage.h"
@@ -53,7 +54,7 @@ TimedLoads::TimedLoads(const Topology& topology, Blocks& blocks, const SimbodyBr
     for (const Topology::Joint& joint : topology.joints)
         m_hasLoads = m_hasLoads || joint.record->equations->dependsOnTime();
     if (m_forces.empty() && !m_hasConstraints && !hasMotions()) return;
-    m_state = simbody.m_private;
+    copyState(simbody.m_private, m_state);
     m_bodyForces.resize(matter.getNumBodies());
     m_mobilityForces.resize(matter.getNumMobilities());
     m_particleForces.resize(matter.getNumParticles());

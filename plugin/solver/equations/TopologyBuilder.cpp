@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/equations/CoordinateScales.h"
 #include "simflex/solver/equations/FlexibleBlock.h"
 #include "simflex/solver/equations/ForceElements.h"
@@ -121,7 +122,7 @@ void TopologyBuilder::preparePrivateStates(const State& state) {
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     if (m_topology.hasForeignZ() && m_topology.guts) {
         // Accelerations are given there: Simbody need not solve for the joints.
-        m_simbody.m_zState = state;
+        copyState(state, m_simbody.m_zState);
         for (const Topology::Joint& joint : m_topology.joints)
             matter.getConstraint(joint.record->constraint).disable(m_simbody.m_zState);
         m_system.realize(m_simbody.m_zState, Stage::Instance);
@@ -232,7 +233,7 @@ bool TopologyBuilder::takeMobilityForce(const Force& force) {
                isDamper = Force::MobilityLinearDamper::isInstanceOf(force);
     if (!isGlobal && !isSpring && !isDamper) return false;
     // Where it acts, and a GlobalDamper's constant, only the force itself can tell.
-    State trial = m_simbody.m_private;
+    State trial = copyState(m_simbody.m_private);
     trial.updU() = Real(1);
     constexpr Real Far = 1e6;
     if (isSpring) {

@@ -6,6 +6,7 @@
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/body/Assembly.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/StateSpace.h"
 #include "simflex/solver/equations/StateImage.h"
 #include "simflex/solver/equilibrium/ModeReport.h"
@@ -370,7 +371,7 @@ std::vector<State> calcModeStates(const MultibodySystem& system, const Operating
                                     " must be positive");
     std::vector<double> q(size_t(equations.getTopology().numQ)), u(size_t(n), 0), moved;
     equations.getBlocks().getFromState(about.state, q.data(), u.data());
-    State moving = about.state;
+    State moving = copyState(about.state);
     std::vector<VectorXd> displacements;
     double largest = 0;
     for (int frame = 0; frame < numFrames; ++frame) {
@@ -386,10 +387,10 @@ std::vector<State> calcModeStates(const MultibodySystem& system, const Operating
         if (largest > 0) delta *= amplitude / largest;
         moved = q;
         equations.getBlocks().moveQ(delta.data(), moved.data());
-        State state = about.state;
+        State state = copyState(about.state);
         equations.getBlocks().putIntoState(state.getTime(), moved.data(), u.data(), state);
         system.realize(state, Stage::Velocity);
-        states.push_back(state);
+        states.push_back(std::move(state));
     }
     return states;
 }

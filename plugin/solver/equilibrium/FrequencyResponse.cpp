@@ -7,6 +7,7 @@
 
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/ParallelFor.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/elimination/FrontSolver.h"
 #include "simflex/solver/equilibrium/BlockTangent.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
@@ -303,7 +304,7 @@ VectorXcd FrequencyResponse::Contents::multiply(const VectorXcd& x, const Vector
 }
 
 std::vector<VectorXd> FrequencyResponse::Contents::takeColumns(const Matrix& columns) const {
-    State scratch = point.state;
+    State scratch = copyState(point.state);
     std::vector<VectorXd> all;
     for (int k = 0; k < columns.ncol(); ++k) {
         all.push_back(takeFromSimbody(equations, scratch, columns(k)));
@@ -574,7 +575,7 @@ std::string FrequencyResponse::describeImbalance() const {
     const double hold = square(HarmonicInertiaHold) * c.softest;
     Contents::Solver solver(c);
     solver.setFrequency(0, hold);
-    State scratch = c.point.state;
+    State scratch = copyState(c.point.state);
     const VectorXd forces = c.mass->multiply(takeFromSimbody(c.equations, scratch, c.point.uDot));
     VectorXcd motion = forces.cast<Complex>(), none = VectorXcd::Zero(c.numMultipliers());
     for (Eigen::Index i = 0; i < motion.size(); ++i)

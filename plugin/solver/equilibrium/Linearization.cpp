@@ -5,6 +5,7 @@
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/equilibrium/BlockTangent.h"
 #include "simflex/solver/equilibrium/ModeReport.h"
@@ -249,7 +250,7 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     const StandardArithmetic standard;
     requireTopology(system, state, "calcLinearization()");
     Linearization result;
-    result.state = state;
+    copyState(state, result.state);
     system.realize(result.state, Stage::Velocity);
     Evaluation equations(system, result.state, Topology::Setting::Linearize);
     for (int row = 0; row < equations.getTopology().firstFrictionRow; ++row)
@@ -313,7 +314,7 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
 
 std::vector<std::string> listUnevenDamping(const MultibodySystem& system, const State& state) {
     const StandardArithmetic standard;
-    State realized = state;
+    State realized = copyState(state);
     system.realize(realized, Stage::Velocity);
     Evaluation equations(system, realized, Topology::Setting::Linearize);
     const Topology& topology = equations.getTopology();
@@ -341,7 +342,7 @@ EquationErrors calcEquationErrors(const MultibodySystem& system, const State& st
                                   const Vector& uDot, const Vector& multipliers) {
     const StandardArithmetic standard;
     requireTopology(system, state, "calcEquationErrors()");
-    State realized = state;
+    State realized = copyState(state);
     system.realize(realized, Stage::Velocity);
     Evaluation equations(system, realized, Topology::Setting::Linearize);
     const Topology& topology = equations.getTopology();
@@ -357,7 +358,7 @@ EquationErrors calcEquationErrors(const MultibodySystem& system, const State& st
     equations.getBlocks().getFromState(realized, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = realized.getZ()[int(i)];
     equations.setZ(point.z.data());
-    State scratch = realized;
+    State scratch = copyState(realized);
     const VectorXd own = takeFromSimbody(equations, scratch, uDot);
     VectorXd residual(n);
     for (int k = 0; k < m; ++k) point.lambda[size_t(k)] = multipliers[k];

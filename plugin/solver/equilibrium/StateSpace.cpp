@@ -8,6 +8,7 @@
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/equilibrium/Differences.h"
 #include "simflex/solver/equilibrium/SimbodyMatrix.h"
@@ -213,7 +214,7 @@ LinearOutputs differentiateOutputs(
         rates[i] = scales.step[own] * scales.rate[own];
         inertias[i] = scales.step[own] * square(scales.rate[own]);
     }
-    State moved = point.state;
+    State moved = copyState(point.state);
     const auto observeAt = [&](const VectorXd& delta, const VectorXd& deltaU) {
         std::vector<double> changedQ = q, changedU = u;
         equations.getBlocks().moveQ(delta.data(), changedQ.data());

@@ -13,6 +13,7 @@
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/Progress.h"
 #include "simflex/body/Assembly.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/BlockEliminationSolver.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/equations/StateImage.h"
@@ -1411,7 +1412,7 @@ void StaticEquilibrium::Search::fail(double fraction) {
 State StaticEquilibrium::assemble(const State& state) const {
     State start = makeFreshState(m_system, state);
     m_system.realize(start, Stage::Velocity);
-    State held = start;
+    State held = copyState(start);
     const SimbodyMatterSubsystem& matter = m_system.getMatterSubsystem();
     for (MobilizedBodyIndex index : m_held) matter.getMobilizedBody(index).lock(held);
     simflex::assemble(m_system, held, m_constraintTolerance);
@@ -1455,7 +1456,7 @@ StaticEquilibrium::Start StaticEquilibrium::begin(const State& state, Speeds spe
     m_freeMotions.clear();
     m_unstableMotions.clear();
     Start start;
-    start.placed = state;
+    copyState(state, start.placed);
     m_system.realize(start.placed, Stage::Velocity);
     if (speeds == Speeds::Zero) start.placed.updU() = 0;
     // Assembled bodies stand elsewhere, but their twists are the State's.
@@ -1559,7 +1560,7 @@ std::string StaticEquilibrium::describeFall(const Start& start, Search& search) 
             if (mode.dampingRatio != -1 || mode.isUncertain()) continue;
             Vector shape(mode.shape.size());
             for (int i = 0; i < shape.size(); ++i) shape[i] = mode.shape[i].real();
-            State scratch = state;
+            State scratch = copyState(state);
             return search.nameMostMoved(takeFromSimbody(*start.equations, scratch, shape)) +
                    " falls away from it";
         }

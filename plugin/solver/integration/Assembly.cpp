@@ -2,6 +2,7 @@
 
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/body/LinearRangeReporter.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/integration/ImplicitStep.h"
 #include "simflex/solver/integration/Impulse.h"
 
@@ -10,7 +11,7 @@ namespace simflex {
 void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::Real tolerance) {
     const StandardArithmetic standard;
     system.realize(state, SimTK::Stage::Velocity);
-    const SimTK::State given = state;
+    const SimTK::State given = copyState(state);
     Evaluation equations(system, state);
     std::vector<double> q(size_t(equations.getTopology().numQ)),
         u(size_t(equations.getTopology().numU));
@@ -21,7 +22,7 @@ void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::
     IntegratorStatistics statistics;
     ImplicitStep step(equations, statistics);
     if (equations.getTopology().numMultipliers > 0) step.assemble(t, tolerance, q, u);
-    SimTK::State scratch = state;
+    SimTK::State scratch = copyState(state);
     applyImpulse(system, equations, step, t, q, before, u, scratch, ImplicitStep::Shapes::Kept);
     equations.getBlocks().putIntoState(t, q.data(), u.data(), state);
     system.realize(state, SimTK::Stage::Velocity);

@@ -5,6 +5,7 @@
 
 #include "simflex/base/Checkpoint.h"
 #include "simflex/body/FlexibleBodySubsystem.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/equations/StateImage.h"
 
 namespace simflex {
@@ -50,7 +51,7 @@ Real EventDriver::calcNextReportTime(const State& state) {
     findNextReport(state);
     if (m_reportTime <= m_lastReport) {
         // It was made already, with a handler that was due earlier by round-off.
-        State later = state;
+        State later = copyState(state);
         later.setTime(m_lastReport);
         findNextReport(later);
     }

@@ -2,6 +2,7 @@
 #include <tuple>
 
 #include "simflex/base/FlushDenormals.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"
 #include "simflex/solver/integration/TriggerSearch.h"
 
@@ -15,7 +16,7 @@ using Clock = std::chrono::steady_clock;
 
 void ImplicitIntegrator::Implementation::calcTriggersAt(double t, Vector& values) {
     m_stepper->calcPoint(t, m_trial);
-    if (m_events.hasAutoUpdates()) m_scratch = m_state;
+    if (m_events.hasAutoUpdates()) copyState(m_state, m_scratch);
     writeState(m_trial, m_scratch);
     m_events.calcTriggers(m_scratch, values);
 }
@@ -55,7 +56,7 @@ void ImplicitIntegrator::Implementation::keepState() {
         m_kept.updY() = state.getY();
         return;
     }
-    m_kept = state;
+    copyState(state, m_kept);
     m_isKept = true;
 }
 
@@ -181,7 +182,7 @@ void ImplicitIntegrator::Implementation::startFromHandlersState() {
     } catch (...) {
         m_stepper = std::move(stepper);
         std::tie(m_visible, m_builtFrom, m_triggersBefore) = std::move(before);
-        m_scratch = m_builtFrom;
+        copyState(m_builtFrom, m_scratch);
         throw;
     }
 }

@@ -7,6 +7,7 @@
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/Hash.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"
 
 namespace simflex {
@@ -212,11 +213,11 @@ void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, co
     requireTopology(m_system, start, name + "::readCheckpoint()");
     visitModel(checkpoint);
     visitSettings(checkpoint);
-    State builtFrom = start;
+    State builtFrom = copyState(start);
     m_system.realize(builtFrom, Stage::Instance);
     m_image.startFrom(builtFrom);
     m_image.read(checkpoint, builtFrom);
-    State now = start;
+    State now = copyState(start);
     m_system.realize(now, Stage::Instance);
     m_image.read(checkpoint, now);
 
@@ -225,10 +226,10 @@ void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, co
     checkpoint.requireEnd();
     if (!std::isfinite(m_visible.t) || isLater(getNewestTime(), m_visible.t))
         Checkpoint::refuse("what it shows is later than its last point");
-    m_state = now;
+    copyState(now, m_state);
     m_system.realize(m_state, Stage::Velocity);
     updEquations().takeVariables(m_events.getAutoUpdates(), m_state);
-    m_scratch = m_state;
+    copyState(m_state, m_scratch);
     m_stateIsCurrent = false;
     m_isBalanced = true;
     setFinalTime(finalTime);

@@ -1,6 +1,7 @@
 // An integration begins: equations, a consistent point.
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/body/LinearRangeReporter.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"
 #include "simflex/solver/integration/Impulse.h"
 
@@ -56,7 +57,8 @@ void ImplicitIntegrator::Implementation::checkSettings(Real startTime) const {
 }
 
 void ImplicitIntegrator::Implementation::buildEquations() {
-    m_scratch = m_builtFrom = m_state;
+    copyState(m_state, m_builtFrom);
+    copyState(m_state, m_scratch);
     m_isKept = false;
     m_laterVariables = listLaterVariables(m_state);
     if (m_stepper) m_stepper->bookPhases();
@@ -94,7 +96,7 @@ void ImplicitIntegrator::Implementation::initialize(const State& state) {
 }
 
 void ImplicitIntegrator::Implementation::checkAssembly(const FlexibleBodySubsystem& flexible) {
-    const State given = m_state;
+    const State given = copyState(m_state);
     writeState(m_visible, m_state);
     requireUnforcedShapes(flexible, given, m_state);
 }
@@ -222,7 +224,7 @@ void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history
     setUp(history.back());
     std::vector<SolutionPoint> points(history.size());
     for (unsigned i = 0; i < history.size(); ++i) {
-        State past = history[i];
+        State past = copyState(history[i]);
         m_system.realize(past, Stage::Velocity);
         SolutionPoint& point = points[i];
         m_stepper->resize(point);

@@ -197,6 +197,61 @@ TEST_F(ResumeTest, ChangedModelsAreNotGoneOnWith) {
     EXPECT_EQ(runModel("--set analyses.long.duration=0.1"), 0) << err;
 }
 
+/** Two analyses, of which what they read changes in between. **/
+class ChangedInputs : public ResumeTest {
+protected:
+    void SetUp() override {
+        ResumeTest::SetUp();
+        writeBar(7850);
+        testing::writeText(folder / "push.csv", "t,force\n0,1\n1,1\n");
+        writeModel(R"(simflex: 1
+gravity: [0, -9.81, 0]
+parts: {bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}}
+tables: {push: {file: push.csv}}
+bodies: {bar: {part: bar, damping: 0.1}}
+joints: {hold: {type: weld, between: [ground, bar.root]}}
+loads: {push: {on: bar.tip, force: [0, "push(t)", 0]}}
+probes: {tip: {position: bar.tip}, force: {reaction: hold}}
+analyses:
+  rest: {type: static}
+  swing: {type: transient, duration: 0.01}
+)");
+    }
+    void writeBar(double density, const std::string& remark = "") {
+        testing::Brick bar;
+        bar.rho = density;
+        testing::writeText(folder / "bar.inp", remark + bar.text());
+    }
+    /** Each way to take up what model.results.h5 has. **/
+    void expectRefusal(const std::string& change) {
+        EXPECT_EQ(runModel("--resume"), 3);
+        EXPECT_THAT(err, HasSubstr(change + " has changed since; run without --resume"));
+        EXPECT_NE(runModel("--only swing"), 0);
+        EXPECT_THAT(err, HasSubstr("has the results of rest, which --only would lose: " + change +
+                                   " has changed since"));
+        const std::string cached = "SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'";
+        EXPECT_NE(runProgram(cached, "post model.results.h5 -q --set probes.more={time: {}}"), 0);
+        EXPECT_THAT(err, HasSubstr(change + " has changed since"));
+        EXPECT_EQ(runProgram(cached, "report model.results.h5 -o page.html"), 0) << err;
+        EXPECT_THAT(err, HasSubstr("the page shows no motion: " + change + " has changed since"));
+    }
+};
+
+TEST_F(ChangedInputs, AreNamedByAllThatTakesUpEarlierResults) {
+    ASSERT_EQ(runModel("--only rest"), 0) << err;
+    ASSERT_EQ(runModel("--only swing"), 0) << err;
+    ASSERT_EQ(runModel("--resume"), 0) << err;
+    writeBar(8000);
+    expectRefusal("the part of body 'bar'");
+    writeBar(7850);
+    testing::writeText(folder / "push.csv", "t,force\n0,1\n1,2\n");
+    expectRefusal("the file 'push.csv'");
+    // What changes no number of the part changes nothing.
+    testing::writeText(folder / "push.csv", "t,force\n0,1\n1,1\n");
+    writeBar(7850, "** a remark\n");
+    EXPECT_EQ(runModel("--resume"), 0) << err;
+}
+
 TEST(RunCheckpoint, FramesAreAppended) {
     const testing::TestFolder folder;
     const std::string path = folder / "run.checkpoint", frames = model::getFramesPath(path);

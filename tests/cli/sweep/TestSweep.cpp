@@ -218,6 +218,30 @@ TEST_F(SweepTest, FrequenciesOfAPendulumAreThoseOfItsFormula) {
     EXPECT_THAT(out, HasSubstr("4 of 4 cases are complete (4 were before)"));
 }
 
+TEST_F(SweepTest, CasesAreDoneAnewWhereAnIncludedFileHasChanged) {
+    testing::Brick bar;
+    testing::writeText(folder / "all.inp", "*INCLUDE, INPUT=bar.inp\n");
+    testing::writeText(folder / "bar.inp", bar.text());
+    testing::writeText(folder / "bar.yaml", R"(simflex: 1
+parameters: {k: 1}
+gravity: [0, -9.81*k, 0]
+parts: {bar: {deck: all.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}}
+bodies: {bar: {part: bar}}
+joints: {hold: {type: weld, between: [ground, bar.root]}}
+probes: {force: {reaction: hold, component: y}}
+analyses: {rest: {type: static}}
+)");
+    const char sweep[] = "sweep bar.yaml --vary k=1,2 -o bars -q";
+    ASSERT_EQ(run(sweep), 0) << err;
+    ASSERT_EQ(run(sweep), 0) << err;
+    EXPECT_THAT(out, HasSubstr("2 of 2 cases are complete (2 were before)"));
+    bar.rho = 9000;
+    testing::writeText(folder / "bar.inp", bar.text());
+    ASSERT_EQ(run(sweep), 0) << err;
+    EXPECT_THAT(out, HasSubstr("2 of 2 cases are complete"));
+    EXPECT_THAT(out, ::testing::Not(HasSubstr("were before")));
+}
+
 TEST_F(SweepTest, ACaseWithAWrongValueFailsAloneAndIsNamed) {
     EXPECT_EQ(run("sweep model.yaml --vary mass=1,-2,3 -o out -q"), 1);
     EXPECT_THAT(err, AllOf(HasSubstr("1 of 3 cases failed, first mass=-2: "),
