@@ -39,7 +39,8 @@ public:
           m_system(bodies.getMultibodySystem()),
           m_matter(m_system.getMatterSubsystem()),
           m_goals(goals),
-          m_state(copyState(start)) {
+          m_state(copyState(start)),
+          m_given(start.getU()) {
         bodies.closeJoints(m_state);
         copyState(m_state, m_closed);
         m_weights.resize(m_state.getNU());
@@ -108,6 +109,11 @@ public:
             largestRate = std::max(largestRate, std::abs(goal.value));
         const int m = m_state.getNUErr();
         const Vector nothing(m_state.getNU(), Real(0));
+        // Joints and goals are met by one impulse.
+        m_state.updU() = m_given;
+        m_system.realize(m_state, Stage::Position);
+        m_system.prescribeU(m_state);
+        realize();
         for (int i = 0; i < 2; ++i) {
             m_state.updU() += solve(m, -m_state.getUErr(), calcRateErrors(), nothing);
             realize();
@@ -327,6 +333,7 @@ private:
     const SimbodyMatterSubsystem& m_matter;
     const std::vector<JointGoal>& m_goals;
     State m_state, m_closed;  ///< on its way, and where the way began
+    const Vector m_given;     ///< speeds before joints were closed
     Vector m_weights;
     std::vector<Mode> m_modes;
     /** Coordinates of the goals, with their turns, or rates. **/

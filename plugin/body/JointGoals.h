@@ -47,7 +47,8 @@ void setJointCoordinates(const FlexibleBodySubsystem& bodies, SimTK::State& stat
                          const std::vector<JointGoal>& goals,
                          AngleWay angleWay = AngleWay::Shorter);
 
-/** Closes the joints and changes speeds as little as makes them consistent, with these rates.
+/** Closes the joints and gives speeds these rates, by the impulse of least kinetic energy: speeds
+that the State has are met where joints and rates leave them, and momentum that nothing holds stays.
 @throws the same. **/
 void setJointRates(const FlexibleBodySubsystem& bodies, SimTK::State& state,
                    const std::vector<JointGoal>& goals);

@@ -43,6 +43,60 @@ struct SliderCrank {
     }
 };
 
+/** Three bodies in free flight, on a ball and a slider; their speeds are given, and do not meet the
+joints. **/
+struct FlyingChain {
+    Real unit;  ///< of a length [m]
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    FlexibleBodySubsystem bodies{system, matter};
+    std::vector<MobilizedBody::Free> links;
+    State state;
+
+    FlyingChain(Real unit_, const Rotation& axes) : unit(unit_) {
+        for (int i = 0; i < 3; ++i)
+            links.emplace_back(matter.Ground(),
+                               Body::Rigid(MassProperties(1 + i, Vec3(0.1, 0.2, -0.1) * unit,
+                                                          Inertia(2, 2.5, 3) * square(unit))));
+        Joint::Ball(bodies, {links[0], Vec3(1, 0, 0) * unit}, links[1], "ball");
+        Joint::Slider(bodies, {links[1], Transform(Rotation(0.4, YAxis), Vec3(0, unit, 0))},
+                      {links[2], Transform(Rotation(0.4, YAxis))}, "slide");
+        state = system.realizeTopology();
+        system.realizeModel(state);
+        const Vec3 places[] = {Vec3(0), Vec3(1, 0, 0), Vec3(1, 1, 0)};
+        for (int i = 0; i < 3; ++i) {
+            links[size_t(i)].setQToFitTransform(state, Transform(axes, axes * places[i] * unit));
+            links[size_t(i)].setUToFitVelocity(
+                state, SpatialVec(axes * Vec3(0.3 * i, 1 - i, 0.5),
+                                  axes * Vec3(i - 0.2, 0.7, 0.1 * i) * unit));
+        }
+        system.realize(state, Stage::Velocity);
+    }
+    SpatialVec calcMomentum() const {
+        return matter.calcSystemMomentumAboutGroundOrigin(state);
+    }
+};
+
+TEST(JointGoals, RatesAreMetByAnImpulseThatKeepsMomentumWhateverAxesAndUnits) {
+    const FlyingChain given(1, Rotation());
+    Real energy = NaN;
+    for (const Real unit : {1.0, 1e-3, 250.0})
+        for (const Rotation& axes : {Rotation(), Rotation(0.9, UnitVec3(1, -2, 0.5))}) {
+            FlyingChain chain(unit, axes);
+            const SpatialVec before = chain.calcMomentum();
+            setJointRates(chain.bodies, chain.state,
+                          {{chain.bodies.getJoint(JointIndex(1)), 0, 2 * unit}});
+            const SpatialVec after = chain.calcMomentum();
+            EXPECT_LT((after[0] - before[0]).norm(), 1e-10 * before[0].norm());
+            EXPECT_LT((after[1] - before[1]).norm(), 1e-10 * before[1].norm());
+            const Real now = chain.matter.calcKineticEnergy(chain.state) / square(unit);
+            if (isNaN(energy)) energy = now;
+            EXPECT_NEAR(now, energy, 1e-9 * energy);
+        }
+    EXPECT_GT(std::abs(energy - given.matter.calcKineticEnergy(given.state)), 0.1);
+}
+
 TEST(JointGoals, ASliderCranksSlideFollowsItsCrank) {
     SliderCrank model;
     const Real phi = 2.2, omega = 7, s = model.r * std::sin(phi), c = model.r * std::cos(phi),

@@ -278,6 +278,7 @@ void ModelRun::openResults() {
     header.modelText = m_text.text;
     header.settings = m_text.settings;
     header.isRigid = isRigidTwin();
+    header.version = SIMFLEX_VERSION;
     header.inputs = m_inputs;
     m_writer = std::make_unique<ResultWriter>(m_resultPath, header, m_kept);
     m_kept.clear();

@@ -61,7 +61,8 @@ bool writeAt(int file, std::uint64_t offset, const char* bytes, size_t size) {
 }
 
 void visit(Archive& archive, ResultHeader& header) {
-    archive.visit(header.title, header.modelPath, header.modelText, header.settings);
+    archive.visit(header.title, header.modelPath, header.modelText, header.settings,
+                  header.version);
     int isRigid = header.isRigid;
     archive.visitCount(isRigid);
     header.isRigid = isRigid != 0;

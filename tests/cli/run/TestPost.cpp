@@ -250,7 +250,7 @@ TEST_F(PostTest, PartsThatHaveChangedAreNoticed) {
     deck.replace(line, deck.find('\n', line) - line, "1000");
     testing::writeText(folder / "bar.inp", deck);
     EXPECT_NE(post("model.results.h5"), 0);
-    EXPECT_THAT(err, HasSubstr("parts or tables of the model have changed since"));
+    EXPECT_THAT(err, HasSubstr("the part of body 'bar' has changed since"));
 }
 
 TEST_F(PostTest, WithoutStatesThereIsNothingToGoBackTo) {

@@ -210,7 +210,7 @@ parts: {bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}}
 tables: {push: {file: push.csv}}
 bodies: {bar: {part: bar, damping: 0.1}}
 joints: {hold: {type: weld, between: [ground, bar.root]}}
-loads: {push: {on: bar.tip, force: [0, "push(t)", 0]}}
+loads: {push: {on: bar.tip, force: [0, push(t), 0]}}
 probes: {tip: {position: bar.tip}, force: {reaction: hold}}
 analyses:
   rest: {type: static}
@@ -230,7 +230,7 @@ analyses:
         EXPECT_THAT(err, HasSubstr("has the results of rest, which --only would lose: " + change +
                                    " has changed since"));
         const std::string cached = "SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'";
-        EXPECT_NE(runProgram(cached, "post model.results.h5 -q --set probes.more={time: {}}"), 0);
+        EXPECT_NE(runProgram(cached, "post model.results.h5 -q --set 'probes.more={expression: t}'"), 0);
         EXPECT_THAT(err, HasSubstr(change + " has changed since"));
         EXPECT_EQ(runProgram(cached, "report model.results.h5 -o page.html"), 0) << err;
         EXPECT_THAT(err, HasSubstr("the page shows no motion: " + change + " has changed since"));
