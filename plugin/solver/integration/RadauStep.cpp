@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <complex>
+#include <cstdlib>
 
 #include "simflex/base/Checkpoint.h"
 #include "simflex/base/FlushDenormals.h"
@@ -159,6 +160,7 @@ double RadauStep::evaluateStages(const SolutionPoint& start, double h, bool& has
         SolutionPoint& stage = m_stages[size_t(i)];
         m_equations.setZ(stage.z.data());
         m_equations.realize(stage.t, stage.q.data(), stage.u.data());
+        if (m_carriesForces && m_takes) m_inertias.take(i, m_equations.getBlocks());
         frictions.follow(stage.lambda.data());
         m_equations.calcResidual(stage.q.data(), stage.u.data(), stage.uDot.data(),
                                  stage.lambda.data(), m_r[size_t(i)].data());
@@ -233,8 +235,10 @@ void RadauStep::solveBoth() {
     };
     // Inertia is constant in axes that turn with a body, and with it J.
     const Blocks& blocks = m_equations.getBlocks();
-    for (int i = 0; i < NumStages; ++i)
-        blocks.turnAlong(m_stages[size_t(i)].q.data(), m_matrixQ.data(), m_r[size_t(i)].data());
+    for (int i = 0; i < NumStages; ++i) {
+        if (m_carriesForces) m_inertias.carry(i, Middle, blocks, m_r[size_t(i)].data());
+        if (!m_carriesForces) blocks.turnAlong(m_stages[size_t(i)].q.data(), m_matrixQ.data(), m_r[size_t(i)].data());
+    }
     transform(m_r, m_system.r, m_complex.r);
     transform(m_c, m_system.c, m_complex.c);
     solveLinear();
@@ -247,7 +251,7 @@ void RadauStep::solveBoth() {
                     T[i][0] * real[k] + T[i][1] * complex[k].real() + T[i][2] * complex[k].imag();
     };
     transformBack(m_solver.getDeltaU().data(), m_complexSolver.getDeltaU().data(), m_deltaU);
-    for (int i = 0; i < NumStages; ++i)
+    for (int i = 0; i < NumStages && !m_carriesForces; ++i)
         blocks.turnAlong(m_matrixQ.data(), m_stages[size_t(i)].q.data(),
                          m_deltaU[size_t(i)].data());
     transformBack(m_solver.getDeltaLambda(), m_complexSolver.getDeltaLambda(), m_deltaLambda);
@@ -277,6 +281,9 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto begin = RadauClock::now();
         placeStages(start, h);
+        static const bool off = getenv("OFF");
+        m_carriesForces = !off && m_equations.updTrees().renewMatrices(useDense());
+        m_takes = refresh;
         bool hasOtherFriction;
         const double zChange = evaluateStages(start, h, hasOtherFriction);
         if (hasOtherFriction) {

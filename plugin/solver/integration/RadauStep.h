@@ -15,6 +15,7 @@ NewtonFactors. Source: E. Hairer, G. Wanner, Solving ODEs II, IV.8 and VII.4. **
 #include <vector>
 
 #include "simflex/solver/elimination/NewtonCombination.h"
+#include "simflex/solver/equations/TreeInertias.h"
 #include "simflex/solver/integration/ImplicitStep.h"
 #include "simflex/solver/integration/RadauTableau.h"
 
@@ -89,6 +90,8 @@ private:
     ComplexBlockEliminationSolver m_complexSolver;
     ComplexBlockEliminationSolver::Timing m_complexTimed;
     std::vector<double> m_matrixQ;  ///< where it was formed
+    TreeInertias m_inertias{radau::NumStages};
+    bool m_carriesForces = false, m_takes = false;
     std::vector<double> m_zChange;  ///< by stage
     /** Of a step of length h; zero: there was none. **/
     struct Error : ErrorNorm::Error {
