@@ -9,7 +9,7 @@ void TreeInertias::take(int place, const Blocks& blocks) {
     inertias.resize(blocks.rigid.size());
     for (size_t k = 0; k < inertias.size(); ++k) {
         blocks.rigid[k]->formInertia(inertias[k].matrix);
-        inertias[k].isRegular = inertias[k].factors.factor(inertias[k].matrix);
+        inertias[k].isRegular = inertias[k].factors.eliminate(inertias[k].matrix);
     }
 }
 
