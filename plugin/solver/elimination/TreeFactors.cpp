@@ -8,8 +8,20 @@ namespace simflex {
 
 using Eigen::Map;
 
+namespace {
+
+/** Within √2 of |x|, which takes longer. **/
+double sizeOf(double x) {
+    return std::abs(x);
+}
+double sizeOf(const std::complex<double>& x) {
+    return std::abs(x.real()) + std::abs(x.imag());
+}
+
+}  // namespace
+
 template <class Scalar>
-bool TreeFactors<Scalar>::factor(const BasicTreeMatrix<Scalar>& J) {
+bool TreeFactors<Scalar>::eliminate(const BasicTreeMatrix<Scalar>& J) {
     const size_t numNodes = J.nodes.size();
     m_nodes.resize(numNodes);
     m_Q.resize(numNodes);
@@ -45,6 +57,12 @@ bool TreeFactors<Scalar>::factor(const BasicTreeMatrix<Scalar>& J) {
         }
         if (node.parent >= 0) m_Q[size_t(node.parent)] += m_Q[b];
     }
+    return true;
+}
+
+template <class Scalar>
+bool TreeFactors<Scalar>::factor(const BasicTreeMatrix<Scalar>& J) {
+    if (!eliminate(J)) return false;
     // Is J J⁻¹ r = r?
     constexpr double LargestLoss = 1e-8;
     size_t n = 0;
@@ -58,8 +76,8 @@ bool TreeFactors<Scalar>::factor(const BasicTreeMatrix<Scalar>& J) {
     J.multiply(m_x.data(), m_again.data(), m_workspace);
     double largest = 0, loss = 0;
     for (size_t i = 0; i < n; ++i) {
-        largest = std::max(largest, std::abs(m_r[i]));
-        const double difference = std::abs(m_again[i] - m_r[i]);
+        largest = std::max(largest, sizeOf(m_r[i]));
+        const double difference = sizeOf(m_again[i] - m_r[i]);
         loss = difference <= loss ? loss : difference;  // NaN stays
         if (std::isnan(loss)) return false;
     }

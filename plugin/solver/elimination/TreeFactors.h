@@ -22,6 +22,9 @@ public:
     /** @returns false if that fails, or loses more than half the digits: the caller has to pivot.
      * **/
     bool factor(const BasicTreeMatrix<Scalar>& J);
+    /** The same of a J that is symmetric and positive definite, M for one: there is nothing to try.
+     * **/
+    bool eliminate(const BasicTreeMatrix<Scalar>& J);
     /** x ← J⁻¹x. **/
     void solveInPlace(Scalar* x);
 

@@ -68,6 +68,8 @@ public:
                          const EvaluationContext& context, const double* q, const double* u,
                          const double* uDot, NewtonSystem::Block& block) override;
     void formMassBlock(NewtonSystem::Block& block) override;
+    /** M body by body, where the tree is. **/
+    void formInertia(BasicTreeMatrix<double>& tree) const;
     void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                     const double* u, double* q) const override;
     void calcQDot(const EvaluationContext& context, const double* q, const double* u,
@@ -188,6 +190,7 @@ private:
     SimTK::SpatialVec carryFromF(const RigidBody& body, const SimTK::SpatialVec& screw) const;
     void calcTangents(const EvaluationContext& context, const double* q, const double* u,
                       const double* uDot);
+    void sizeTree(BasicTreeMatrix<double>& tree) const;
     void formTangent(const NewtonFactors& factors, const EvaluationContext& context,
                      const double* q, const double* u, const double* uDot,
                      BasicTreeMatrix<double>& tree);

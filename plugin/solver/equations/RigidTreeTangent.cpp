@@ -214,15 +214,50 @@ void RigidTree::calcTangents(const EvaluationContext& context, const double* q, 
             m_tangents[size_t(m_bodies[b].parent)].force += m_tangents[b].force;
 }
 
+void RigidTree::sizeTree(BasicTreeMatrix<double>& tree) const {
+    if (tree.nodes.size() == m_bodies.size()) return;
+    std::vector<BasicTreeMatrix<double>::Node> nodes;
+    for (const RigidBody& body : m_bodies) nodes.push_back({body.parent, body.u0, body.nu});
+    tree.resize(std::move(nodes), numU);
+}
+
+void RigidTree::formInertia(BasicTreeMatrix<double>& tree) const {
+    sizeTree(tree);
+    std::vector<Vec3> references(m_bodies.size());
+    for (size_t b = 0; b < m_bodies.size(); ++b) {
+        const RigidBody& body = m_bodies[b];
+        references[b] = body.parent < 0 ? body.X_GB.p() : references[size_t(body.parent)];
+        const Vec3 origin = body.X_GB.p() - references[b];
+        const Rotation& R = body.X_GB.R();
+        const Real m = body.mass.getMass();
+        const Vec3 fromOrigin = R * body.mass.getMassCenter(), c = origin + fromOrigin;
+        const auto spread = [](const Vec3& v) { return dot(v, v) * Mat33(1) - v * ~v; };
+        const Mat33 inertia = R * body.mass.getInertia().toMat33() * ~R.asMat33() +
+                              m * (spread(c) - spread(fromOrigin)),
+                    moment = m * crossMat(c);
+        Map<Eigen::Matrix<double, 6, 12>> Q(tree.inertia.data() + 72 * b);
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) {
+                Q(i, k) = inertia(i, k);
+                Q(i, 3 + k) = moment(i, k);
+                Q(3 + i, k) = -moment(i, k);
+                Q(3 + i, 3 + k) = i == k ? m : 0;
+            }
+        for (int k = 0; k < body.nu; ++k) {
+            const SpatialVec S(body.H[k][0], body.H[k][1] + origin % body.H[k][0]);
+            const size_t speed = size_t(body.u0 + k);
+            for (int i = 0; i < 6; ++i)
+                tree.motions[12 * speed + size_t(i)] = tree.screws[6 * speed + size_t(i)] =
+                    S[i / 3][i % 3];
+        }
+    }
+}
+
 void RigidTree::formTangent(const NewtonFactors& factors, const EvaluationContext& context,
                             const double* q, const double* u, const double* uDot,
                             BasicTreeMatrix<double>& tree) {
     calcTangents(context, q, u, uDot);
-    if (tree.nodes.size() != m_bodies.size()) {
-        std::vector<BasicTreeMatrix<double>::Node> nodes;
-        for (const RigidBody& body : m_bodies) nodes.push_back({body.parent, body.u0, body.nu});
-        tree.resize(std::move(nodes), numU);
-    }
+    sizeTree(tree);
     const double stiffness = factors.stiffness;
     const auto put = [](const SpatialVec& v, double* to) {
         std::copy_n(&v[0][0], 3, to);

@@ -451,7 +451,9 @@ void ImplicitStep::noteConvergence(const SolutionPoint& end) {
 void ImplicitStep::noteFailure(bool hasNewDerivatives, Outcome& outcome) {
     const bool wasFresh = m_reuse.isFresh();
     outcome.retryWorthwhile = !wasFresh;
-    if (wasFresh && blockForm == BlockForm::Automatic && m_denseStepsLeft == 0) {
+    // Long trees have all their derivatives at once.
+    const bool canGainByDense = !m_equations.updTrees().renewMatrices(true);
+    if (wasFresh && blockForm == BlockForm::Automatic && m_denseStepsLeft == 0 && canGainByDense) {
         startDense();
         outcome.retryWorthwhile = true;
     } else if (wasFresh && !hasNewDerivatives && mayDifferentiate()) {

@@ -135,7 +135,8 @@ void RadauStep::correctZ(const SolutionPoint& start, double h, const Choice& isC
     }
 }
 
-double RadauStep::evaluateStages(const SolutionPoint& start, double h, bool& hasOtherFriction) {
+double RadauStep::evaluateStages(const SolutionPoint& start, double h, bool forMatrix,
+                                 bool& hasOtherFriction) {
     hasOtherFriction = false;
     const Topology& topology = m_equations.getTopology();
     if (topology.hasCoupledStates) {
@@ -159,6 +160,7 @@ double RadauStep::evaluateStages(const SolutionPoint& start, double h, bool& has
         SolutionPoint& stage = m_stages[size_t(i)];
         m_equations.setZ(stage.z.data());
         m_equations.realize(stage.t, stage.q.data(), stage.u.data());
+        if (m_carriesForces && forMatrix) m_inertias.take(i, m_equations.getBlocks());
         frictions.follow(stage.lambda.data());
         m_equations.calcResidual(stage.q.data(), stage.u.data(), stage.uDot.data(),
                                  stage.lambda.data(), m_r[size_t(i)].data());
@@ -231,10 +233,14 @@ void RadauStep::solveBoth() {
                                  im[0] * x0[k] + im[1] * x1[k] + im[2] * x2[k]);
         }
     };
-    // Inertia is constant in axes that turn with a body, and with it J.
     const Blocks& blocks = m_equations.getBlocks();
-    for (int i = 0; i < NumStages; ++i)
-        blocks.turnAlong(m_stages[size_t(i)].q.data(), m_matrixQ.data(), m_r[size_t(i)].data());
+    for (int i = 0; i < NumStages; ++i) {
+        double* r = m_r[size_t(i)].data();
+        if (m_carriesForces)
+            m_inertias.carry(i, Middle, blocks, r);
+        else  // inertia is constant in axes that turn with a body, and with it J
+            blocks.turnAlong(m_stages[size_t(i)].q.data(), m_matrixQ.data(), r);
+    }
     transform(m_r, m_system.r, m_complex.r);
     transform(m_c, m_system.c, m_complex.c);
     solveLinear();
@@ -247,7 +253,7 @@ void RadauStep::solveBoth() {
                     T[i][0] * real[k] + T[i][1] * complex[k].real() + T[i][2] * complex[k].imag();
     };
     transformBack(m_solver.getDeltaU().data(), m_complexSolver.getDeltaU().data(), m_deltaU);
-    for (int i = 0; i < NumStages; ++i)
+    for (int i = 0; !m_carriesForces && i < NumStages; ++i)
         blocks.turnAlong(m_matrixQ.data(), m_stages[size_t(i)].q.data(),
                          m_deltaU[size_t(i)].data());
     transformBack(m_solver.getDeltaLambda(), m_complexSolver.getDeltaLambda(), m_deltaLambda);
@@ -265,6 +271,8 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
                    blockForm == BlockForm::Dense || forceFullNewton;
     // The first change is judged by itself: what it leaves adds up over many short steps.
     m_reuse.resetRate();
+    m_slowestRate = 0;
+    m_carriesForces = m_equations.updTrees().renewMatrices(useDense());
     bool hasNewDerivatives = false, isRefreshed = false;
     double previousChange = 0, previousMultiplierChange = 0, forceScale = 0;
     for (int i = 0; i < NumStages; ++i) {
@@ -278,7 +286,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
         const auto begin = RadauClock::now();
         placeStages(start, h);
         bool hasOtherFriction;
-        const double zChange = evaluateStages(start, h, hasOtherFriction);
+        const double zChange = evaluateStages(start, h, refresh, hasOtherFriction);
         if (hasOtherFriction) {
             refresh = true;
             previousChange = previousMultiplierChange = forceScale = 0;
@@ -344,7 +352,9 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
         outcome.displacementChange = change;
         if (!(change <= largestChange) || !std::isfinite(multiplierChange)) break;
         if (iteration > 0) {
-            m_reuse.noteRate(previousChange > 0 ? change / previousChange : 0);
+            const double rate = previousChange > 0 ? change / previousChange : 0;
+            m_reuse.noteRate(rate);
+            m_slowestRate = std::max(m_slowestRate, rate);
             if (iteration > 1 && isComparable &&
                 hasStalled(change, previousChange, multiplierChange, previousMultiplierChange)) {
                 // Friction follows multipliers: theirs would be a wrong force.
@@ -440,6 +450,10 @@ void RadauStep::calcError(const SolutionPoint& start, const SolutionPoint& end, 
                              m_system.r.data());
     // Across the constraints there is none; near a singular position it would be made up.
     std::fill(m_system.c.begin(), m_system.c.end(), 0.0);
+    if (m_carriesForces) {
+        m_inertias.take(End, m_equations.getBlocks());
+        m_inertias.carry(End, Middle, m_equations.getBlocks(), m_system.r.data());
+    }
     m_solver.solve(m_system);
     ++m_statistics.linearSolves;
     errorU = m_solver.getDeltaU();
@@ -472,6 +486,15 @@ void RadauStep::reduceError(double h, ErrorNorm::Error& error) {
         const double ratio = change / size;
         return std::clamp(Ratio * ratio * ratio, Least, 1.0);
     });
+}
+
+double RadauStep::calcLargestRatio() const {
+    // Of steps ∝ h and iterations ∝ 1/ln(1/rate) with a rate ∝ h², as J changes by h from stage to
+    // stage, the cheapest have the rate e⁻².
+    constexpr double BestRate = 0.135, Least = 0.5;
+    // An older matrix may be slow whatever the step.
+    if (!m_carriesForces || m_slowestRate <= 0) return SimTK::Infinity;
+    return std::max(Least, std::sqrt(BestRate / m_slowestRate));
 }
 
 void RadauStep::addInTiming() {

@@ -8,6 +8,10 @@ matrix J = M ∂u̇ + D ∂u + K ∂q of one point for all stages,
 
 falls by ΔU = TΔV into (M μ + D + K/μ) ΔV + Gᵀ ΔΛ = −T⁻¹r for μ = γ̂/h and (α̂ + iβ̂)/h.
 
+In long rigid trees M changes much between the stages, in terms of M⁻¹ΔM. There M_m M_i⁻¹ r_i with
+the matrix's M_m stands for r_i (TreeInertias): Newton's method for u̇ = M⁻¹f, whose derivatives are
+those of one stage.
+
 The complex matrix is a combination of three real ones, as J is linear in 1/mass, 1 and stiffness of
 NewtonFactors. Source: E. Hairer, G. Wanner, Solving ODEs II, IV.8 and VII.4. **/
 
@@ -15,6 +19,7 @@ NewtonFactors. Source: E. Hairer, G. Wanner, Solving ODEs II, IV.8 and VII.4. **
 #include <vector>
 
 #include "simflex/solver/elimination/NewtonCombination.h"
+#include "simflex/solver/equations/TreeInertias.h"
 #include "simflex/solver/integration/ImplicitStep.h"
 #include "simflex/solver/integration/RadauTableau.h"
 
@@ -56,6 +61,10 @@ public:
     /** The next step has no past. **/
     void forgetError() { m_last.h = 0; }
 
+    /** Of the next step to the last one solved, so that its iteration converges well: to be taken
+    where matrices are renewed in every step. **/
+    double calcLargestRatio() const;
+
     void addInTiming() override;
     void visit(Checkpoint& checkpoint) override;
 
@@ -69,9 +78,11 @@ private:
     template <class Choice>
     void correctZ(const SolutionPoint& start, double h, const Choice& isChosen, bool byNewton);
     /** r and c of all stages; the middle one last.
+    @param forMatrix  a new matrix will be formed from them
     @param hasOtherFriction  joints stick or slide otherwise than when the matrix was formed
     @returns largest change of z **/
-    double evaluateStages(const SolutionPoint& start, double h, bool& hasOtherFriction);
+    double evaluateStages(const SolutionPoint& start, double h, bool forMatrix,
+                          bool& hasOtherFriction);
     /** Whether contacts do at the end what they were taken to do. **/
     bool isFrictionSettled(const SolutionPoint& start, double h);
     void formAndFactorBoth(const NewtonFactors& factors);
@@ -89,6 +100,9 @@ private:
     ComplexBlockEliminationSolver m_complexSolver;
     ComplexBlockEliminationSolver::Timing m_complexTimed;
     std::vector<double> m_matrixQ;  ///< where it was formed
+    TreeInertias m_inertias{radau::NumStages};  ///< of the stages
+    bool m_carriesForces = false;               ///< r of long trees, by m_inertias
+    double m_slowestRate = 0;                   ///< of convergence, in the last step solved
     std::vector<double> m_zChange;  ///< by stage
     /** Of a step of length h; zero: there was none. **/
     struct Error : ErrorNorm::Error {

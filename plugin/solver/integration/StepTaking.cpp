@@ -224,7 +224,12 @@ void Stepper::chooseNextStep(double error, double h, int order) {
     if (!m_formulas) {
         // Small changes are not worth a new matrix.
         constexpr double LargestRatio = 4, LeastGrowth = 1.2;
-        const double ratio = m_controller.calcRatio(error, order, LargestRatio);
+        double ratio = m_controller.calcRatio(error, order, LargestRatio);
+        const double largest = updStages().calcLargestRatio();
+        if (ratio > largest) {
+            ratio = largest;
+            m_controller.restart();
+        }
         m_nextLength =
             std::min(ratio > 1 && ratio < LeastGrowth ? h : h * ratio, calcLongestLength());
         return;
