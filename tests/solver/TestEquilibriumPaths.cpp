@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "simflex/body/Joint.h"
 #include "simflex/forces/AttachmentForce.h"
@@ -145,8 +148,8 @@ TEST(EquilibriumPaths, PathsThatEndEarlySayWhere) {
 }
 
 /** n rigid links on pins with torsion springs in a column, the foot's too, under a weight on top
-that does not turn: the smallest critical load of the discrete column; of one link k/L. **/
-TEST(EquilibriumPaths, ColumnsBifurcateAtTheirCriticalLoad) {
+that does not turn, beyond the smallest critical load of the discrete column. **/
+TEST(EquilibriumPaths, ImperfectColumnsBendAwayWithoutABifurcation) {
     constexpr Real k = 3, L = 0.4;
     for (const int count : {1, 2}) {
         MultibodySystem system;
@@ -169,47 +172,183 @@ TEST(EquilibriumPaths, ColumnsBifurcateAtTheirCriticalLoad) {
         const Real critical = count == 1 ? k / L : k / L * (3 - std::sqrt(5)) / 2;
         AttachmentForce(flexible, Attachment(links.back(), Vec3(L, 0, 0)),
                         SpatialVec(Vec3(0), Vec3(1e-3 * critical, -1.3 * critical, 0)));
-        // A small force sideways bends it away; without one it stays straight, and unstable.
+        // A small force sideways bends it away.
         State state = system.realizeTopology();
         StaticEquilibrium equilibrium(system);
         const auto path = equilibrium.followPath(state, {});
         EXPECT_EQ(path.back().numUnstable, 0);
         for (const auto& point : path) EXPECT_EQ(point.kind, Kind::Regular);
+    }
+}
 
-        MultibodySystem straight;
-        SimbodyMatterSubsystem straightMatter(straight);
-        FlexibleBodySubsystem straightFlexible(straight, straightMatter);
-        std::vector<MobilizedBody> own;
-        for (int i = 0; i < count; ++i) {
-            const Transform frame = i == 0 ? up : Transform(Vec3(L, 0, 0));
-            MobilizedBody& before =
-                i == 0 ? static_cast<MobilizedBody&>(straightMatter.updGround()) : own.back();
-            MobilizedBody::Pin next(before, frame, link, Transform());
-            TorsionSpring(straightFlexible, Attachment(before, frame), Attachment(next), k);
-            own.push_back(next);
+/** From one regular point to the next, the number of unstable motions changes by what the limit
+points and bifurcations between them say; where a motion is lost and another one gained at the same
+load, it does not change. **/
+void checkCounts(const std::vector<StaticEquilibrium::PathPoint>& path) {
+    int count = path.front().numUnstable;
+    bool mayChange = false;
+    std::vector<int> changes{0};  // of what lies between two regular points, added up in all ways
+    for (const auto& point : path) {
+        if (point.kind == Kind::Regular) {
+            EXPECT_TRUE(std::count(changes.begin(), changes.end(), point.numUnstable - count))
+                << "at " << point.fraction << ": " << count << " to " << point.numUnstable;
+            count = point.numUnstable;
+            changes = {0};
+            continue;
         }
-        // The weight goes down a spring of its own, so that the straight column is a path, too.
-        MobilizedBody::Slider weight(straightMatter.Ground(), up,
-                                     Body::Rigid(MassProperties(1, Vec3(0), Inertia(0.01))), up);
-        TwoPointSpringDamper(straightFlexible, Attachment(straightMatter.Ground(), Vec3(0, -9, 0)),
-                             Attachment(weight), 100, 0, 9);
-        AttachmentForce(straightFlexible, Attachment(weight), SpatialVec(Vec3(0), Vec3(0, -1, 0)));
-        AttachmentForce(straightFlexible, Attachment(own.back(), Vec3(L, 0, 0)),
-                        SpatialVec(Vec3(0), Vec3(0, -1.3 * critical, 0)));
-        const State still = straight.realizeTopology();
-        StaticEquilibrium column(straight);
-        StaticEquilibrium::PathSettings settings;
-        settings.step = 1e-4;
-        const auto branch = column.followPath(still, settings);
-        int bifurcations = 0;
-        for (const auto& point : branch)
-            if (point.kind == Kind::Bifurcation) {
-                ++bifurcations;
-                EXPECT_NEAR(point.fraction * 1.3, 1, 1e-4);
+        const int own = point.kind == Kind::Limit ? 1 : point.numChanging;
+        EXPECT_GE(own, 1);
+        std::vector<int> sums;
+        for (const int sum : changes)
+            for (int change = -own; change <= own; change += 2) sums.push_back(sum + change);
+        changes = sums;
+        mayChange = true;
+    }
+    EXPECT_TRUE(mayChange);
+}
+
+/** n rigid links of length L in a column, on pins with torsion springs, the foot's too: in one
+plane or in two. Under a weight P that goes down with the top, K = k T and −P L Σ(1 − cos θ): the
+critical loads are k/L times the eigenvalues of the springs' stiffness. **/
+struct Column {
+    static constexpr Real k = 3, L = 0.4, Foot = 100;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    std::vector<Real> critical;
+    Real load;
+
+    Column(int count, int numPlanes, Real overload) {
+        const Body::Rigid mass(MassProperties(1, Vec3(0), Inertia(0.01)));
+        const Transform up(Rotation(Pi / 2, ZAxis));
+        // The column stands on a slider and a soft spring, which the load presses down.
+        MobilizedBody::Slider foot(matter.Ground(), up, mass, Transform());
+        TwoPointSpringDamper(flexible, Attachment(matter.Ground(), Vec3(0, -9, 0)),
+                             Attachment(foot), Foot, 0, 9);
+        MobilizedBody top = foot;
+        for (int i = 0; i < count; ++i) {
+            Transform frame(i == 0 ? Vec3(0) : Vec3(L, 0, 0));
+            for (int plane = 0; plane < numPlanes; ++plane) {
+                // About its z, or y, axis; x is along the column throughout.
+                const Rotation axis = plane == 0 ? Rotation() : Rotation(Pi / 2, XAxis);
+                const Transform own(axis, frame.p());
+                MobilizedBody::Pin next(top, own, mass, Transform(axis));
+                TorsionSpring(flexible, Attachment(top, own), Attachment(next, Transform(axis)), k);
+                top = next;
+                frame = Transform();
             }
-        EXPECT_EQ(bifurcations, 1);
-        EXPECT_EQ(branch.back().numUnstable, 1);
-        EXPECT_EQ(column.getUnstableMotions().size(), 1u);
+            critical.push_back(k / L * 2 * (1 - std::cos((2 * i + 1) * Pi / (2 * count + 1))));
+        }
+        load = overload * critical.back();
+        AttachmentForce(flexible, Attachment(top, Vec3(L, 0, 0)),
+                        SpatialVec(Vec3(0), Vec3(0, -load, 0)));
+    }
+};
+
+TEST(EquilibriumPaths, ColumnsBifurcateAtTheirCriticalLoadsWhateverTheStep) {
+    for (const int numPlanes : {1, 2})
+        for (const int count : {1, 2, 3})
+            for (const Real step : {0.01, 0.05, 0.1, 0.3}) {
+                SCOPED_TRACE(std::to_string(count) + " links, " + std::to_string(numPlanes) +
+                             " planes, step " + std::to_string(step));
+                Column column(count, numPlanes, 1.3);
+                StaticEquilibrium equilibrium(column.system);
+                StaticEquilibrium::PathSettings settings;
+                settings.step = step;
+                const auto path = equilibrium.followPath(column.system.realizeTopology(), settings);
+                checkCounts(path);
+                std::vector<Real> found;
+                for (const auto& point : path) {
+                    const Real load = column.load * point.fraction;
+                    if (point.kind == Kind::Bifurcation) {
+                        EXPECT_EQ(point.numChanging, numPlanes);
+                        EXPECT_EQ(point.numUnstable, numPlanes * int(found.size()));
+                        found.push_back(load);
+                        continue;
+                    }
+                    EXPECT_EQ(point.kind, Kind::Regular);
+                    EXPECT_EQ(
+                        point.numUnstable,
+                        numPlanes * std::count_if(column.critical.begin(), column.critical.end(),
+                                                  [&](Real own) { return own < load; }))
+                        << point.fraction;
+                }
+                ASSERT_EQ(found.size(), column.critical.size());
+                for (size_t i = 0; i < found.size(); ++i)
+                    EXPECT_NEAR(found[i], column.critical[i], 1e-6 * column.critical[i]);
+            }
+}
+
+TEST(EquilibriumPaths, PathsMayEndNextToABifurcation) {
+    for (const Real overload : {1 - 1e-4, 1 - 1e-7, 1.0, 1 + 1e-7, 1 + 1e-4}) {
+        SCOPED_TRACE(overload - 1);
+        Column column(2, 1, overload);
+        StaticEquilibrium equilibrium(column.system);
+        const auto path = equilibrium.followPath(column.system.realizeTopology(), {});
+        checkCounts(path);
+        EXPECT_EQ(path.back().fraction, 1);
+        if (std::abs(overload - 1) > 1e-6) {
+            EXPECT_EQ(path.back().numUnstable, overload < 1 ? 1 : 2);
+        }
+    }
+}
+
+/** Mises's truss that is steep, and whose mass may go aside, too: at height y above its feet
+K_yy = 2k (1 − l₀b²/l³) and K_xx = 2k (1 − l₀y²/l³). It goes aside before it snaps through. **/
+TEST(EquilibriumPaths, BifurcationsAndLimitPointsAreToldApart) {
+    constexpr Real k = 1e3, b = 1, h = 3, P = 4e3;
+    const Real l0 = std::hypot(b, h);
+    const auto calcForce = [&](Real y) { return 2 * k * (l0 / std::hypot(b, y) - 1) * y; };
+    const auto calcAside = [&](Real y) { return 1 - l0 * y * y / std::pow(b * b + y * y, 1.5); };
+    const auto halve = [](const auto& f, Real low, Real high) {
+        for (int i = 0; i < 200; ++i) {
+            const Real middle = 0.5 * (low + high);
+            ((f(middle) > 0) == (f(low) > 0) ? low : high) = middle;
+        }
+        return low;
+    };
+    const Real first = halve(calcAside, 2, 3), second = halve(calcAside, 0.5, 1.2),
+               limit = std::sqrt(std::pow(l0 * b * b, 2.0 / 3) - b * b);
+    const std::vector<std::pair<Kind, Real>> expected{
+        {Kind::Bifurcation, first},   {Kind::Limit, limit},  {Kind::Bifurcation, second},
+        {Kind::Bifurcation, -second}, {Kind::Limit, -limit}, {Kind::Bifurcation, -first}};
+    for (const Real step : {0.01, 0.05, 0.1, 0.3}) {
+        SCOPED_TRACE(step);
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        FlexibleBodySubsystem flexible(system, matter);
+        const Body::Rigid body(MassProperties(1, Vec3(0), Inertia(0.01)));
+        const Rotation xToY(Pi / 2, ZAxis);
+        MobilizedBody::Slider aside(matter.Ground(), Transform(), body, Transform());
+        MobilizedBody::Slider mass(aside, Transform(xToY), body, Transform(xToY));
+        for (const Real side : {-1.0, 1.0})
+            TwoPointSpringDamper(flexible, Attachment(matter.Ground(), Vec3(side * b, 0, 0)),
+                                 Attachment(mass), k, 0, l0);
+        AttachmentForce(flexible, Attachment(mass), SpatialVec(Vec3(0), Vec3(0, -P, 0)));
+        State state = system.realizeTopology();
+        mass.setOneQ(state, 0, h);
+        StaticEquilibrium equilibrium(system);
+        StaticEquilibrium::PathSettings settings;
+        settings.step = step;
+        const auto path = equilibrium.followPath(state, settings);
+        checkCounts(path);
+        std::vector<std::pair<Kind, Real>> found;
+        for (const auto& point : path) {
+            const Real y = mass.getOneQ(point.state, 0);
+            EXPECT_NEAR(point.fraction * P, calcForce(y), 1e-6 * P);
+            EXPECT_NEAR(mass.getBodyOriginLocation(point.state)[0], 0, 1e-9);
+            if (point.kind != Kind::Regular) {
+                found.emplace_back(point.kind, point.fraction * P);
+                continue;
+            }
+            EXPECT_EQ(point.numUnstable, (std::abs(y) < limit) + (calcAside(y) < 0)) << y;
+        }
+        ASSERT_EQ(found.size(), expected.size());
+        for (size_t i = 0; i < found.size(); ++i) {
+            EXPECT_EQ(found[i].first, expected[i].first) << i;
+            const Real force = calcForce(expected[i].second);
+            EXPECT_NEAR(found[i].second, force, 1e-6 * std::abs(force)) << i;
+        }
     }
 }
 

@@ -240,8 +240,12 @@ void ModelRun::describePath(const std::string& name,
             remarks.push_back("limit point: the path turns at " + percent(point.fraction) +
                               " of the loads");
         if (point.kind == Kind::Bifurcation)
-            remarks.push_back("bifurcation: another path crosses at " + percent(point.fraction) +
-                              " of the loads, and stability changes; only this one is followed");
+            remarks.push_back(
+                "bifurcation: another path crosses at " + percent(point.fraction) +
+                " of the loads, and stability changes" +
+                (point.numChanging > 1 ? " in " + std::to_string(point.numChanging) + " motions"
+                                       : std::string()) +
+                "; only this one is followed");
     }
     const double last = path.back().fraction;
     if (last != 1)

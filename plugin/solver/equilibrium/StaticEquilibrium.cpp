@@ -17,6 +17,7 @@
 #include "simflex/solver/BlockEliminationSolver.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/equations/StateImage.h"
+#include "simflex/solver/equilibrium/CriticalMotions.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
 #include "simflex/solver/equilibrium/SteadyMotion.h"
 #include "simflex/solver/equilibrium/TangentElimination.h"
@@ -79,6 +80,16 @@ constexpr double MostPathCurve = 1.5, LeastPathStep = 1e-6, PathSharpness = 1e-6
 /** By how much the loads may grow otherwise than the slopes at both ends of a step foretell, of
 what the steeper one alone does; and how flat it may be, of the steepest so far, to count so. **/
 constexpr double LargestSurprise = 0.05, FlatPath = 0.05;
+/** Of a path's step: over which stiffness is differenced; by which a bifurcation is at its end,
+where no direction is known; about a bifurcation, the first and the last way to places on both
+sides; and how far, of the step asked for, it is shortened to tell what changes sign within. **/
+constexpr double SlopePart = 0.02, AtBifurcation = 1e-6, FirstAside = 0.03, LastAside = 3e-4,
+                 ShortestLook = 1e-5;
+/** Of the softest mode's: what stiffness changes by round-off. **/
+constexpr double StiffnessNoise = 1e-8;
+/** Of the loads: how exactly a bifurcation is sought, and within what two are one. **/
+constexpr double BifurcationSharpness = 1e-9, SameLoad = 1e-7;
+constexpr int MostBifurcationTrials = 6, MostAsides = 5;
 constexpr int MostCreepIterations = 12, MostCreepSteps = 6000;
 constexpr double CreepAccuracy = 1e-6;
 
@@ -187,7 +198,14 @@ public:
     /** As StaticEquilibrium::followPath(); visits points in their order. **/
     using Kind = PathPoint::Kind;
     enum class Next { GoOn, Stop };
-    using Visit = std::function<Next(double fraction, int numUnstable, Kind kind)>;
+    /** Of a PathPoint, all but the point itself. **/
+    struct PathMark {
+        double fraction;
+        int numUnstable;
+        Kind kind;
+        int numChanging;
+    };
+    using Visit = std::function<Next(const PathMark& mark)>;
     void follow(const PathSettings& settings, const Visit& visit);
 
     const SolutionPoint& getPoint() const { return m_point; }
@@ -221,6 +239,21 @@ private:
         VectorXd delta, lambda;
         double fraction = 0;
         int numUnstable = 0;
+        double softest = 0;
+        std::vector<CriticalMotion> motions;
+    };
+    /** A place of the path. **/
+    struct Place {
+        double at;  ///< along a direction
+        double fraction;
+        SolutionPoint point;
+    };
+    /** A limit point or a bifurcation. **/
+    struct Special {
+        Place place;
+        Kind kind;
+        int change;       ///< of the number of unstable motions
+        int numChanging;  ///< motions, in either way
     };
     /** Of the path at an equilibrium, where the one before leads; the first one adds loads. **/
     Direction calcDirection(const Direction& before);
@@ -233,6 +266,21 @@ private:
                                     const Direction& direction, double end, double atStart,
                                     double atEnd, const std::function<double()>& calc,
                                     double start = 0);
+    /** Those of a step from its start to its end, in their order, between which loads only grow or
+    only shrink. Empty: they cannot be told apart. **/
+    std::optional<std::vector<Special>> findSpecials(const Place& start, const Direction& direction,
+                                                     const Place& end, const Direction& next,
+                                                     double longest);
+    /** Where a motion's stiffness is zero. **/
+    std::optional<Place> seekBifurcation(const Place& start, const Direction& direction,
+                                         const Place& end, const StabilityChange& change);
+    /** Sets the slopes of the stiffness of motions. @pre the point is where the direction is **/
+    void differenceMotions(Direction& direction, double length);
+    /** By how much of the direction another one leads along it. **/
+    double calcShare(const Direction& direction, const Direction& other) const {
+        return multiplySizes(direction.delta, other.delta) /
+               multiplySizes(direction.delta, direction.delta);
+    }
     void setFraction(double fraction) {
         m_fraction = fraction;
         m_equations.updSimbody().setLoadFraction(fraction);
@@ -1068,8 +1116,23 @@ StaticEquilibrium::Search::Direction StaticEquilibrium::Search::calcDirection(
     factor(tangent, LeastShift);
     Direction direction;
     direction.numUnstable = m_elimination->countNegative();
+    direction.softest = tangent.softest;
+    direction.motions = calcCriticalMotions(
+        tangent.s, [&](const VectorXd& x) { return tangent.mass.multiply(x); },
+        [&](VectorXd f) {
+            VectorXd g = VectorXd::Zero(tangent.g.size());
+            m_elimination->solve(f, g);
+            return f;
+        });
     solveFor(tangent, -slope, VectorXd::Zero(tangent.g.size()), direction.delta, direction.lambda);
-    const double turning = calcTurning(direction.delta);
+    double turning = calcTurning(direction.delta);
+    if (!(turning > 0) || !std::isfinite(turning)) {
+        // Of what nothing resists here, a little inertia leaves a direction.
+        direction.delta = -slope;
+        direction.lambda = VectorXd::Zero(tangent.g.size());
+        m_elimination->solve(direction.delta, direction.lambda);
+        turning = calcTurning(direction.delta);
+    }
     if (!(slope.norm() > 0) || !(turning > 0) || !std::isfinite(turning))
         throw std::runtime_error(
             "no path of equilibria can be followed: there are no loads, or they move nothing");
@@ -1137,98 +1200,250 @@ std::optional<double> StaticEquilibrium::Search::seekAlong(
     return at;
 }
 
+void StaticEquilibrium::Search::differenceMotions(Direction& direction, double length) {
+    const SolutionPoint here = m_point;
+    const double fraction = m_fraction, part = SlopePart * length;
+    setFraction(fraction + part * direction.fraction);
+    move(part * direction.delta, part * direction.lambda);
+    const Direction ahead = calcDirection(direction);
+    m_point = here;
+    setFraction(fraction);
+    for (CriticalMotion& motion : direction.motions) {
+        const CriticalMotion* later = findSameMotion(motion, ahead.motions);
+        const double change = later ? later->stiffness - motion.stiffness : 0;
+        motion.slope = std::abs(change) > StiffnessNoise * direction.softest ? change / part : 0;
+    }
+}
+
+std::optional<StaticEquilibrium::Search::Place> StaticEquilibrium::Search::seekBifurcation(
+    const Place& start, const Direction& direction, const Place& end,
+    const StabilityChange& change) {
+    std::vector<Place> places{start, end};
+    std::vector<std::pair<double, double>> values{{start.at, change.start.stiffness},
+                                                  {end.at, change.end.stiffness}};
+    // Near by, but not so near that round-off takes the place of the stiffness.
+    const auto look = [&](double at) {
+        if (!goAlong(start.point, start.fraction, direction, at)) return false;
+        const Place place{at, m_fraction, m_point};
+        const std::vector<CriticalMotion> motions = calcDirection(direction).motions;
+        const CriticalMotion* same = findSameMotion(change.start, motions);
+        if (!same) same = findSameMotion(change.end, motions);
+        if (!same) return false;
+        const size_t index =
+            size_t(std::lower_bound(values.begin(), values.end(), std::make_pair(at, -Infinity)) -
+                   values.begin());
+        values.insert(values.begin() + std::ptrdiff_t(index), {at, same->stiffness});
+        places.insert(places.begin() + std::ptrdiff_t(index), place);
+        return true;
+    };
+    double zero = change.at, aside = FirstAside * end.at;
+    size_t first = 0;
+    std::vector<double> weights;
+    const auto calcFraction = [&] {
+        double fraction = 0;
+        for (size_t k = 0; k < places.size(); ++k) fraction += weights[k] * places[k].fraction;
+        return fraction;
+    };
+    for (int trial = 0; trial < MostBifurcationTrials; ++trial) {
+        for (const double side : {-1.0, 1.0}) {
+            bool isFound = false;
+            for (int k = 0; k < MostAsides && !isFound; ++k) {
+                const double at = zero + side * aside * std::pow(0.8, k);
+                isFound = at <= start.at || at >= end.at || look(at);
+            }
+            if (!isFound) return std::nullopt;
+        }
+        const double before = zero;
+        zero = interpolateZero(values, first, weights);
+        const double slope = (places[first + 1].fraction - places[first].fraction) /
+                             (places[first + 1].at - places[first].at);
+        if (trial > 1 &&
+            std::abs((zero - before) * slope) <= BifurcationSharpness * std::abs(calcFraction()))
+            break;
+        aside = std::max(LastAside * end.at, std::min(0.1 * aside, 10 * std::abs(zero - before)));
+    }
+    const Place &low = places[first], &high = places[first + 1];
+    Place place{zero, calcFraction(), low.point};
+    const double share = (zero - low.at) / (high.at - low.at);
+    for (size_t i = 0; i < place.point.q.size(); ++i)
+        place.point.q[i] += share * (high.point.q[i] - low.point.q[i]);
+    for (size_t k = 0; k < place.point.lambda.size(); ++k)
+        place.point.lambda[k] += share * (high.point.lambda[k] - low.point.lambda[k]);
+    m_equations.realize(place.point.t, low.point.q.data(), low.point.u.data());
+    m_equations.getBlocks().normalizeQ(place.point.q.data());
+    // Better where it is found on this path; on the other one it is somewhere else.
+    if (goAlong(start.point, start.fraction, direction, zero) &&
+        calcDistance(place.point.q) <= PathSharpness &&
+        std::abs(m_fraction - place.fraction) <= PathSharpness * std::abs(place.fraction))
+        place.point = m_point;
+    return place;
+}
+
+auto StaticEquilibrium::Search::findSpecials(const Place& start, const Direction& direction,
+                                             const Place& end, const Direction& next,
+                                             double longest)
+    -> std::optional<std::vector<Special>> {
+    const bool turns = next.fraction * direction.fraction < 0;
+    const int change = next.numUnstable - direction.numUnstable;
+    std::vector<CriticalMotion> last = next.motions;
+    const double share = calcShare(direction, next);
+    for (CriticalMotion& motion : last) motion.slope /= share;
+    const std::optional<std::vector<StabilityChange>> changes =
+        findStabilityChanges(direction.motions, last, end.at, change);
+    // A force that jumps has no shorter step to tell.
+    const bool isSharp = end.at < ShortestLook * longest;
+    if (!changes && !isSharp) return std::nullopt;
+    std::vector<Special> specials;
+    if (turns) {
+        const std::optional<double> at =
+            seekAlong(start.point, start.fraction, direction, end.at, direction.fraction,
+                      next.fraction, [&] { return calcDirection(direction).fraction; });
+        if (!at) return std::nullopt;
+        specials.push_back({{*at, m_fraction, m_point}, Kind::Limit, 0, 0});
+    }
+    if (!changes) {
+        if (turns)
+            specials.back().change = change;
+        else if (change != 0)
+            specials.push_back({end, Kind::Bifurcation, change, std::abs(change)});
+        return specials;
+    }
+    for (const StabilityChange& own : *changes) {
+        const std::optional<Place> place = seekBifurcation(start, direction, end, own);
+        if (!place) return std::nullopt;
+        specials.push_back({*place, Kind::Bifurcation, own.getSign(), 1});
+    }
+    if (turns) {
+        // A motion changes where the loads turn: that is no other path.
+        const double limit = specials.front().place.at;
+        const auto isNearer = [&](const Special& a, const Special& b) {
+            return std::abs(a.place.at - limit) < std::abs(b.place.at - limit);
+        };
+        const auto own = std::min_element(specials.begin() + 1, specials.end(), isNearer);
+        if (own == specials.end() || std::abs(own->place.at - limit) > LastAside * end.at) {
+            if (!isSharp) return std::nullopt;
+        } else {
+            specials.front().change = own->change;
+            specials.erase(own);
+        }
+    }
+    std::stable_sort(specials.begin(), specials.end(),
+                     [](const Special& a, const Special& b) { return a.place.at < b.place.at; });
+    std::vector<Special> merged;
+    for (const Special& special : specials) {
+        const double fraction = special.place.fraction;
+        if (!merged.empty() && merged.back().kind == Kind::Bifurcation &&
+            special.kind == Kind::Bifurcation &&
+            std::abs(fraction - merged.back().place.fraction) <= SameLoad * std::abs(fraction)) {
+            merged.back().change += special.change;
+            ++merged.back().numChanging;
+        } else {
+            merged.push_back(special);
+        }
+    }
+    return merged;
+}
+
 void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit& visit) {
     if (!converge(0)) fail(0);
     m_goesDownhill = false;
-    SolutionPoint from = m_point;
-    double fraction = 0, length = settings.step, steepest = 0;
+    Place from{0, 0, m_point};
+    double length = settings.step, steepest = 0;
     Direction direction = calcDirection({});
-    if (visit(0, direction.numUnstable, Kind::Regular) == Next::Stop) return;
+    differenceMotions(direction, length);
+    if (visit({0, direction.numUnstable, Kind::Regular, 0}) == Next::Stop) return;
     int numPoints = 1;
     while (numPoints < settings.mostPoints) {
-        const auto shorten = [&] {
+        const auto shorten = [&](const std::string& reason) {
             length /= 4;
             if (length >= LeastPathStep * settings.step) return;
             std::ostringstream text;
-            text << "the path of equilibria cannot be followed beyond " << 100 * fraction
-                 << " % of the loads, " << numPoints << " points from its beginning: the largest "
-                 << "correction is " << m_shortfall.change << " m at '"
-                 << m_equations.getBlock(m_shortfall.worstBlock).name << "'";
+            text << "the path of equilibria cannot be followed beyond " << 100 * from.fraction
+                 << " % of the loads, " << numPoints << " points from its beginning: " << reason;
             throw std::runtime_error(text.str());
         };
-        if (!goAlong(from, fraction, direction, length)) {
-            shorten();
+        if (!goAlong(from.point, from.fraction, direction, length)) {
+            std::ostringstream reason;
+            reason << "the largest correction is " << m_shortfall.change << " m at '"
+                   << m_equations.getBlock(m_shortfall.worstBlock).name << "'";
+            shorten(reason.str());
             continue;
         }
-        const SolutionPoint reached = m_point;
-        const double atEnd = m_fraction;
-        const Direction next = calcDirection(direction);
+        const Place reached{length, m_fraction, m_point};
+        Direction next = calcDirection(direction);
         // A step over two limit points would see neither.
         steepest = std::max({steepest, std::abs(direction.fraction), std::abs(next.fraction)});
         const double slope =
             std::max({std::abs(direction.fraction), std::abs(next.fraction), FlatPath * steepest});
-        const double surprise =
-            std::abs(atEnd - fraction - 0.5 * length * (direction.fraction + next.fraction)) /
-            (length * slope);
+        const double surprise = std::abs(reached.fraction - from.fraction -
+                                         0.5 * length * (direction.fraction + next.fraction)) /
+                                (length * slope);
         if (!(surprise <= LargestSurprise)) {
-            shorten();
+            shorten("the loads turn too sharply along it");
             continue;
         }
-        struct Special {
-            double at, fraction;
-            SolutionPoint point;
-            int numUnstable;
-            Kind kind;
-        };
-        std::optional<Special> special;
-        const bool turns = next.fraction * direction.fraction < 0;
-        if (turns || next.numUnstable != direction.numUnstable) {
-            const std::optional<double> at =
-                turns ? seekAlong(from, fraction, direction, length, direction.fraction,
-                                  next.fraction, [&] { return calcDirection(direction).fraction; })
-                      : seekAlong(from, fraction, direction, length, -1, 1, [&] {
-                            return calcDirection(direction).numUnstable == direction.numUnstable
-                                       ? -1.0
-                                       : 1.0;
-                        });
-            if (!at) {
-                shorten();
-                continue;
-            }
-            special =
-                Special{*at, m_fraction, m_point, std::min(direction.numUnstable, next.numUnstable),
-                        turns ? Kind::Limit : Kind::Bifurcation};
+        differenceMotions(next, length);
+        // Next to where paths cross, round-off chooses between them.
+        const bool isAtBifurcation =
+            std::any_of(next.motions.begin(), next.motions.end(), [&](const CriticalMotion& own) {
+                return std::abs(own.stiffness) < AtBifurcation * length * std::abs(own.slope);
+            });
+        if (isAtBifurcation && length > ShortestLook * settings.step) {
+            length *= 0.9;
+            continue;
         }
-        // Where all loads act for the first time: before or behind that place.
+        const std::optional<std::vector<Special>> specials =
+            findSpecials(from, direction, reached, next, settings.step);
+        if (!specials) {
+            shorten(
+                "motions gain or lose stability there too close to each other to be told "
+                "apart");
+            continue;
+        }
+        // Where all loads act for the first time: before, between or behind such places.
         const auto crosses = [](double a, double b) { return (a < 1) != (b < 1); };
-        const bool isBefore = special && crosses(fraction, special->fraction);
-        if (special && !isBefore) {
-            m_point = special->point;
-            setFraction(special->fraction);
+        Place before = from;
+        int numUnstable = direction.numUnstable;
+        bool isOver = false;
+        const auto endsBefore = [&](const Place& place) {
+            if (!crosses(before.fraction, place.fraction)) return false;
+            if (!seekAlong(
+                    from.point, from.fraction, direction, place.at, before.fraction - 1,
+                    place.fraction - 1, [&] { return m_fraction - 1; }, before.at))
+                m_point = place.point;
+            const SolutionPoint near = m_point;
+            if (!converge(1) || !(calcDistance(near.q) <= settings.step)) {
+                // At a bifurcation nothing converges; it is a place of the path itself.
+                const bool isThere = std::abs(place.fraction - 1) <= SameLoad;
+                if (!isThere && std::abs(before.fraction - 1) > SameLoad) fail(from.fraction);
+                m_point = isThere ? place.point : before.point;
+                setFraction(1);
+            }
+            visit({1, numUnstable, Kind::Regular, 0});
+            return true;
+        };
+        for (const Special& special : *specials) {
+            isOver = endsBefore(special.place);
+            if (isOver) break;
+            before = special.place;
+            m_point = before.point;
+            setFraction(before.fraction);
             ++numPoints;
-            if (visit(m_fraction, special->numUnstable, special->kind) == Next::Stop ||
-                numPoints >= settings.mostPoints)
-                break;
+            const int fewest = numUnstable + std::min(0, special.change);
+            numUnstable += special.change;
+            isOver =
+                visit({before.fraction, fewest, special.kind, special.numChanging}) == Next::Stop ||
+                numPoints >= settings.mostPoints;
+            if (isOver) break;
         }
-        if (isBefore || crosses(fraction, atEnd)) {
-            const double begin = special && !isBefore ? special->at : 0;
-            const double end = isBefore ? special->at : length;
-            const double first = begin > 0 ? special->fraction : fraction;
-            const double last = isBefore ? special->fraction : atEnd;
-            seekAlong(
-                from, fraction, direction, end, first - 1, last - 1, [&] { return m_fraction - 1; },
-                begin);
-            const std::vector<double> near = m_point.q;
-            if (!converge(1) || !(calcDistance(near) <= settings.step)) fail(fraction);
-            visit(1, calcDirection(direction).numUnstable, Kind::Regular);
-            break;
-        }
-        m_point = from = reached;
-        setFraction(atEnd);
-        fraction = atEnd;
+        if (isOver || endsBefore(reached)) break;
+        from = reached;
+        from.at = 0;
+        m_point = from.point;
+        setFraction(from.fraction);
         direction = next;
         ++numPoints;
-        if (visit(fraction, direction.numUnstable, Kind::Regular) == Next::Stop) break;
+        if (visit({from.fraction, direction.numUnstable, Kind::Regular, 0}) == Next::Stop) break;
         if (surprise < 0.25 * LargestSurprise) length = std::min(settings.step, 2 * length);
     }
     m_goesDownhill = true;
@@ -1242,9 +1457,10 @@ std::string StaticEquilibrium::Search::describeTurn(const SolutionPoint& start) 
     try {
         PathSettings settings;
         settings.mostPoints = MostPointsToLimit;
-        follow(settings, [&](double fraction, int, Kind kind) {
-            if (kind == Kind::Regular || !(fraction < 1)) return Next::GoOn;
-            if (kind == Kind::Limit)
+        follow(settings, [&](const PathMark& mark) {
+            const double fraction = mark.fraction;
+            if (mark.kind == Kind::Regular || !(fraction < 1)) return Next::GoOn;
+            if (mark.kind == Kind::Limit)
                 text << "the path of equilibria turns at " << 100 * fraction
                      << " % of the loads, a limit point (snap-through)";
             else
@@ -1609,9 +1825,10 @@ std::vector<StaticEquilibrium::PathPoint> StaticEquilibrium::followPath(
     m_system.realize(start.assembled, Stage::Velocity);
     Search search(*this, *start.equations, start.assembled, start.point, start.motion);
     std::vector<PathPoint> path;
-    search.follow(settings, [&](double fraction, int numUnstable, PathPoint::Kind kind) {
+    search.follow(settings, [&](const Search::PathMark& mark) {
         start.point = search.getPoint();
-        path.push_back({State(), Vector(), fraction, numUnstable, kind});
+        path.push_back(
+            {State(), Vector(), mark.fraction, mark.numUnstable, mark.kind, mark.numChanging});
         keep(start, path.back().state, path.back().multipliers);
         return Search::Next::GoOn;
     });

@@ -94,7 +94,10 @@ public:
 
     Loads are those that solve() raises in parts; springs, bushings and forces that depend on the
     motion act in full, as Motions do. Steps are such that what f gains is what its slopes at both
-    ends foretell, within some percent. **/
+    ends foretell, within some percent, and that each motion whose stiffness may change its sign is
+    followed from one end to the other. Where it is zero is found to 1e-6 of f, whatever the step;
+    from one regular point to the next the number of unstable motions changes by what happens at
+    the limit points and bifurcations between them. **/
     /**@{**/
     struct PathPoint {
         enum class Kind {
@@ -108,7 +111,10 @@ public:
         /** Independent motions in which it falls away; 0: it is stable. Of limit points and
         bifurcations: on the side where there are fewer. **/
         int numUnstable;
-        Kind kind;  ///< found to 1e-6 of the way between two points
+        Kind kind;
+        /** Of bifurcations: independent motions that gain or lose stability at once, of which
+        symmetry may make more than one. **/
+        int numChanging;
     };
     struct PathSettings {
         /** Longest step, of a body's size, by which it turns or bends between points. **/
