@@ -144,7 +144,7 @@ public:
 private:
     ModelOptions makeModelOptions() const {
         ModelOptions options;
-        options.allowsScripts = m_options.allowsScripts;
+        options.code = m_options.code;
         options.listener = m_options.listener;
         return options;
     }

@@ -7,6 +7,7 @@ Descriptions of FMUs: what is written, and what is refused. **/
 #include <set>
 
 #include "cli/run/RunTest.h"
+#include "fmu/RunningFmus.h"
 #include "simflex/base/ZipFile.h"
 #include "simflex/fmi/FmuUnit.h"
 #include "simflex/fmi/FmuUnits.h"
@@ -46,7 +47,7 @@ protected:
     std::string findMistake() {
         try {
             const FmuUnit unit(folder / "model.fmu");
-            const FmuSlave slave(std::make_shared<const FmuUnit>(folder / "model.fmu"), "one");
+            const FmuSlave slave(std::make_shared<const FmuUnit>(folder / "model.fmu"), "one", inThisProcess());
         } catch (const std::runtime_error& error) {
             return error.what();
         }

@@ -77,7 +77,20 @@ void visitMemory(Archive& archive, double& time, std::string& bytes) {
 
 }  // namespace
 
-Controller::Controller(const ModelValue& entry) : m_name(entry.getName()) {
+void refuseForeignFmus(const ModelValue& file, const AllowedCode& code) {
+    if (code.fmus != AllowedCode::Fmus::Refused) return;
+    const ModelValue controllers = file.get("controllers");
+    for (const std::string& name : controllers.getKeys()) {
+        const ModelValue fmu = controllers.get(name).get("fmu");
+        fmu.fail("FMU '" + fmu.getText() +
+                 "' is a program, which runs with all your rights; if you trust it, give "
+                 "--allow-fmus (in Python: allow_fmus=True)");
+    }
+}
+
+Controller::Controller(const ModelValue& entry, const AllowedCode& code,
+                       std::function<bool()> goesOn)
+    : m_name(entry.getName()), m_code(code), m_goesOn(std::move(goesOn)) {
     const ModelValue file = entry.get("fmu");
     m_unit = withPlace(file, [&] { return obtainUnit(file.getFilePath()); });
     const FmuDescription& description = m_unit->getDescription();
@@ -118,22 +131,50 @@ Controller::Controller(const ModelValue& entry) : m_name(entry.getName()) {
     }
 }
 
+std::vector<std::pair<std::string, double>> Controller::nameInputs(
+    const std::vector<double>& inputs) const {
+    std::vector<std::pair<std::string, double>> named;
+    for (size_t i = 0; i < m_inputs.size(); ++i) named.emplace_back(m_inputs[i], inputs[i]);
+    return named;
+}
+
+FmuCost Controller::getCost() const {
+    FmuCost cost = m_costBefore;
+    if (m_slave) cost += m_slave->getCost();
+    return cost;
+}
+
+void Controller::drop() {
+    m_costBefore = getCost();
+    m_slave.reset();
+    m_memory.clear();
+}
+
+template <class Work>
+Controller::Moment Controller::workOrDrop(const Work& work) {
+    try {
+        return work();
+    } catch (...) {
+        drop();  // it may have failed for good
+        throw;
+    }
+}
+
 void Controller::begin() {
-    m_slave = std::make_unique<FmuSlave>(m_unit, m_name);
-    for (const auto& [name, value] : m_parameters) m_slave->set(name, value);
+    drop();
+    m_slave = std::make_unique<FmuSlave>(m_unit, m_name, m_code, m_goesOn);
+    m_slave->set(m_parameters);
     m_slave->enterInitialization(m_startTime);
-    for (size_t i = 0; i < m_inputs.size(); ++i) m_slave->set(m_inputs[i], m_startInputs[i]);
+    m_slave->set(nameInputs(m_startInputs));
     m_slave->exitInitialization();
 }
 
 Controller::Moment Controller::look(double time) {
-    Moment moment;
-    for (const std::string& variable : m_variables) {
-        moment.outputs.push_back(m_slave->get(variable));
-        if (!std::isfinite(moment.outputs.back()))
-            throw std::runtime_error("controller '" + m_name + "' gives no finite '" + variable +
-                                     "' at t = " + writeGeneral(time, 6) + " s");
-    }
+    Moment moment{m_slave->get(m_variables), {}};
+    for (size_t i = 0; i < m_variables.size(); ++i)
+        if (!std::isfinite(moment.outputs[i]))
+            throw std::runtime_error("controller '" + m_name + "' gives no finite '" +
+                                     m_variables[i] + "' at t = " + writeGeneral(time, 6) + " s");
     // One that cannot say what it remembers is at a step of its own.
     std::string bytes =
         m_unit->getDescription().canSerializeState ? m_slave->save() : std::to_string(m_numSteps);
@@ -144,13 +185,27 @@ Controller::Moment Controller::look(double time) {
     return moment;
 }
 
+Controller::Moment Controller::describe(double time) const {
+    Moment moment;
+    for (const std::string& variable : m_variables)
+        moment.outputs.push_back(m_unit->getDescription().find(variable)->start.value_or(0));
+    std::string bytes;
+    Archive archive;
+    visitMemory(archive, time, bytes);
+    moment.memory = archive.getBytes();
+    return moment;
+}
+
 Controller::Moment Controller::start(double time, const std::vector<double>& inputs) {
+    if (m_code.fmus == AllowedCode::Fmus::Described) return describe(time);
     if (m_slave && time == m_startTime && inputs == m_startInputs) return m_start;
     m_startTime = time;
     m_startInputs = inputs;
     ++m_numSteps;
-    begin();
-    return m_start = look(time);
+    return m_start = workOrDrop([&] {
+               begin();
+               return look(time);
+           });
 }
 
 void Controller::goTo(const std::string& memory) {
@@ -174,18 +229,22 @@ void Controller::goTo(const std::string& memory) {
 
 Controller::Moment Controller::goOn(const std::string& memory, double time,
                                     const std::vector<double>& inputs) {
+    if (m_code.fmus == AllowedCode::Fmus::Described)
+        throw std::logic_error("controller '" + m_name + "' is not run here");
     goTo(memory);
     Archive archive(memory);
     double last = 0;
     std::string bytes;
     visitMemory(archive, last, bytes);
-    for (size_t i = 0; i < m_inputs.size(); ++i) m_slave->set(m_inputs[i], inputs[i]);
     m_memory.clear();
-    if (!m_slave->doStep(last, time - last))
-        throw std::runtime_error("controller '" + m_name + "' has ended its simulation at t = " +
-                                 writeGeneral(time, 6) + " s");
-    ++m_numSteps;
-    return look(time);
+    return workOrDrop([&] {
+        m_slave->set(nameInputs(inputs));
+        if (!m_slave->doStep(last, time - last))
+            throw std::runtime_error("controller '" + m_name + "' has ended its simulation at t = " +
+                                     writeGeneral(time, 6) + " s");
+        ++m_numSteps;
+        return look(time);
+    });
 }
 
 void ControllerSampling::show(const Controller::Moment& moment,
