@@ -327,6 +327,7 @@ void printComplete(const ModelRun& run) {
         hasAny = true;
     }
     if (hasAny) std::printf("results so far: %s\n", run.getResultPath().c_str());
+    std::fflush(stdout);  // what was wrong is said last, in logs too
 }
 
 namespace {
