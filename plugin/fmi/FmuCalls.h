@@ -55,7 +55,7 @@ struct FmuAnswer {
     void visit(Archive& archive) { archive.visit(value, bytes); }
 };
 
-/** To calls in their order, up to the first that failed. **/
+/** To calls in their order, up to the first that failed, or that ended the simulation. **/
 struct FmuReply {
     std::vector<FmuAnswer> answers;
     std::string error;   ///< "a step has failed: no convergence"; empty: none

@@ -110,6 +110,7 @@ FmuReply FmuLibrary::ask(const std::vector<FmuCall>& calls) {
         for (const FmuCall& call : calls) {
             if (!m_instance) throw std::runtime_error("it has failed for good before");
             reply.answers.push_back(answer(call));
+            if (call.kind == FmuCall::DoStep && reply.answers.back().value == 0) break;
         }
     } catch (const std::exception& error) {
         reply.error = error.what();

@@ -163,6 +163,7 @@ std::vector<FmuAnswer> FmuSlave::ask(const std::vector<FmuCall>& calls) {
     m_cost.seconds += secondsSince(start);
     m_cost.librarySeconds += reply.seconds;
     if (!reply.error.empty()) fail(reply.error);
+    reply.answers.resize(calls.size());
     return reply.answers;
 }
 
@@ -188,7 +189,8 @@ const FmuVariable& FmuSlave::findVariable(const std::string& name) const {
     return *variable;
 }
 
-void FmuSlave::set(const std::vector<std::pair<std::string, double>>& values) {
+std::vector<FmuCall> FmuSlave::makeSets(
+    const std::vector<std::pair<std::string, double>>& values) const {
     std::vector<FmuCall> calls;
     for (const auto& [name, value] : values) {
         const FmuVariable& variable = findVariable(name);
@@ -203,10 +205,10 @@ void FmuSlave::set(const std::vector<std::pair<std::string, double>>& values) {
         }
         calls.push_back(call);
     }
-    ask(calls);
+    return calls;
 }
 
-std::vector<double> FmuSlave::get(const std::vector<std::string>& names) {
+std::vector<FmuCall> FmuSlave::makeGets(const std::vector<std::string>& names) const {
     std::vector<FmuCall> calls;
     for (const std::string& name : names) {
         const FmuVariable& variable = findVariable(name);
@@ -217,13 +219,38 @@ std::vector<double> FmuSlave::get(const std::vector<std::string>& names) {
         call.reference = variable.reference;
         calls.push_back(call);
     }
+    return calls;
+}
+
+void FmuSlave::set(const std::vector<std::pair<std::string, double>>& values) {
+    ask(makeSets(values));
+}
+
+std::vector<double> FmuSlave::get(const std::vector<std::string>& variables) {
     std::vector<double> values;
-    for (const FmuAnswer& answer : ask(calls)) values.push_back(answer.value);
+    for (const FmuAnswer& answer : ask(makeGets(variables))) values.push_back(answer.value);
     return values;
 }
 
 bool FmuSlave::doStep(double time, double length) {
     return ask({makeCall(FmuCall::DoStep, "a step", time, length)})[0].value != 0;
+}
+
+std::optional<FmuSlave::Sample> FmuSlave::sample(
+    const std::vector<std::pair<std::string, double>>& inputs, double time, double length,
+    const std::vector<std::string>& outputs, bool saves) {
+    std::vector<FmuCall> calls = makeSets(inputs);
+    calls.push_back(makeCall(FmuCall::DoStep, "a step", time, length));
+    const size_t numBefore = calls.size();
+    for (const FmuCall& call : makeGets(outputs)) calls.push_back(call);
+    if (saves) calls.push_back(makeCall(FmuCall::Save, "saving"));
+    const std::vector<FmuAnswer> answers = ask(calls);
+    if (answers[numBefore - 1].value == 0) return {};
+    Sample sample;
+    for (size_t i = 0; i < outputs.size(); ++i)
+        sample.outputs.push_back(answers[numBefore + i].value);
+    if (saves) sample.memory = answers.back().bytes;
+    return sample;
 }
 
 std::string FmuSlave::save() {

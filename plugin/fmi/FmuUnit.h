@@ -14,7 +14,9 @@ FMUs of others, for co-simulation by FMI 2.0 or 3.0, that run here. Internal.
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "simflex/base/AllowedCode.h"
@@ -75,6 +77,16 @@ public:
     std::vector<double> get(const std::vector<std::string>& variables);
     /** @returns false if the unit wants the simulation to end **/
     bool doStep(double time, double length);
+    /** All that a sample is, in one exchange: inputs are set, a step is made, outputs are read, and
+    with `saves` what it remembers is.
+    @returns nothing if the unit wants the simulation to end **/
+    struct Sample {
+        std::vector<double> outputs;
+        std::string memory;
+    };
+    std::optional<Sample> sample(const std::vector<std::pair<std::string, double>>& inputs,
+                                 double time, double length,
+                                 const std::vector<std::string>& outputs, bool saves);
     /** All that it remembers, as bytes. @pre canSerializeState **/
     std::string save();
     void restore(const std::string& bytes);
@@ -83,6 +95,8 @@ public:
 private:
     const FmuVariable& findVariable(const std::string& name) const;
     [[noreturn]] void fail(const std::string& what) const;
+    std::vector<FmuCall> makeSets(const std::vector<std::pair<std::string, double>>& values) const;
+    std::vector<FmuCall> makeGets(const std::vector<std::string>& variables) const;
     std::vector<FmuAnswer> ask(const std::vector<FmuCall>& calls);
 
     std::shared_ptr<const FmuUnit> m_unit;

@@ -181,6 +181,31 @@ TEST_F(FmuFileTest, BrokenUnitsAreRefusedByName) {
     EXPECT_THAT(findMistake(), HasSubstr("would write outside of its folder: '../outside.txt'"));
 }
 
+TEST_F(FmuFileTest, ContentsOfFilesAreInTheTokenAndTheirNamesMayHoldWhatTheyLike) {
+    const std::string table = "a #1: [x].csv";
+    std::set<std::string> tokens;
+    for (const char* rows : {"0 1\n1 2\n", "0 1\n1 3\n"}) {
+        testing::writeText(folder / table, rows);
+        writeModel(
+            "simflex: 1\n"
+            "bodies: {rod: {mass: 1, shape: {sphere: 0.1}}}\n"
+            "tables: {curve: {file: '" +
+            table +
+            "'}}\n"
+            "probes: {height: {expression: curve(1)}}\n");
+        FmuExportOptions options;
+        options.isThin = true;
+        exportFmu(loadModelText(folder / "model.yaml"), folder / "model.fmu", options);
+        const auto unit = std::make_shared<const FmuUnit>(folder / "model.fmu");
+        tokens.insert(unit->getDescription().token);
+        FmuSlave slave(unit, "one", inThisProcess());
+        slave.enterInitialization(0);
+        slave.exitInitialization();
+        EXPECT_EQ(slave.get("height"), rows[6] - '0');
+    }
+    EXPECT_EQ(tokens.size(), 2u);
+}
+
 TEST_F(FmuFileTest, WhatCannotBeExportedIsRefused) {
     writeModel("simflex: 1\nbodies: {rod: {mass: 1, shape: {sphere: 0.1}}}\n");
     EXPECT_NE(runProgram("'" SIMFLEX_PROGRAM "'", "fmu model.yaml --fmi 1"), 0);

@@ -84,7 +84,7 @@ TEST_F(UnrulyFmuTest, NoCommandLoadsAnFmuUnasked) {
     EXPECT_EQ(find(after, "torque").rows, find(before, "torque").rows);
     for (size_t i = 0; i < before.time.size(); ++i)
         EXPECT_EQ(2 * find(after, "half").rows[i][0], find(before, "torque").rows[i][0]);
-    EXPECT_LT(find(before, "torque").rows[5][0], -0.1);
+    EXPECT_GT(std::abs(find(before, "torque").rows.back()[0]), 0.1);
 }
 
 TEST_F(UnrulyFmuTest, AProcessOfItsOwnChangesNoBit) {
@@ -92,8 +92,8 @@ TEST_F(UnrulyFmuTest, AProcessOfItsOwnChangesNoBit) {
     ASSERT_EQ(runModel("--fmus-in-process -o here.h5"), 0) << err;
     EXPECT_EQ(readWithoutSeconds("child.h5"), readWithoutSeconds("here.h5"));
     const auto& statistics = read("late", "child.h5").statistics;
-    // 20 samples: set, step, get and save.
-    EXPECT_GE(statistics.at("fmu_exchanges"), 4 * 20);
+    // One for each of 20 samples, three for the start.
+    EXPECT_EQ(statistics.at("fmu_exchanges"), 23);
     EXPECT_GT(statistics.at("fmu_seconds"), statistics.at("fmu_library_seconds"));
 }
 

@@ -170,19 +170,22 @@ void Controller::begin() {
 }
 
 Controller::Moment Controller::look(double time) {
-    Moment moment{m_slave->get(m_variables), {}};
+    const std::vector<double> outputs = m_slave->get(m_variables);
+    return keep(time, outputs, canSave() ? m_slave->save() : "");
+}
+
+Controller::Moment Controller::keep(double time, const std::vector<double>& outputs,
+                                    std::string bytes) {
     for (size_t i = 0; i < m_variables.size(); ++i)
-        if (!std::isfinite(moment.outputs[i]))
+        if (!std::isfinite(outputs[i]))
             throw std::runtime_error("controller '" + m_name + "' gives no finite '" +
                                      m_variables[i] + "' at t = " + writeGeneral(time, 6) + " s");
     // One that cannot say what it remembers is at a step of its own.
-    std::string bytes =
-        m_unit->getDescription().canSerializeState ? m_slave->save() : std::to_string(m_numSteps);
+    if (!canSave()) bytes = std::to_string(m_numSteps);
     Archive archive;
     visitMemory(archive, time, bytes);
-    moment.memory = archive.getBytes();
-    m_memory = moment.memory;
-    return moment;
+    m_memory = archive.getBytes();
+    return {outputs, m_memory};
 }
 
 Controller::Moment Controller::describe(double time) const {
@@ -212,7 +215,7 @@ void Controller::goTo(const std::string& memory) {
     if (memory == m_memory) return;
     if (memory == m_start.memory) {
         begin();
-    } else if (m_unit->getDescription().canSerializeState) {
+    } else if (canSave()) {
         Archive archive(memory);
         double time = 0;
         std::string bytes;
@@ -238,12 +241,13 @@ Controller::Moment Controller::goOn(const std::string& memory, double time,
     visitMemory(archive, last, bytes);
     m_memory.clear();
     return workOrDrop([&] {
-        m_slave->set(nameInputs(inputs));
-        if (!m_slave->doStep(last, time - last))
+        const auto sample =
+            m_slave->sample(nameInputs(inputs), last, time - last, m_variables, canSave());
+        if (!sample)
             throw std::runtime_error("controller '" + m_name + "' has ended its simulation at t = " +
                                      writeGeneral(time, 6) + " s");
         ++m_numSteps;
-        return look(time);
+        return keep(time, sample->outputs, sample->memory);
     });
 }
 

@@ -65,6 +65,9 @@ private:
     Moment workOrDrop(const Work& work);
     std::vector<std::pair<std::string, double>> nameInputs(const std::vector<double>& inputs) const;
     Moment look(double time);
+    /** @param bytes  what the instance remembers, if it can say so **/
+    Moment keep(double time, const std::vector<double>& outputs, std::string bytes);
+    bool canSave() const { return m_unit->getDescription().canSerializeState; }
     Moment describe(double time) const;
     void goTo(const std::string& memory);
 
