@@ -75,8 +75,6 @@ TEST_F(ZipFileTest, BombsAreRefusedBeforeTheyAreUnpacked) {
         "for i in range(5): w.writestr(str(i), bytes(60 << 20))\n");
     EXPECT_THAT(unpack("bomb.zip"), HasSubstr("bomb.zip' would fill the disk"));
     EXPECT_TRUE(fs::is_empty(path("place")));
-    runPython("zipfile.ZipFile('large.zip', 'w').writestr('zeros', bytes(300 << 20))\n");
-    EXPECT_EQ(unpack("large.zip"), "");
 }
 
 TEST_F(ZipFileTest, WhatIsNotFinishedLeavesNothing) {
