@@ -5,7 +5,7 @@ namespace simflex {
 
 struct FmuCost {
     double exchanges = 0;
-    double seconds = 0;         ///< from question to answer, and to make the instances
+    double seconds = 0;         ///< from question to answer
     double librarySeconds = 0;  ///< of these, in the libraries themselves
 
     FmuCost& operator+=(const FmuCost& other) {
