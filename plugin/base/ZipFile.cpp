@@ -26,6 +26,8 @@ constexpr uLong IsEncrypted = 1, NamesAreUtf8 = 1 << 11;
 constexpr std::uint64_t MostWithoutZip64 = 0xfffffffe;
 constexpr std::uint64_t MostInflation = 1100;  // deflate makes nothing more than this smaller
 constexpr std::uint64_t MostUnpacked = std::uint64_t(4) << 30;
+// More than this is refused if it was packed as tightly as libraries and parts never are.
+constexpr std::uint64_t MuchUnpacked = std::uint64_t(256) << 20, LargestRatio = 100;
 constexpr std::uint64_t LargestPiece = 1 << 30;  // minizip counts in 32 bits
 
 std::string deflate(std::string_view bytes) {
@@ -171,6 +173,13 @@ std::string ZipReader::read() const {
 void unpackZip(const fs::path& path, const fs::path& folder) {
     std::uint64_t unpacked = 0;
     for (ZipReader zip(path); zip.next();) {
+        unpacked += zip.getSize();
+        if (unpacked > MostUnpacked) zip.fail("has more than 4 GB");
+        if (unpacked > MuchUnpacked && unpacked / LargestRatio > fs::file_size(path))
+            zip.fail("would fill the disk: unpacked it has more than " +
+                     std::to_string(LargestRatio) + " times its size");
+    }
+    for (ZipReader zip(path); zip.next();) {
         const fs::path place = folder / zip.getName();
         if (!staysWithin(zip.getName()))
             zip.fail("would write outside of its folder: '" + zip.getName() + "'");
@@ -179,8 +188,6 @@ void unpackZip(const fs::path& path, const fs::path& folder) {
             continue;
         }
         const std::string bytes = zip.read();
-        unpacked += bytes.size();
-        if (unpacked > MostUnpacked) zip.fail("has more than 4 GB");
         fs::create_directories(place.parent_path());
         std::ofstream file(place, std::ios::binary);
         file << bytes;

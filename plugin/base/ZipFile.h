@@ -46,6 +46,8 @@ public:
     /** Goes to the first file, then to the next. @returns false if there is none. **/
     bool next();
     const std::string& getName() const { return m_name; }
+    /** Number of its bytes. **/
+    std::uint64_t getSize() const { return m_size; }
     /** The bytes of this file. **/
     std::string read() const;
     [[noreturn]] void fail(const std::string& what) const;
@@ -58,7 +60,7 @@ private:
 };
 
 /** Unpacks all into a folder that is there. @throws as ZipReader; also if the archive would write
-elsewhere, or more than 4 GB. **/
+elsewhere, or more than 4 GB, or much that was packed suspiciously small. **/
 void unpackZip(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 }  // namespace simflex

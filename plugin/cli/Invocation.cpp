@@ -28,6 +28,16 @@ void openStandardFiles() {
         if (fcntl(file, F_GETFD) < 0 && open("/dev/null", O_RDWR) != file) std::abort();
 }
 
+bool hasEnded = false;  // the command
+
+/** Whatever runs in this process may call exit(), and 0 would mean that the command was done. **/
+void refuseExit() {
+    if (hasEnded) return;
+    std::fprintf(stderr, "simflex: code within this process (an FMU?) has ended it\n");
+    std::fflush(nullptr);
+    _exit(1);
+}
+
 /** @returns whether all that was printed has arrived **/
 bool finishOutput() {
     std::cout.flush();
@@ -68,7 +78,9 @@ int runCommand(CLI::App& app, int argc, char** argv) {
 int runCommandLine(CLI::App& app, int argc, char** argv) {
     openStandardFiles();
     catchInterrupts();
+    std::atexit(refuseExit);
     const int status = runCommand(app, argc, argv);
+    hasEnded = true;
     return finishOutput() ? status : std::max(status, 1);
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "simflex/base/AllowedCode.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
 
@@ -26,6 +27,14 @@ CLI::Validator makeNumberCheck(IsAllowed isAllowed, const std::string& what) {
                 return isAllowed(value) ? "" : "'" + text + "' is not " + what;
             },
             ""};
+}
+
+inline CLI::Validator makePositiveCheck() {
+    return makeNumberCheck([](double value) { return value > 0; }, "positive");
+}
+
+inline CLI::Validator makeNonNegativeCheck() {
+    return makeNumberCheck([](double value) { return value >= 0; }, "positive or zero");
 }
 
 /** An option that may be given several times, each time with one value. **/
@@ -64,6 +73,42 @@ inline void addScriptsFlag(CLI::App& command, bool& isAllowed) {
     command.add_flag("--allow-scripts", isAllowed,
                      "Run Gmsh scripts (.geo) outside the sandbox: they may start programs and "
                      "read and write any file");
+}
+
+/** Adds the options that let a model run code. **/
+inline void addCodeOptions(CLI::App& command, AllowedCode& code) {
+    using Fmus = AllowedCode::Fmus;
+    addScriptsFlag(command, code.scripts);
+    command.add_flag_callback(
+        "--allow-fmus",
+        [&code] {
+            if (code.fmus == Fmus::Refused) code.fmus = Fmus::ChildProcess;
+        },
+        "Run FMUs of the model's controllers, each in a process of its own: they may do all that "
+        "you may");
+    command.add_flag_callback(
+        "--fmus-in-process", [&code] { code.fmus = Fmus::ThisProcess; },
+        "Run them in this process: faster by some microseconds a sample, but an FMU that crashes "
+        "ends the run");
+    command
+        .add_option("--fmu-timeout", code.fmuTimeout,
+                    "Longest time that an FMU in a process of its own may take for one answer "
+                    "(default: 60 s)")
+        ->check(makePositiveCheck())
+        ->type_name("SECONDS");
+}
+
+/** The options that let another command run the same code. **/
+inline std::vector<std::string> listCodeOptions(const AllowedCode& code) {
+    std::vector<std::string> options;
+    if (code.scripts) options.push_back("--allow-scripts");
+    if (code.fmus == AllowedCode::Fmus::ChildProcess) options.push_back("--allow-fmus");
+    if (code.fmus == AllowedCode::Fmus::ThisProcess) options.push_back("--fmus-in-process");
+    if (code.fmuTimeout != AllowedCode().fmuTimeout) {
+        options.push_back("--fmu-timeout");
+        options.push_back(writeGeneral(code.fmuTimeout));
+    }
+    return options;
 }
 
 inline void addModelFile(CLI::App& command, std::string& path) {
@@ -106,14 +151,6 @@ void addOutputs(CLI::App& command, Options& options) {
 /** Adds -q, without progress and notes. @param what  is printed all the same **/
 inline void addQuietFlag(CLI::App& command, bool& isQuiet, const std::string& what) {
     command.add_flag("-q,--quiet", isQuiet, "Print only " + what + ", no progress and no notes");
-}
-
-inline CLI::Validator makePositiveCheck() {
-    return makeNumberCheck([](double value) { return value > 0; }, "positive");
-}
-
-inline CLI::Validator makeNonNegativeCheck() {
-    return makeNumberCheck([](double value) { return value >= 0; }, "positive or zero");
 }
 
 }  // namespace cli

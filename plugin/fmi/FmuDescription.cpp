@@ -1,6 +1,8 @@
 #include "simflex/fmi/FmuDescription.h"
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <stdexcept>
 
@@ -236,14 +238,51 @@ FmuVariable readVariable(Element& variable, Element& value) {
     return read;
 }
 
+/** The parser calls itself for each level of nesting. @throws std::runtime_error if elements are
+nested deeper than any description's are. **/
+void refuseDeepNesting(const std::string& xml) {
+    constexpr int MostLevels = 100;
+    int level = 0;
+    const auto skipTo = [&](const char* end, size_t from) {
+        const size_t found = xml.find(end, from);
+        return found == xml.npos ? xml.size() : found;
+    };
+    for (size_t i = skipTo("<", 0); i < xml.size(); i = skipTo("<", i)) {
+        if (xml.compare(i, 4, "<!--") == 0) {
+            i = skipTo("-->", i + 4);
+        } else if (xml.compare(i, 9, "<![CDATA[") == 0) {
+            i = skipTo("]]>", i + 9);
+        } else if (xml.compare(i, 2, "</") == 0) {
+            level = std::max(0, level - 1);
+            i += 2;
+        } else if (xml.compare(i, 2, "<?") == 0 || xml.compare(i, 2, "<!") == 0) {
+            if (level > 0)
+                throw std::runtime_error("its modelDescription.xml has '" + xml.substr(i, 2) +
+                                         "' within an element");
+            i += 2;
+        } else {
+            // To the end of the tag, past '>' in the values of attributes.
+            for (++i; i < xml.size() && xml[i] != '>'; ++i)
+                if (xml[i] == '"' || xml[i] == '\'') i = skipTo(xml[i] == '"' ? "\"" : "'", i + 1);
+            if (i < xml.size() && xml[i - 1] == '/') continue;
+            if (++level > MostLevels)
+                throw std::runtime_error("its modelDescription.xml has more than " +
+                                         std::to_string(MostLevels) + " elements in one another");
+        }
+    }
+}
+
 }  // namespace
 
 FmuDescription readFmuDescription(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path))
         throw std::runtime_error("there is no modelDescription.xml in it");
+    std::ifstream file(path, std::ios::binary);
+    const std::string text(std::istreambuf_iterator<char>(file), {});
+    refuseDeepNesting(text);
     SimTK::Xml::Document document;
     try {
-        document.readFromFile(path.string());
+        document.readFromString(text);
     } catch (const std::exception& error) {
         throw std::runtime_error("its modelDescription.xml cannot be read: " +
                                  std::string(error.what()));

@@ -1,19 +1,20 @@
 #include "simflex/fmi/FmuUnit.h"
-#include "simflex/base/ZipFile.h"
 
-#include <dlfcn.h>
+#include <elf.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
-#include <cstdlib>
+#include <cstring>
+#include <fstream>
 #include <limits>
 #include <stdexcept>
 
 #include "simflex/base/NumberText.h"
-#include "simflex/fmi/Fmi2.h"
-#include "simflex/fmi/Fmi3.h"
+#include "simflex/base/Progress.h"
+#include "simflex/base/SecondsSince.h"
+#include "simflex/base/ZipFile.h"
+#include "simflex/fmi/FmuLibrary.h"
+#include "simflex/fmi/FmuProcess.h"
 
 namespace simflex {
 
@@ -22,12 +23,37 @@ namespace fs = std::filesystem;
 //-------------------------------------------------------------------------------------------------
 // the unit
 
-FmuUnit::FmuUnit(const fs::path& path) : m_path(path.string()) {
-    open();
+namespace {
+
+/** Whether all that its headers speak of is in the file: the loader takes their word, and dies of
+what is missing. **/
+bool isWholeLibrary(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::uint64_t size = fs::file_size(path);
+    const auto isWithin = [&](std::uint64_t begin, std::uint64_t length) {
+        return begin <= size && length <= size - begin;
+    };
+    Elf64_Ehdr header{};
+    if (!file.read(reinterpret_cast<char*>(&header), sizeof header) ||
+        std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0 ||
+        header.e_ident[EI_CLASS] != ELFCLASS64 || header.e_machine != EM_X86_64 ||
+        header.e_phentsize != sizeof(Elf64_Phdr) || header.e_phnum == 0 ||
+        !isWithin(header.e_phoff, std::uint64_t(header.e_phnum) * sizeof(Elf64_Phdr)) ||
+        !isWithin(header.e_shoff, std::uint64_t(header.e_shnum) * header.e_shentsize))
+        return false;
+    std::vector<Elf64_Phdr> segments(header.e_phnum);
+    file.seekg(std::streamoff(header.e_phoff));
+    file.read(reinterpret_cast<char*>(segments.data()),
+              std::streamsize(segments.size() * sizeof(Elf64_Phdr)));
+    return file && std::all_of(segments.begin(), segments.end(), [&](const Elf64_Phdr& segment) {
+               return segment.p_type != PT_LOAD || isWithin(segment.p_offset, segment.p_filesz);
+           });
 }
 
-FmuUnit::~FmuUnit() {
-    if (m_library) dlclose(m_library);
+}  // namespace
+
+FmuUnit::FmuUnit(const fs::path& path) : m_path(path.string()) {
+    open();
 }
 
 void FmuUnit::fail(const std::string& what) const {
@@ -54,106 +80,101 @@ void FmuUnit::open() {
         fail("it has no library " + folder.filename().string() + '/' + m_description.identifier +
              ".so" + (others.empty() ? "" : "; it is for " + others));
     }
-    m_library = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (!m_library) fail(std::string("its library cannot be loaded: ") + dlerror());
+    if (!isWholeLibrary(library))
+        fail("its library " + folder.filename().string() + '/' + m_description.identifier +
+             ".so is damaged or cut off, or none for this machine");
+    m_library = library.string();
 }
 
-void* FmuUnit::findSymbol(const char* name) const {
-    void* const symbol = dlsym(m_library, name);
-    if (!symbol) fail(std::string("its library has no function ") + name);
-    return symbol;
+FmuInstanceSetup FmuUnit::makeSetup(const std::string& name) const {
+    return {m_description.version, m_library, (m_folder.path() / "resources").string(),
+            m_description.token, name};
 }
 
 //-------------------------------------------------------------------------------------------------
 // an instance
 
-struct FmuSlave::Callbacks {
-    fmi2::Callbacks second{};
-};
-
 namespace {
 
-extern "C" void hearSecond(void* slave, fmi2::Text, fmi2::Status status, fmi2::Text,
-                           fmi2::Text format, ...) {
-    if (!slave || !format || status < fmi2::Status::Discard) return;
-    char message[1000];
-    std::va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(message, sizeof message, format, arguments);
-    va_end(arguments);
-    static_cast<const FmuSlave*>(slave)->hear(message);
+std::unique_ptr<FmuInstanceCalls> makeInstance(const FmuInstanceSetup& setup,
+                                               const AllowedCode& code,
+                                               const std::function<bool()>& goesOn) {
+    switch (code.fmus) {
+        case AllowedCode::Fmus::ChildProcess:
+            return std::make_unique<FmuProcess>(setup, code.fmuTimeout, goesOn);
+        case AllowedCode::Fmus::ThisProcess:
+            return std::make_unique<FmuLibrary>(setup);
+        default:
+            throw std::logic_error("FMUs are not to run");
+    }
 }
 
-extern "C" void hearThird(void* slave, fmi3::Status status, fmi3::Text, fmi3::Text message) {
-    if (slave && message && status >= fmi3::Status::Discard)
-        static_cast<const FmuSlave*>(slave)->hear(message);
+FmuCall makeCall(int kind, const std::string& what, double value = 0, double length = 0) {
+    FmuCall call;
+    call.kind = kind;
+    call.what = what;
+    call.value = value;
+    call.length = length;
+    return call;
 }
 
-constexpr int Discard = 2;
+int roundToWhole(const std::string& name, double value) {
+    constexpr double WholeTolerance = 1e-9;  // round-off of what was computed
+    const double whole = std::round(value);
+    if (!(std::abs(value - whole) <= WholeTolerance * std::max(1.0, std::abs(value)) &&
+          std::abs(whole) <= double(std::numeric_limits<int>::max())))
+        throw std::runtime_error("'" + name + "' of the FMU is a whole number and cannot be " +
+                                 writeGeneral(value, 9) + "; floor(x + 0.5) is the nearest one");
+    return int(whole);
+}
 
 }  // namespace
 
-FmuSlave::FmuSlave(std::shared_ptr<const FmuUnit> unit, const std::string& name)
-    : m_unit(std::move(unit)), m_name(name), m_callbacks(std::make_unique<Callbacks>()) {
-    const FmuDescription& description = m_unit->getDescription();
-    const std::string resources = m_unit->getResources().string();
-    if (isThird()) {
-        using Instantiate =
-            void*(const char*, const char*, const char*, bool, bool, bool, bool, const unsigned*,
-                  std::size_t, void*, fmi3::Logger, fmi3::IntermediateUpdate);
-        m_instance = m_unit->find<Instantiate>("fmi3InstantiateCoSimulation")(
-            m_name.c_str(), description.token.c_str(), (resources + '/').c_str(), false, false,
-            false, false, nullptr, 0, this, hearThird, nullptr);
-    } else {
-        m_callbacks->second = {hearSecond, std::calloc, std::free, nullptr, this};
-        using Instantiate = void*(const char*, fmi2::Kind, const char*, const char*,
-                                  const fmi2::Callbacks*, int, int);
-        m_instance = m_unit->find<Instantiate>("fmi2Instantiate")(
-            m_name.c_str(), fmi2::Kind::CoSimulation, description.token.c_str(),
-            ("file://" + resources).c_str(), &m_callbacks->second, 0, 0);
-    }
-    if (!m_instance) fail("it gives no instance");
-}
-
-FmuSlave::~FmuSlave() {
+FmuSlave::FmuSlave(std::shared_ptr<const FmuUnit> unit, const std::string& name,
+                   const AllowedCode& code, const std::function<bool()>& goesOn)
+    : m_unit(std::move(unit)), m_name(name) {
     try {
-        if (m_instance)
-            m_unit->find<void(void*)>(isThird() ? "fmi3FreeInstance"
-                                                : "fmi2FreeInstance")(m_instance);
-    } catch (const std::exception&) {
-        // Then it cannot be freed.
+        m_instance = makeInstance(m_unit->makeSetup(name), code, goesOn);
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const std::runtime_error& error) {
+        fail(error.what());
     }
 }
 
 void FmuSlave::fail(const std::string& what) const {
-    m_unit->fail("instance '" + m_name + "': " + what + (m_said.empty() ? "" : ": " + m_said));
+    m_unit->fail("instance '" + m_name + "': " + what);
 }
 
-void FmuSlave::require(int status, const std::string& what) const {
-    if (status >= Discard) fail(what + " has failed");
-}
-
-template <class... Arguments>
-void FmuSlave::call(const char* name, const std::string& what, Arguments... arguments) const {
-    m_said.clear();
-    require(m_unit->find<int(void*, Arguments...)>(name)(m_instance, arguments...), what);
+std::vector<FmuAnswer> FmuSlave::ask(const std::vector<FmuCall>& calls) {
+    if (calls.empty()) return {};
+    const auto start = std::chrono::steady_clock::now();
+    FmuReply reply;
+    try {
+        reply = m_instance->ask(calls);
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const std::runtime_error& error) {
+        fail(error.what());
+    }
+    ++m_cost.exchanges;
+    m_cost.seconds += secondsSince(start);
+    m_cost.librarySeconds += reply.seconds;
+    if (!reply.error.empty()) fail(reply.error);
+    reply.answers.resize(calls.size());
+    return reply.answers;
 }
 
 void FmuSlave::enterInitialization(double time) {
-    if (isThird()) {
-        call("fmi3EnterInitializationMode", "initialization", false, 0., time, false, 0.);
-        return;
-    }
-    call("fmi2SetupExperiment", "the setup", 0, 0., time, 0, 0.);
-    call("fmi2EnterInitializationMode", "initialization");
+    ask({makeCall(FmuCall::EnterInitialization, "initialization", time)});
 }
 
 void FmuSlave::exitInitialization() {
-    call(isThird() ? "fmi3ExitInitializationMode" : "fmi2ExitInitializationMode", "initialization");
+    ask({makeCall(FmuCall::ExitInitialization, "initialization")});
 }
 
 void FmuSlave::reset() {
-    call(isThird() ? "fmi3Reset" : "fmi2Reset", "the reset");
+    ask({makeCall(FmuCall::Reset, "the reset")});
 }
 
 const FmuVariable& FmuSlave::findVariable(const std::string& name) const {
@@ -166,119 +187,78 @@ const FmuVariable& FmuSlave::findVariable(const std::string& name) const {
     return *variable;
 }
 
-void FmuSlave::set(const std::string& name, double value) {
-    const FmuVariable& variable = findVariable(name);
-    const std::string what = "setting '" + name + "'";
-    const unsigned* const reference = &variable.reference;
-    const std::size_t one = 1;
-    if (variable.type == FmuVariable::Type::Real) {
-        if (isThird())
-            call("fmi3SetFloat64", what, reference, one, &value, one);
-        else
-            call("fmi2SetReal", what, reference, one, &value);
-    } else if (variable.type == FmuVariable::Type::Integer) {
-        constexpr double WholeTolerance = 1e-9;  // round-off of what was computed
-        const double whole = std::round(value);
-        if (!(std::abs(value - whole) <= WholeTolerance * std::max(1.0, std::abs(value)) &&
-              std::abs(whole) <= double(std::numeric_limits<int>::max())))
-            throw std::runtime_error("'" + name + "' of the FMU is a whole number and cannot be " +
-                                     writeGeneral(value, 9) +
-                                     "; floor(x + 0.5) is the nearest one");
-        const int number = int(whole);
-        if (isThird())
-            call("fmi3SetInt32", what, reference, one, &number, one);
-        else
-            call("fmi2SetInteger", what, reference, one, &number);
-    } else if (isThird()) {
-        const bool isTrue = value > 0.5;
-        call("fmi3SetBoolean", what, reference, one, &isTrue, one);
-    } else {
-        const int isTrue = value > 0.5;
-        call("fmi2SetBoolean", what, reference, one, &isTrue);
+std::vector<FmuCall> FmuSlave::makeSets(
+    const std::vector<std::pair<std::string, double>>& values) const {
+    std::vector<FmuCall> calls;
+    for (const auto& [name, value] : values) {
+        const FmuVariable& variable = findVariable(name);
+        FmuCall call = makeCall(FmuCall::SetReal, "setting '" + name + "'", value);
+        call.reference = variable.reference;
+        if (variable.type == FmuVariable::Type::Integer) {
+            call.kind = FmuCall::SetInteger;
+            call.value = roundToWhole(name, value);
+        } else if (variable.type == FmuVariable::Type::Boolean) {
+            call.kind = FmuCall::SetBoolean;
+            call.value = value > 0.5;
+        }
+        calls.push_back(call);
     }
+    return calls;
 }
 
-double FmuSlave::get(const std::string& name) const {
-    const FmuVariable& variable = findVariable(name);
-    const std::string what = "reading '" + name + "'";
-    const unsigned* const reference = &variable.reference;
-    const std::size_t one = 1;
-    if (variable.type == FmuVariable::Type::Real) {
-        double value = 0;
-        if (isThird())
-            call("fmi3GetFloat64", what, reference, one, &value, one);
-        else
-            call("fmi2GetReal", what, reference, one, &value);
-        return value;
+std::vector<FmuCall> FmuSlave::makeGets(const std::vector<std::string>& names) const {
+    std::vector<FmuCall> calls;
+    for (const std::string& name : names) {
+        const FmuVariable& variable = findVariable(name);
+        FmuCall call = makeCall(variable.type == FmuVariable::Type::Real      ? FmuCall::GetReal
+                                : variable.type == FmuVariable::Type::Integer ? FmuCall::GetInteger
+                                                                              : FmuCall::GetBoolean,
+                                "reading '" + name + "'");
+        call.reference = variable.reference;
+        calls.push_back(call);
     }
-    if (variable.type == FmuVariable::Type::Integer) {
-        int number = 0;
-        if (isThird())
-            call("fmi3GetInt32", what, reference, one, &number, one);
-        else
-            call("fmi2GetInteger", what, reference, one, &number);
-        return number;
-    }
-    if (isThird()) {
-        bool isTrue = false;
-        call("fmi3GetBoolean", what, reference, one, &isTrue, one);
-        return isTrue;
-    }
-    int isTrue = 0;
-    call("fmi2GetBoolean", what, reference, one, &isTrue);
-    return isTrue != 0;
+    return calls;
+}
+
+void FmuSlave::set(const std::vector<std::pair<std::string, double>>& values) {
+    ask(makeSets(values));
+}
+
+std::vector<double> FmuSlave::get(const std::vector<std::string>& variables) {
+    std::vector<double> values;
+    for (const FmuAnswer& answer : ask(makeGets(variables))) values.push_back(answer.value);
+    return values;
 }
 
 bool FmuSlave::doStep(double time, double length) {
-    m_said.clear();
-    if (isThird()) {
-        bool needsEvent = false, isOver = false, isEarly = false;
-        double reached = time;
-        call("fmi3DoStep", "a step", time, length, false, &needsEvent, &isOver, &isEarly, &reached);
-        return !isOver;
-    }
-    const int status =
-        m_unit->find<int(void*, double, double, int)>("fmi2DoStep")(m_instance, time, length, 0);
-    if (status == Discard) {
-        int isOver = 0;
-        const int known = m_unit->find<int(void*, fmi2::StatusKind, int*)>("fmi2GetBooleanStatus")(
-            m_instance, fmi2::StatusKind::Terminated, &isOver);
-        if (known < Discard && isOver) return false;
-    }
-    require(status, "a step");
-    return true;
+    return ask({makeCall(FmuCall::DoStep, "a step", time, length)})[0].value != 0;
 }
 
-std::string FmuSlave::save() const {
-    void* state = nullptr;
-    std::size_t size = 0;
-    call(isThird() ? "fmi3GetFMUState" : "fmi2GetFMUstate", "saving", &state);
-    std::string bytes;
-    try {
-        call(isThird() ? "fmi3SerializedFMUStateSize" : "fmi2SerializedFMUstateSize", "saving",
-             state, &size);
-        bytes.resize(size);
-        call(isThird() ? "fmi3SerializeFMUState" : "fmi2SerializeFMUstate", "saving", state,
-             bytes.data(), size);
-    } catch (...) {
-        call(isThird() ? "fmi3FreeFMUState" : "fmi2FreeFMUstate", "saving", &state);
-        throw;
-    }
-    call(isThird() ? "fmi3FreeFMUState" : "fmi2FreeFMUstate", "saving", &state);
-    return bytes;
+std::optional<FmuSlave::Sample> FmuSlave::sample(
+    const std::vector<std::pair<std::string, double>>& inputs, double time, double length,
+    const std::vector<std::string>& outputs, bool saves) {
+    std::vector<FmuCall> calls = makeSets(inputs);
+    calls.push_back(makeCall(FmuCall::DoStep, "a step", time, length));
+    const size_t numBefore = calls.size();
+    for (const FmuCall& call : makeGets(outputs)) calls.push_back(call);
+    if (saves) calls.push_back(makeCall(FmuCall::Save, "saving"));
+    const std::vector<FmuAnswer> answers = ask(calls);
+    if (answers[numBefore - 1].value == 0) return {};
+    Sample sample;
+    for (size_t i = 0; i < outputs.size(); ++i)
+        sample.outputs.push_back(answers[numBefore + i].value);
+    if (saves) sample.memory = answers.back().bytes;
+    return sample;
+}
+
+std::string FmuSlave::save() {
+    return ask({makeCall(FmuCall::Save, "saving")})[0].bytes;
 }
 
 void FmuSlave::restore(const std::string& bytes) {
-    void* state = nullptr;
-    call(isThird() ? "fmi3DeserializeFMUState" : "fmi2DeSerializeFMUstate", "restoring",
-         bytes.data(), bytes.size(), &state);
-    try {
-        call(isThird() ? "fmi3SetFMUState" : "fmi2SetFMUstate", "restoring", state);
-    } catch (...) {
-        call(isThird() ? "fmi3FreeFMUState" : "fmi2FreeFMUstate", "restoring", &state);
-        throw;
-    }
-    call(isThird() ? "fmi3FreeFMUState" : "fmi2FreeFMUstate", "restoring", &state);
+    FmuCall call = makeCall(FmuCall::Restore, "restoring");
+    call.bytes = bytes;
+    ask({call});
 }
 
 }  // namespace simflex

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <set>
 
 #include "simflex/base/AsciiText.h"
@@ -95,6 +97,19 @@ std::string makeIdentifier(const std::string& path) {
     return identifier.empty() || isDigit(identifier[0]) ? "model_" + identifier : identifier;
 }
 
+/** Of letters that mean nothing to YAML and archives. **/
+std::string makePlainName(int number, const std::string& name) {
+    std::string plain = std::to_string(number) + '-' + name;
+    for (char& c : plain)
+        if (!isWordCharacter(c) && c != '.' && c != '-') c = '_';
+    return plain;
+}
+
+void addContents(const std::string& path, Hash& sum) {
+    std::ifstream file(path, std::ios::binary);
+    sum.add(std::string(std::istreambuf_iterator<char>(file), {}));
+}
+
 class Packer {
 public:
     Packer(const ModelText& text, const FmuExportOptions& options)
@@ -144,7 +159,7 @@ public:
 private:
     ModelOptions makeModelOptions() const {
         ModelOptions options;
-        options.allowsScripts = m_options.allowsScripts;
+        options.code = m_options.code;
         options.listener = m_options.listener;
         return options;
     }
@@ -161,12 +176,13 @@ private:
     /** Reduced as they are now. **/
     void addParts(const ModelOptions& modelOptions, ZipWriter& zip, Hash& sum) {
         const TemporaryFolder folder;
+        int number = 0;
         for (const auto& [name, part] : makeParts(m_file, modelOptions)) {
-            const std::string file = "parts/" + name + ".h5", path = folder.path() / "part.h5";
+            const std::string file = "parts/" + makePlainName(++number, name + ".h5"),
+                              path = folder.path() / "part.h5";
             writeReducedBody(path, *part);
             zip.addFile("resources/" + file, path);
-            sum.add(part->Phi);
-            sum.add(part->omegaSquared);
+            addContents(path, sum);
             m_text.set("parts." + name, "{file: " + file + "}");
         }
     }
@@ -180,10 +196,9 @@ private:
             if (!form || form->kind != SchemaForm::Kind::File || path.compare(0, 6, "parts.") == 0)
                 return;
             const std::string source = scalar.getFilePath(),
-                              name = "files/" + std::to_string(++number) + '-' +
-                                     fs::path(source).filename().string();
+                              name = "files/" + makePlainName(++number, fs::path(source).filename());
             zip.addFile("resources/" + name, source);
-            sum.add(fs::file_size(source));
+            addContents(source, sum);
             m_text.set(path, name);
         });
     }

@@ -62,6 +62,8 @@ Session& FmuInstance::updSession() {
         ModelText text = loadModelText(m_folder + '/' + m_manifest.model, m_manifest.settings);
         text.settings.insert(text.settings.end(), m_settings.begin(), m_settings.end());
         ModelOptions options;
+        // Its exporter has allowed them.
+        options.code.fmus = AllowedCode::Fmus::ThisProcess;
         options.listener.warn = [this](const std::string& warning) {
             m_log(Level::Warning, warning);
         };

@@ -8,6 +8,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/fmi/CompanionFile.h"
+
 namespace simflex {
 namespace fmu {
 
@@ -24,17 +26,6 @@ bool isOfSystem(const std::string& name) {
                              "librt.so", "libresolv.so", "libstdc++.so", "libgcc_s.so"})
         if (name.compare(0, std::string(stem).size(), stem) == 0) return true;
     return false;
-}
-
-fs::path findBeside() {
-    Dl_info info{};
-    if (!dladdr(reinterpret_cast<const void*>(&findLibraries), &info) || !info.dli_fname)
-        throw std::runtime_error("it is not known where simflex's libraries are");
-    fs::path folder = fs::absolute(info.dli_fname).parent_path();
-    if (folder.parent_path().filename() == Levels) folder = folder.parent_path().parent_path();
-    // Installed it is a module, in a folder of its own.
-    const fs::path installed = folder / "simflex" / LibraryName;
-    return fs::exists(installed) ? installed : folder / LibraryName;
 }
 
 /** Strings of a loaded library's dynamic section. **/
@@ -55,11 +46,8 @@ std::vector<std::string> listDynamic(const link_map& library, ElfW(Sxword) tag) 
 
 std::vector<LibraryFile> findLibraries(const std::string& library, const std::string& identifier,
                                        bool isThin) {
-    const fs::path path = library.empty() ? findBeside() : fs::path(library);
-    if (!fs::exists(path))
-        throw std::runtime_error(
-            "there is no '" + path.string() +
-            "', of which FMUs hold a copy: simflex is not installed completely");
+    const fs::path path = library.empty() ? findCompanion(LibraryName) : fs::path(library);
+    if (!fs::exists(path)) throw std::runtime_error("there is no '" + path.string() + "'");
     std::vector<LibraryFile> files{{identifier + ".so", path.string()}};
     if (isThin) return files;
     void* const handle = dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);

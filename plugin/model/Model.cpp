@@ -19,7 +19,7 @@ ModelSystem::ModelSystem() : matter(system), forces(system), flexible(system, ma
 
 struct Model::Contents {
     Contents(const ModelValue& file, const ModelOptions& options)
-        : builder(file, options),
+        : builder((refuseForeignFmus(file, options.code), file), options),
           system(builder.build()),
           initialState(builder.makePlacedState(*system)) {
         builder.noteDoubts(*system, initialState);
@@ -204,6 +204,13 @@ void Model::startStates(State& state) const {
                       state);
         getSystem().realize(state, Stage::Velocity);
     }
+}
+
+FmuCost Model::getFmuCost() const {
+    FmuCost cost;
+    for (const ControllerSampling& sampling : m_contents->system->controllers)
+        cost += sampling.controller->getCost();
+    return cost;
 }
 
 void Model::copyMemories(const State& from, State& to) const {

@@ -16,6 +16,7 @@ that the file gives them.
 #include <vector>
 
 #include "Simbody.h"
+#include "simflex/base/AllowedCode.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/forces/Signal.h"
@@ -28,6 +29,7 @@ struct ControllerSampling;
 class ModelTrigger;
 }  // namespace model
 
+struct FmuCost;
 struct ModelSystem;
 
 struct ModelOptions {
@@ -37,7 +39,7 @@ struct ModelOptions {
         Finer   ///< every part has further modes, see ReducedBody::finer
     };
     Bodies bodies = Bodies::AsGiven;
-    bool allowsScripts = false;  ///< of Gmsh, outside the sandbox: see GmshOptions
+    AllowedCode code;
     /** Folder of reduced parts, by content; empty: $SIMFLEX_CACHE, else $XDG_CACHE_HOME/simflex,
     else
     ~/.cache/simflex. **/
@@ -137,6 +139,8 @@ public:
     void startStates(SimTK::State& state) const;
     /** What controllers remember. **/
     void copyMemories(const SimTK::State& from, SimTK::State& to) const;
+    /** What their FMUs have cost so far. **/
+    FmuCost getFmuCost() const;
 
 private:
     class Builder;

@@ -21,7 +21,8 @@ multipliers states/z               values of states of controllers, filters and 
         states/moment     n×2  work of loads and dampers since the start [J], the State's own time
         states/columns/q …     names of columns of each
         statistics             attributes: steps, iterations …, of transient integration_seconds and
-                               output_seconds: what each took by the clock
+                               output_seconds: what each took by the clock; with controllers
+                               fmu_exchanges, fmu_seconds and, of these, fmu_library_seconds
         warnings               texts, as above: of this analysis
         speeds            n    campbell
         path              n×3  static with path: the loads' factor, independent motions in which it

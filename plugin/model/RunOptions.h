@@ -6,6 +6,7 @@ What is asked of the analyses of a model. **/
 #include <string>
 #include <vector>
 
+#include "simflex/base/AllowedCode.h"
 #include "simflex/model/Listener.h"
 
 namespace simflex {
@@ -33,8 +34,8 @@ struct RunOptions {
     double longestStep = 1;
     /** The finer twin of every part runs beside, and each probe has its error: ErrorBars.h. **/
     bool hasErrorBars = false;
-    bool allowsScripts = false;  ///< of Gmsh, outside the sandbox
-    bool onlyChecks = false;     ///< the model is built, nothing is run
+    AllowedCode code;         ///< of FMUs only where they run: not with onlyChecks
+    bool onlyChecks = false;  ///< the model is built, nothing is run
     Listener listener;
     std::string resumeCommand;  ///< that goes on with such a run: told where it was stopped
 };

@@ -42,8 +42,9 @@ ModelText makeFromDict(const py::dict& keys, const Path& folder) {
 
 Results run(ModelText model, const std::optional<Path>& output,
             const std::vector<std::string>& only, int threads, bool resumes, bool draws,
-            const py::object& progress, bool hasErrorBars) {
+            const py::object& progress, bool hasErrorBars, const AllowedCode& code) {
     RunOptions options;
+    options.code = code;
     if (output) options.output = output->string();
     options.only = only;
     options.threads = threads;
@@ -61,14 +62,15 @@ Results run(ModelText model, const std::optional<Path>& output,
 
 }  // namespace
 
-Results::Analysis analyse(ModelText model, const std::string& type, const py::kwargs& keys) {
+Results::Analysis analyse(ModelText model, const std::string& type, const AllowedCode& code,
+                          const py::kwargs& keys) {
     py::dict entry;
     entry["type"] = type;
     for (const auto& [key, value] : keys) entry[key] = value;
     setKey(model, "analyses." + type, entry);
     const TemporaryFolder folder;
     const Results results =
-        run(model, folder.path() / "results.h5", {type}, 0, false, false, py::none(), false);
+        run(model, folder.path() / "results.h5", {type}, 0, false, false, py::none(), false, code);
     return results.findAnalysis(type);
 }
 
@@ -107,16 +109,36 @@ void addModel(py::module_& module) {
         .def_readonly("path", &ModelText::path)
         .def_readonly("text", &ModelText::text)
         .def_readonly("settings", &ModelText::settings)
-        .def("run", &run, py::arg("output") = py::none(),
+        .def(
+            "run",
+            [](const ModelText& model, const std::optional<Path>& output,
+               const std::vector<std::string>& only, int threads, bool resumes, bool draws,
+               const py::object& progress, bool hasErrorBars, bool allowsFmus, bool inProcess,
+               double timeout) {
+                return run(model, output, only, threads, resumes, draws, progress, hasErrorBars,
+                           allowFmus(allowsFmus, inProcess, timeout));
+            },
+            py::arg("output") = py::none(),
              py::arg("analyses") = std::vector<std::string>(), py::arg("threads") = 0,
              py::arg("resume") = false, py::arg("pictures") = false,
              py::arg("progress") = py::none(), py::arg("error_bar") = false,
+             py::arg("allow_fmus") = false, py::arg("fmus_in_process") = false,
+             py::arg("fmu_timeout") = 60.,
              "Runs the analyses (all, or those named) as `simflex run` does, and writes the file\n"
              "of results: beside the model unless `output` says where. Ctrl-C keeps what is done, "
              "and so\n"
              "does progress(what, fraction), told now and then, by returning False: Cancelled.\n"
-             "With `error_bar` each probe has its error, 'tip error', by what parts have left out.")
-        .def("analyse", &analyse, py::arg("type"),
+             "With `error_bar` each probe has its error, 'tip error', by what parts have left out.\n"
+             "FMUs of controllers are programs: they run if `allow_fmus` says so, each in a process\n"
+             "of its own, which may take `fmu_timeout` seconds for an answer; with\n"
+             "`fmus_in_process` in this one.")
+        .def(
+            "analyse",
+            [](const ModelText& model, const std::string& type, bool allowsFmus,
+               const py::kwargs& keys) {
+                return analyse(model, type, allowFmus(allowsFmus, false, 60), keys);
+            },
+            py::arg("type"), py::arg("allow_fmus") = false,
              "Runs one analysis that the file need not have, with the keys of `analyses`, and\n"
              "returns its Analysis: analyse('campbell', parameter='speed', speeds=[0, 50, 100]).")
         .def("__copy__", [](const ModelText& model) { return model; })

@@ -24,8 +24,9 @@ namespace {
 using Path = std::filesystem::path;
 
 std::unique_ptr<Session> makeSession(const ModelText& text, bool isRigid, bool isFiner,
-                                     const Callables& callables) {
+                                     const AllowedCode& code, const Callables& callables) {
     ModelOptions options;
+    options.code = code;
     if (isRigid) options.bodies = ModelOptions::Bodies::Rigid;
     if (isRigid && isFiner)
         throw std::invalid_argument("bodies are rigid or have further modes: give one of both");
@@ -40,11 +41,12 @@ std::unique_ptr<Session> makeSession(const ModelText& text, bool isRigid, bool i
 /** A Session of one thread at a time: others may run while it moves, and may not touch it. **/
 class OwnSession {
 public:
-    OwnSession(ModelText text, bool isRigid, bool isFiner)
+    OwnSession(ModelText text, bool isRigid, bool isFiner, const AllowedCode& code)
         : m_isRigid(isRigid),
           m_isFiner(isFiner),
+          m_code(code),
           m_callables(text),
-          m_session(makeSession(text, isRigid, isFiner, m_callables)) {}
+          m_session(makeSession(text, isRigid, isFiner, code, m_callables)) {}
 
     /** work(session), which makes no objects of Python. @param isLong  others may run meanwhile **/
     template <class Work>
@@ -66,10 +68,12 @@ public:
     /** What has happened until now, in its order. **/
     const std::vector<std::pair<std::string, double>>& getEvents() const { return m_events; }
     const Callables& getCallables() const { return m_callables; }
+    const AllowedCode& getCode() const { return m_code; }
 
     std::unique_ptr<OwnSession> copy() {
         auto other = std::make_unique<OwnSession>(
-            use([](const Session& session) { return session.getText(); }), m_isRigid, m_isFiner);
+            use([](const Session& session) { return session.getText(); }), m_isRigid, m_isFiner,
+            m_code);
         use([&](const Session& session) { other->m_session->restore(session.save()); });
         return other;
     }
@@ -105,6 +109,7 @@ private:
     };
 
     bool m_isRigid, m_isFiner;
+    AllowedCode m_code;
     Callables m_callables;
     std::unique_ptr<Session> m_session;
     std::vector<std::pair<std::string, double>> m_events;
@@ -454,11 +459,17 @@ void addSession(py::module_& module) {
         "Quantities have names as at the prompt: session['joints.pin.angle'] is\n"
         "a number, session['tip'] a probe, and session['bodies.rod.position'] =\n"
         "[0, 1, 0] sets; joints stay closed. Other threads run while it moves.")
-        .def(py::init<const ModelText&, bool, bool>(), py::arg("model"), py::arg("rigid") = false,
-             py::arg("finer") = false,
+        .def(py::init([](const ModelText& text, bool isRigid, bool isFiner, bool allowsFmus,
+                         bool inProcess, double timeout) {
+                 return std::make_unique<OwnSession>(text, isRigid, isFiner,
+                                                     allowFmus(allowsFmus, inProcess, timeout));
+             }),
+             py::arg("model"), py::arg("rigid") = false, py::arg("finer") = false,
+             py::arg("allow_fmus") = false, py::arg("fmus_in_process") = false,
+             py::arg("fmu_timeout") = 60.,
              "Builds the model and goes to its start; `rigid` holds all flexible bodies rigid,\n"
              "`finer` gives them further modes: the error of one without is the difference of two\n"
-             "that are moved alike.")
+             "that are moved alike. FMUs of controllers are programs: see Model.run().")
         .def_property_readonly(
             "time",
             [](OwnSession& own) {
@@ -607,7 +618,7 @@ void addSession(py::module_& module) {
             "analyse",
             [](OwnSession& own, const std::string& type, const py::kwargs& keys) {
                 return analyse(own.look([](const Session& session) { return session.getText(); }),
-                               type, keys);
+                               type, own.getCode(), keys);
             },
             py::arg("type"), "As Model.analyse(), of the model as it is now, from its own start.")
         .def("__repr__", [](OwnSession& own) {

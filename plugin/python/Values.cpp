@@ -106,6 +106,15 @@ py::object makeNamespace(const py::dict& attributes) {
     return py::module_::import("types").attr("SimpleNamespace")(**attributes);
 }
 
+AllowedCode allowFmus(bool areAllowed, bool inProcess, double timeout) {
+    AllowedCode code;
+    if (areAllowed) code.fmus = AllowedCode::Fmus::ChildProcess;
+    if (inProcess) code.fmus = AllowedCode::Fmus::ThisProcess;
+    if (!(timeout > 0)) throw std::invalid_argument("fmu_timeout must be positive");
+    code.fmuTimeout = timeout;
+    return code;
+}
+
 bool Interrupts::isOver() const {
     return m_callables && m_callables->haveFailed();
 }

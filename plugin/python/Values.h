@@ -87,7 +87,11 @@ private:
 Listener makeListener(const Callables* callables = nullptr);
 
 /** One analysis of a model, whether its file has it or not. @throws as runAnalyses(). **/
-Results::Analysis analyse(ModelText model, const std::string& type, const py::kwargs& keys);
+Results::Analysis analyse(ModelText model, const std::string& type, const AllowedCode& code,
+                          const py::kwargs& keys);
+
+/** What FMUs may do, as arguments say it. **/
+AllowedCode allowFmus(bool areAllowed, bool inProcess, double timeout);
 
 /** Adds the classes of a module. **/
 /** Those that models have for keys are the Model's attributes. **/

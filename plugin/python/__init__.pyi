@@ -204,13 +204,16 @@ class Model:
     def settings(self) -> List[str]:
         ...
 
-    def run(self, output: Optional[Union[PathLike[str], str]] = None, analyses: List[str] = [], threads: int = 0, resume: bool = False, pictures: bool = False, progress: Any = None, error_bar: bool = False) -> Results:
+    def run(self, output: Optional[Union[PathLike[str], str]] = None, analyses: List[str] = [], threads: int = 0, resume: bool = False, pictures: bool = False, progress: Any = None, error_bar: bool = False, allow_fmus: bool = False, fmus_in_process: bool = False, fmu_timeout: float = 60.0) -> Results:
         """Runs the analyses (all, or those named) as `simflex run` does, and writes the file
         of results: beside the model unless `output` says where. Ctrl-C keeps what is done, and so
         does progress(what, fraction), told now and then, by returning False: Cancelled.
-        With `error_bar` each probe has its error, 'tip error', by what parts have left out."""
+        With `error_bar` each probe has its error, 'tip error', by what parts have left out.
+        FMUs of controllers are programs: they run if `allow_fmus` says so, each in a process
+        of its own, which may take `fmu_timeout` seconds for an answer; with
+        `fmus_in_process` in this one."""
 
-    def analyse(self, type: str, **kwargs) -> Analysis:
+    def analyse(self, type: str, allow_fmus: bool = False, **kwargs) -> Analysis:
         """Runs one analysis that the file need not have, with the keys of `analyses`, and
         returns its Analysis: analyse('campbell', parameter='speed', speeds=[0, 50, 100])."""
 
@@ -412,10 +415,10 @@ class Session:
     a number, session['tip'] a probe, and session['bodies.rod.position'] =
     [0, 1, 0] sets; joints stay closed. Other threads run while it moves."""
 
-    def __init__(self, model: Model, rigid: bool = False, finer: bool = False) -> None:
+    def __init__(self, model: Model, rigid: bool = False, finer: bool = False, allow_fmus: bool = False, fmus_in_process: bool = False, fmu_timeout: float = 60.0) -> None:
         """Builds the model and goes to its start; `rigid` holds all flexible bodies rigid,
         `finer` gives them further modes: the error of one without is the difference of two
-        that are moved alike."""
+        that are moved alike. FMUs of controllers are programs: see Model.run()."""
 
     @property
     def time(self) -> float:

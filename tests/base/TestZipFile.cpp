@@ -69,6 +69,14 @@ TEST_F(ZipFileTest, TheSameContentsGiveTheSameBytes) {
     EXPECT_EQ(testing::readText(path("a.zip")), testing::readText(path("b.zip")));
 }
 
+TEST_F(ZipFileTest, BombsAreRefusedBeforeTheyAreUnpacked) {
+    runPython(
+        "w = zipfile.ZipFile('bomb.zip', 'w', zipfile.ZIP_DEFLATED)\n"
+        "for i in range(5): w.writestr(str(i), bytes(60 << 20))\n");
+    EXPECT_THAT(unpack("bomb.zip"), HasSubstr("bomb.zip' would fill the disk"));
+    EXPECT_TRUE(fs::is_empty(path("place")));
+}
+
 TEST_F(ZipFileTest, WhatIsNotFinishedLeavesNothing) {
     const std::string place = folder.makeFolder("place");
     { ZipWriter(place + "/a.zip").add("one", "1"); }

@@ -4,6 +4,7 @@ FMUs that control a model. **/
 #include <filesystem>
 
 #include "cli/run/RunTest.h"
+#include "fmu/RunningFmus.h"
 #include "simflex/base/Progress.h"
 #include "simflex/base/ZipFile.h"
 #include "simflex/fmi/FmuUnit.h"
@@ -59,7 +60,7 @@ protected:
         const size_t place = text.find(from);
         EXPECT_NE(place, text.npos) << from;
         try {
-            const Session session(write(text.replace(place, from.size(), to)));
+            const Session session(write(text.replace(place, from.size(), to)), allow(inChildProcess()));
         } catch (const std::runtime_error& error) {
             return error.what();
         }
@@ -80,7 +81,7 @@ TEST_F(ControllerTest, ASampledUnitIsASampleAndHold) {
     for (const char* file : {"controller.fmu", "third.fmu"}) {
         std::string text = kPendulum;
         text.replace(text.find("controller.fmu"), 14, file);
-        Session session(write(text));
+        Session session(write(text), allow(inChildProcess()));
         session.runTo(0.5, 0.1);
         EXPECT_NEAR(session.get("turned")[0], own.get("turned")[0], 1e-9) << file;
         EXPECT_GT(session.get("turned")[0], 0.1);
@@ -88,7 +89,7 @@ TEST_F(ControllerTest, ASampledUnitIsASampleAndHold) {
 }
 
 TEST_F(ControllerTest, SessionsAndRunsGoBackAndOnWithTheSameBits) {
-    Session session(write());
+    Session session(write(), allow(inChildProcess()));
     const double begin = session.get("moment")[0];
     EXPECT_EQ(begin, 20);
     session.runTo(0.205, 0.1);
@@ -99,14 +100,14 @@ TEST_F(ControllerTest, SessionsAndRunsGoBackAndOnWithTheSameBits) {
     session.runTo(0.5, 0.1);
     EXPECT_EQ(session.get("turned")[0], end);
     // In a Session of its own, whose unit has done nothing yet.
-    Session other(session.getText());
+    Session other(session.getText(), allow(inChildProcess()));
     other.restore(other.unpack(session.pack(saved)));
     other.runTo(0.5, 0.1);
     EXPECT_EQ(other.get("turned")[0], end);
     session.reset();
     EXPECT_EQ(session.get("moment")[0], begin);
     session.runTo(0.5, 0.01);
-    ASSERT_EQ(runModel(), 0) << err;
+    ASSERT_EQ(runModel("--allow-fmus"), 0) << err;
     EXPECT_EQ(find(read("run"), "turned").rows.back()[0], session.get("turned")[0]);
     session.set("joints.pivot.angle", {0.1});  // the controller stays as it was
     session.runTo(0.6, 0.1);
@@ -118,13 +119,13 @@ TEST_F(ControllerTest, WhatItRemembersGoesToTheNextAnalysisOfARunAndIsNeverMadeU
                  "duration: 0.2, interval: 0.01},\n"
                  "  more: {type: transient, from: run, duration: 0.3, interval: 0.01}}\n");
     write(text);
-    ASSERT_EQ(runModel(), 0) << err;
-    Session session(loadModelText(folder / "model.yaml"));
+    ASSERT_EQ(runModel("--allow-fmus"), 0) << err;
+    Session session(loadModelText(folder / "model.yaml"), allow(inChildProcess()));
     session.runTo(0.2, 0.01);
     session.runTo(0.5, 0.01);
     EXPECT_NEAR(find(read("more"), "turned").rows.back()[0], session.get("turned")[0], 1e-5);
     EXPECT_NEAR(find(read("more"), "moment").rows.back()[0], session.get("moment")[0], 1e-3);
-    EXPECT_NE(runModel("--only more"), 0);
+    EXPECT_NE(runModel("--only more --allow-fmus"), 0);
     EXPECT_THAT(err, HasSubstr("analysis 'more' cannot begin at the end of 'run': the result file "
                                "does not have what controller 'pid' remembers"));
     EXPECT_THROW(session.keepState(folder / "kept.state"), std::runtime_error);
@@ -142,7 +143,7 @@ TEST_F(ControllerTest, AUnitThatCannotSayWhatItRemembersGoesForwardOnly) {
          {"resources/simflex.txt", "resources/model.yaml", "binaries/linux64/model.so"})
         zip.addFile(file, place + '/' + file);
     zip.finish();
-    Session session(write());
+    Session session(write(), allow(inChildProcess()));
     session.runTo(0.3, 0.1);
     const SavedState saved = session.save();
     session.runTo(0.5, 0.1);
@@ -164,11 +165,14 @@ TEST_F(ControllerTest, AModelWithAControllerIsAUnitItself) {
     const ModelText text = write();
     FmuExportOptions options;
     options.isThin = true;
+    EXPECT_THROW(exportFmu(text, folder / "whole.fmu", options), std::runtime_error);
+    options.code = inChildProcess();
     exportFmu(text, folder / "whole.fmu", options);
-    Session session(text);
+    Session session(text, allow(inChildProcess()));
     session.runTo(0.3, 0.3);
     std::filesystem::remove(folder / "controller.fmu");
-    FmuSlave slave(std::make_shared<const FmuUnit>(folder / "whole.fmu"), "whole");
+    FmuSlave slave(std::make_shared<const FmuUnit>(folder / "whole.fmu"), "whole",
+                   inChildProcess());
     slave.enterInitialization(0);
     slave.exitInitialization();
     EXPECT_TRUE(slave.doStep(0, 0.3));
@@ -187,7 +191,7 @@ TEST_F(ControllerTest, WhatDoesNotFitIsRefusedByName) {
     EXPECT_THAT(findMistake("pid.moment + 20", "pid.momentum + 20"), HasSubstr("pid.moment"));
     EXPECT_THAT(findMistake("period: 0.01", "period: 0"), HasSubstr("period"));
     EXPECT_THAT(findMistake("angle: turned", "angle: nothing"), HasSubstr("nothing"));
-    Session session(write());
+    Session session(write(), allow(inChildProcess()));
     try {
         session.settle();
         FAIL();

@@ -7,6 +7,7 @@ Descriptions of FMUs: what is written, and what is refused. **/
 #include <set>
 
 #include "cli/run/RunTest.h"
+#include "fmu/RunningFmus.h"
 #include "simflex/base/ZipFile.h"
 #include "simflex/fmi/FmuUnit.h"
 #include "simflex/fmi/FmuUnits.h"
@@ -46,7 +47,7 @@ protected:
     std::string findMistake() {
         try {
             const FmuUnit unit(folder / "model.fmu");
-            const FmuSlave slave(std::make_shared<const FmuUnit>(folder / "model.fmu"), "one");
+            const FmuSlave slave(std::make_shared<const FmuUnit>(folder / "model.fmu"), "one", inThisProcess());
         } catch (const std::runtime_error& error) {
             return error.what();
         }
@@ -168,7 +169,7 @@ TEST_F(FmuFileTest, BrokenUnitsAreRefusedByName) {
     pack("<html/>");
     EXPECT_THAT(findMistake(), HasSubstr("describes no FMU"));
     pack(good, folder / "modelDescription.xml");
-    EXPECT_THAT(findMistake(), HasSubstr("its library cannot be loaded"));
+    EXPECT_THAT(findMistake(), HasSubstr("its library linux64/model.so is damaged or cut off"));
     pack(good, SIMFLEX_BINARY_DIR "/lib/libsimflex_part.so");
     EXPECT_THAT(findMistake(), HasSubstr("has no function fmi2Instantiate"));
     pack(change("guid=\"{simflex", "guid=\"{other"), SIMFLEX_BINARY_DIR "/lib/libsimflex_fmu.so");
@@ -178,6 +179,31 @@ TEST_F(FmuFileTest, BrokenUnitsAreRefusedByName) {
     zip.add("../outside.txt", "text");
     zip.finish();
     EXPECT_THAT(findMistake(), HasSubstr("would write outside of its folder: '../outside.txt'"));
+}
+
+TEST_F(FmuFileTest, ContentsOfFilesAreInTheTokenAndTheirNamesMayHoldWhatTheyLike) {
+    const std::string table = "a #1: [x].csv";
+    std::set<std::string> tokens;
+    for (const char* rows : {"0 1\n1 2\n", "0 1\n1 3\n"}) {
+        testing::writeText(folder / table, rows);
+        writeModel(
+            "simflex: 1\n"
+            "bodies: {rod: {mass: 1, shape: {sphere: 0.1}}}\n"
+            "tables: {curve: {file: '" +
+            table +
+            "'}}\n"
+            "probes: {height: {expression: curve(1)}}\n");
+        FmuExportOptions options;
+        options.isThin = true;
+        exportFmu(loadModelText(folder / "model.yaml"), folder / "model.fmu", options);
+        const auto unit = std::make_shared<const FmuUnit>(folder / "model.fmu");
+        tokens.insert(unit->getDescription().token);
+        FmuSlave slave(unit, "one", inThisProcess());
+        slave.enterInitialization(0);
+        slave.exitInitialization();
+        EXPECT_EQ(slave.get("height"), rows[6] - '0');
+    }
+    EXPECT_EQ(tokens.size(), 2u);
 }
 
 TEST_F(FmuFileTest, WhatCannotBeExportedIsRefused) {

@@ -7,6 +7,7 @@ the standard's reference importer where it is there. **/
 #include <thread>
 
 #include "cli/run/RunTest.h"
+#include "fmu/RunningFmus.h"
 #include "simflex/base/ZipFile.h"
 #include "simflex/fmi/FmuUnit.h"
 #include "simflex/fmu/FmuExport.h"
@@ -50,7 +51,7 @@ protected:
     }
 
     static std::unique_ptr<FmuSlave> begin(const std::string& path, double start = 0) {
-        auto slave = std::make_unique<FmuSlave>(std::make_shared<const FmuUnit>(path), "instance");
+        auto slave = std::make_unique<FmuSlave>(std::make_shared<const FmuUnit>(path), "instance", inThisProcess());
         slave->enterInitialization(start);
         slave->exitInitialization();
         return slave;
@@ -119,7 +120,7 @@ TEST_F(FmuTest, AUnitMovesAsTheSession) {
 TEST_F(FmuTest, ParametersAndInputsAreThoseThatWereSetBeforeTheStart) {
     for (const int version : {2, 3}) {
         const std::string path = make(kCart, version);
-        FmuSlave slave(std::make_shared<const FmuUnit>(path), "instance");
+        FmuSlave slave(std::make_shared<const FmuUnit>(path), "instance", inThisProcess());
         slave.set("parameters.stiffness", 1. / 3);
         slave.enterInitialization(0.25);
         slave.set("push", 0.1);
@@ -166,7 +167,7 @@ TEST_F(FmuTest, WhatIsDoneAgainFromAKeptStateHasTheSameBits) {
         const auto other = begin(path);
         other->restore(kept);
         EXPECT_EQ(goOn(*other), first);
-        FmuSlave soft(std::make_shared<const FmuUnit>(path), "soft");
+        FmuSlave soft(std::make_shared<const FmuUnit>(path), "soft", inThisProcess());
         soft.set("parameters.stiffness", 1);
         soft.enterInitialization(0);
         soft.exitInitialization();
@@ -222,7 +223,7 @@ TEST_F(FmuTest, ABodyThatBendsGoesAlongReduced) {
 TEST_F(FmuTest, InstancesInThreadsHaveTheBitsOfOneAlone) {
     const auto unit = std::make_shared<const FmuUnit>(make(kCart, 3));
     const auto run = [&] {
-        FmuSlave slave(unit, "instance");
+        FmuSlave slave(unit, "instance", inThisProcess());
         slave.enterInitialization(0);
         slave.exitInitialization();
         return drive(slave, 0, 100);
@@ -251,7 +252,7 @@ TEST_F(FmuTest, ErrorsAreToldAndTheInstanceGoesOn) {
         EXPECT_THAT(fail([&] { slave->set("push", SimTK::NaN); }), HasSubstr("finite number"));
         EXPECT_THAT(fail([&] { slave->set("x", 1); }), HasSubstr("cannot be set"));
         EXPECT_TRUE(slave->doStep(0, 0.01));
-        FmuSlave early(std::make_shared<const FmuUnit>(folder / "model.fmu"), "early");
+        FmuSlave early(std::make_shared<const FmuUnit>(folder / "model.fmu"), "early", inThisProcess());
         EXPECT_THAT(fail([&] { early.doStep(0, 0.01); }),
                     HasSubstr("before the unit is initialized"));
         EXPECT_NO_THROW(early.reset());
@@ -275,7 +276,7 @@ TEST_F(FmuTest, NumbersAreThoseOfAnyLanguage) {
     const Values expected = drive(*begin(before), 0, 10);
     const test::GermanLocale german(folder.makeFolder("locale"));
     const std::string path = make(kCart, 2, "german");
-    FmuSlave slave(std::make_shared<const FmuUnit>(path), "instance");
+    FmuSlave slave(std::make_shared<const FmuUnit>(path), "instance", inThisProcess());
     slave.set("parameters.stiffness", 50.000000000000001);
     slave.enterInitialization(0);
     slave.exitInitialization();

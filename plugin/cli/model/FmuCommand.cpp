@@ -76,7 +76,7 @@ void addFmuCommand(CLI::App& app) {
         "--thin", options->isThin,
         "Leave simflex's libraries out: simflex must be installed where the FMU runs");
     addSettings(*command, arguments->settings);
-    addScriptsFlag(*command, options->allowsScripts);
+    addCodeOptions(*command, options->code);
     addQuietFlag(*command, arguments->isQuiet, "warnings");
     command->callback([arguments] { perform(*arguments); });
 }

@@ -76,7 +76,7 @@ void addPostCommand(CLI::App& app) {
                      "a folder beside it")
         ->type_name("FILE.pvd");
     addOutputs(*command, *options);
-    addScriptsFlag(*command, options->allowsScripts);
+    addScriptsFlag(*command, options->code.scripts);
     addQuietFlag(*command, arguments->isQuiet, "warnings and results");
     command->callback([arguments] { runPost(*arguments); });
 }

@@ -44,7 +44,7 @@ void addReportCommand(CLI::App& app) {
     command->add_option("-o,--output", arguments->page, "Page to write (default: RESULTS.html)")
         ->type_name("FILE.html");
     addAnalyses(*command, arguments->options.only, "Report");
-    addScriptsFlag(*command, arguments->options.allowsScripts);
+    addScriptsFlag(*command, arguments->options.code.scripts);
     addQuietFlag(*command, arguments->isQuiet, "warnings and results");
     command->callback([arguments] { report(*arguments); });
 }

@@ -53,7 +53,7 @@ std::string makeResumeCommand(const RunArguments& arguments) {
     if (options.writesCsv) command += " --csv";
     if (!options.drawsPictures) command += " --no-pictures";
     if (!options.animation.empty()) command += " --animation " + quote(options.animation);
-    if (options.allowsScripts) command += " --allow-scripts";
+    for (const std::string& option : listCodeOptions(options.code)) command += ' ' + option;
     return command + " --resume";
 }
 
@@ -197,7 +197,7 @@ void addRunCommand(CLI::App& app) {
                      "Number of threads, on which results do not depend (default: solver.threads)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
-    addScriptsFlag(*command, options->allowsScripts);
+    addCodeOptions(*command, options->code);
     addQuietFlag(*command, arguments->isQuiet, "warnings and results");
     command->callback([arguments] {
         try {

@@ -289,15 +289,24 @@ void printAssembly(ModelRun& run) {
 
 std::string describeSeconds(const ModelRun& run) {
     double integration = 0, output = 0;
+    FmuCost fmus;
     for (const Results::Analysis& analysis :
          readResults(run.getResultPath(), ReadStates::No).analyses) {
         if (!run.isWanted(analysis.name)) continue;
         integration += getStatistic(analysis, "integration_seconds");
         output += getStatistic(analysis, "output_seconds");
+        fmus += {getStatistic(analysis, "fmu_exchanges"), getStatistic(analysis, "fmu_seconds"),
+                 getStatistic(analysis, "fmu_library_seconds")};
     }
     if (integration == 0) return {};
-    return "integration " + writeGeneral(integration, 3) + " s, output " + writeGeneral(output, 3) +
-           " s";
+    std::string text = "integration " + writeGeneral(integration, 3) + " s, output " +
+                       writeGeneral(output, 3) + " s";
+    if (fmus.exchanges > 0)
+        text += ", FMUs " + writeGeneral(fmus.seconds, 3) + " s (" +
+                writeGeneral(fmus.exchanges, 9) + " exchanges of " +
+                writeGeneral(1e6 * (fmus.seconds - fmus.librarySeconds) / fmus.exchanges, 2) +
+                " µs each, and the time in their libraries)";
+    return text;
 }
 
 void printSummary(const ModelRun& run) {
@@ -318,6 +327,7 @@ void printComplete(const ModelRun& run) {
         hasAny = true;
     }
     if (hasAny) std::printf("results so far: %s\n", run.getResultPath().c_str());
+    std::fflush(stdout);  // what was wrong is said last, in logs too
 }
 
 namespace {

@@ -28,6 +28,7 @@ struct SweepArguments {
     std::string model, list, analysis;
     std::vector<std::string> settings, vary, only, of;
     SweepOptions options;
+    AllowedCode code;
     bool isDry = false, isQuiet = false;
 };
 
@@ -90,6 +91,7 @@ void report(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
 void runSweepCommand(const SweepArguments& arguments) {
     const SweepPlan plan = makePlan(arguments);
     SweepOptions options = arguments.options;
+    options.arguments = listCodeOptions(arguments.code);
     if (options.folder.empty())
         options.folder = fs::path(arguments.model).stem().string() +
                          (plan.name.empty() ? "" : "." + plan.name) + ".sweep";
@@ -163,7 +165,7 @@ void addSweepCommand(CLI::App& app) {
     sweep->add_flag("--dry-run", arguments->isDry, "List and check the cases, and run none");
     sweep->add_flag("--pictures", arguments->options.hasPictures,
                     "Draw the model's pictures for each case");
-    addScriptsFlag(*sweep, arguments->options.allowsScripts);
+    addCodeOptions(*sweep, arguments->code);
     addQuietFlag(*sweep, arguments->isQuiet, "warnings and results");
     sweep->callback([arguments] { runSweepCommand(*arguments); });
 }

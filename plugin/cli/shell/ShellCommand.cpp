@@ -81,7 +81,7 @@ void addShellCommand(CLI::App& app) {
     command->add_flag_callback(
         "--rigid", [&options] { options.model.bodies = ModelOptions::Bodies::Rigid; },
         "Hold every flexible body rigid");
-    addScriptsFlag(*command, options.model.allowsScripts);
+    addCodeOptions(*command, options.model.code);
     addQuietFlag(*command, options.isQuiet, "warnings and results");
     command->callback([arguments] { runShell(*arguments); });
 }

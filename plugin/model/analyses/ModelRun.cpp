@@ -76,7 +76,8 @@ void checkNamedState(const ModelValue& name, const ModelValue& analyses,
 ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options)
     : m_text(text), m_options(options) {
     m_modelOptions.bodies = bodies;
-    m_modelOptions.allowsScripts = options.allowsScripts;
+    m_modelOptions.code = options.code;
+    if (options.onlyChecks) m_modelOptions.code.fmus = AllowedCode::Fmus::Described;
     // Pictures of the same names would replace those of the model as given.
     if (bodies != ModelOptions::Bodies::AsGiven) {
         m_options.drawsPictures = false;
@@ -289,6 +290,13 @@ std::vector<ResultColumn> ModelRun::makeColumns() const {
     for (const Probe& probe : m_probes.getProbes())
         columns.push_back({probe.name, probe.unit, probe.columns});
     return columns;
+}
+
+FmuCost ModelRun::takeFmuCost() {
+    const FmuCost before = m_fmuCost;
+    m_fmuCost = m_model->getFmuCost();
+    return {m_fmuCost.exchanges - before.exchanges, m_fmuCost.seconds - before.seconds,
+            m_fmuCost.librarySeconds - before.librarySeconds};
 }
 
 //-------------------------------------------------------------------------------------------------

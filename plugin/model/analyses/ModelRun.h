@@ -12,6 +12,7 @@ All analyses of a model, one after the other, into one result file.
 #include <string>
 #include <vector>
 
+#include "simflex/fmi/FmuCost.h"
 #include "simflex/model/RunOptions.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/Provenance.h"
@@ -143,6 +144,8 @@ private:
     void runFrequencyResponse(const ModelValue& analysis);
 
     std::vector<ResultColumn> makeColumns() const;
+    /** What FMUs have cost since the last call. **/
+    FmuCost takeFmuCost();
 
     ModelText m_text;
     ModelOptions m_modelOptions;
@@ -162,6 +165,7 @@ private:
     EquilibriumNotes m_startNotes;
     std::map<std::string, Equilibrium> m_equilibria;
     std::map<std::string, SimTK::State> m_ends;                 ///< of transient analyses
+    FmuCost m_fmuCost;                                          ///< that was taken
     std::vector<std::string> m_failures;                        ///< of parts of analyses
     std::map<std::string, std::vector<std::string>> m_remarks;  ///< by analysis, for the summary
 };

@@ -124,7 +124,8 @@ public:
         ModelOptions modelOptions;
         modelOptions.bodies =
             m_results.header.isRigid ? ModelOptions::Bodies::Rigid : ModelOptions::Bodies::AsGiven;
-        modelOptions.allowsScripts = options.allowsScripts;
+        modelOptions.code = options.code;
+        modelOptions.code.fmus = AllowedCode::Fmus::Described;  // their outputs are in the results
         modelOptions.listener = options.listener;
         m_model = std::make_shared<const Model>(readModel(m_text), modelOptions);
         const InputChecksums inputs = calcInputChecksums(*m_model);

@@ -25,7 +25,7 @@ struct PostOptions : RunOptions {
 
 /** @param text  the model with its new probes and pictures; null: that of the run
 @param changes  further settings, "PATH=VALUE"
-@param options  output (default: RESULTS.post.h5), only, writesCsv, drawsPictures, allowsScripts,
+@param options  output (default: RESULTS.post.h5), only, writesCsv, drawsPictures, code.scripts,
     listener, vtk, animation
 @return the path of the result file that it has written
 @throws std::runtime_error that names what is not there or has changed since; ModelError; Cancelled.

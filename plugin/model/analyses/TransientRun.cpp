@@ -305,8 +305,7 @@ void TransientRun::keep() {
 void TransientRun::finish() {
     checkEnergy();
     const IntegratorStatistics& statistics = m_integrator->getStatistics();
-    m_run.m_writer->setStatistics(
-        m_name, {{"steps", double(statistics.stepsTaken)},
+    std::map<std::string, double> kept{{"steps", double(statistics.stepsTaken)},
                  {"newton_iterations", double(statistics.newtonIterations)},
                  {"error_test_failures", double(statistics.errorTestFailures)},
                  {"convergence_failures",
@@ -317,7 +316,14 @@ void TransientRun::finish() {
                  {"largest_energy_error", m_progress.energy.largestError},
                  {"largest_kinetic_energy", m_progress.energy.largestKinetic},
                  {"integration_seconds", statistics.totalSeconds - statistics.outputSeconds},
-                 {"output_seconds", statistics.outputSeconds + m_progress.outputSeconds}});
+                 {"output_seconds", statistics.outputSeconds + m_progress.outputSeconds}};
+    const FmuCost fmus = m_run.takeFmuCost();
+    if (fmus.exchanges > 0) {
+        kept["fmu_exchanges"] = fmus.exchanges;
+        kept["fmu_seconds"] = fmus.seconds;
+        kept["fmu_library_seconds"] = fmus.librarySeconds;
+    }
+    m_run.m_writer->setStatistics(m_name, kept);
     writeEvents();
     m_run.m_ends[m_name] = m_integrator->getState();
     // Events may have released or locked joints since.

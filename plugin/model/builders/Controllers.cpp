@@ -77,7 +77,20 @@ void visitMemory(Archive& archive, double& time, std::string& bytes) {
 
 }  // namespace
 
-Controller::Controller(const ModelValue& entry) : m_name(entry.getName()) {
+void refuseForeignFmus(const ModelValue& file, const AllowedCode& code) {
+    if (code.fmus != AllowedCode::Fmus::Refused) return;
+    const ModelValue controllers = file.get("controllers");
+    for (const std::string& name : controllers.getKeys()) {
+        const ModelValue fmu = controllers.get(name).get("fmu");
+        fmu.fail("FMU '" + fmu.getText() +
+                 "' is a program, which runs with all your rights; if you trust it, give "
+                 "--allow-fmus (in Python: allow_fmus=True)");
+    }
+}
+
+Controller::Controller(const ModelValue& entry, const AllowedCode& code,
+                       std::function<bool()> goesOn)
+    : m_name(entry.getName()), m_code(code), m_goesOn(std::move(goesOn)) {
     const ModelValue file = entry.get("fmu");
     m_unit = withPlace(file, [&] { return obtainUnit(file.getFilePath()); });
     const FmuDescription& description = m_unit->getDescription();
@@ -118,46 +131,91 @@ Controller::Controller(const ModelValue& entry) : m_name(entry.getName()) {
     }
 }
 
+std::vector<std::pair<std::string, double>> Controller::nameInputs(
+    const std::vector<double>& inputs) const {
+    std::vector<std::pair<std::string, double>> named;
+    for (size_t i = 0; i < m_inputs.size(); ++i) named.emplace_back(m_inputs[i], inputs[i]);
+    return named;
+}
+
+FmuCost Controller::getCost() const {
+    FmuCost cost = m_costBefore;
+    if (m_slave) cost += m_slave->getCost();
+    return cost;
+}
+
+void Controller::drop() {
+    m_costBefore = getCost();
+    m_slave.reset();
+    m_memory.clear();
+}
+
+template <class Work>
+Controller::Moment Controller::workOrDrop(const Work& work) {
+    try {
+        return work();
+    } catch (...) {
+        drop();  // it may have failed for good
+        throw;
+    }
+}
+
 void Controller::begin() {
-    m_slave = std::make_unique<FmuSlave>(m_unit, m_name);
-    for (const auto& [name, value] : m_parameters) m_slave->set(name, value);
+    drop();
+    m_slave = std::make_unique<FmuSlave>(m_unit, m_name, m_code, m_goesOn);
+    m_slave->set(m_parameters);
     m_slave->enterInitialization(m_startTime);
-    for (size_t i = 0; i < m_inputs.size(); ++i) m_slave->set(m_inputs[i], m_startInputs[i]);
+    m_slave->set(nameInputs(m_startInputs));
     m_slave->exitInitialization();
 }
 
 Controller::Moment Controller::look(double time) {
-    Moment moment;
-    for (const std::string& variable : m_variables) {
-        moment.outputs.push_back(m_slave->get(variable));
-        if (!std::isfinite(moment.outputs.back()))
-            throw std::runtime_error("controller '" + m_name + "' gives no finite '" + variable +
-                                     "' at t = " + writeGeneral(time, 6) + " s");
-    }
+    const std::vector<double> outputs = m_slave->get(m_variables);
+    return keep(time, outputs, canSave() ? m_slave->save() : "");
+}
+
+Controller::Moment Controller::keep(double time, const std::vector<double>& outputs,
+                                    std::string bytes) {
+    for (size_t i = 0; i < m_variables.size(); ++i)
+        if (!std::isfinite(outputs[i]))
+            throw std::runtime_error("controller '" + m_name + "' gives no finite '" +
+                                     m_variables[i] + "' at t = " + writeGeneral(time, 6) + " s");
     // One that cannot say what it remembers is at a step of its own.
-    std::string bytes =
-        m_unit->getDescription().canSerializeState ? m_slave->save() : std::to_string(m_numSteps);
+    if (!canSave()) bytes = std::to_string(m_numSteps);
+    Archive archive;
+    visitMemory(archive, time, bytes);
+    m_memory = archive.getBytes();
+    return {outputs, m_memory};
+}
+
+Controller::Moment Controller::describe(double time) const {
+    Moment moment;
+    for (const std::string& variable : m_variables)
+        moment.outputs.push_back(m_unit->getDescription().find(variable)->start.value_or(0));
+    std::string bytes;
     Archive archive;
     visitMemory(archive, time, bytes);
     moment.memory = archive.getBytes();
-    m_memory = moment.memory;
     return moment;
 }
 
 Controller::Moment Controller::start(double time, const std::vector<double>& inputs) {
+    if (m_code.fmus == AllowedCode::Fmus::Described) return describe(time);
     if (m_slave && time == m_startTime && inputs == m_startInputs) return m_start;
     m_startTime = time;
     m_startInputs = inputs;
     ++m_numSteps;
-    begin();
-    return m_start = look(time);
+    return m_start = workOrDrop([&] {
+               begin();
+               return look(time);
+           });
 }
 
 void Controller::goTo(const std::string& memory) {
     if (memory == m_memory) return;
     if (memory == m_start.memory) {
         begin();
-    } else if (m_unit->getDescription().canSerializeState) {
+    } else if (canSave()) {
         Archive archive(memory);
         double time = 0;
         std::string bytes;
@@ -174,18 +232,23 @@ void Controller::goTo(const std::string& memory) {
 
 Controller::Moment Controller::goOn(const std::string& memory, double time,
                                     const std::vector<double>& inputs) {
+    if (m_code.fmus == AllowedCode::Fmus::Described)
+        throw std::logic_error("controller '" + m_name + "' is not run here");
     goTo(memory);
     Archive archive(memory);
     double last = 0;
     std::string bytes;
     visitMemory(archive, last, bytes);
-    for (size_t i = 0; i < m_inputs.size(); ++i) m_slave->set(m_inputs[i], inputs[i]);
     m_memory.clear();
-    if (!m_slave->doStep(last, time - last))
-        throw std::runtime_error("controller '" + m_name + "' has ended its simulation at t = " +
-                                 writeGeneral(time, 6) + " s");
-    ++m_numSteps;
-    return look(time);
+    return workOrDrop([&] {
+        const auto sample =
+            m_slave->sample(nameInputs(inputs), last, time - last, m_variables, canSave());
+        if (!sample)
+            throw std::runtime_error("controller '" + m_name + "' has ended its simulation at t = " +
+                                     writeGeneral(time, 6) + " s");
+        ++m_numSteps;
+        return keep(time, sample->outputs, sample->memory);
+    });
 }
 
 void ControllerSampling::show(const Controller::Moment& moment,

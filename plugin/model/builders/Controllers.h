@@ -4,6 +4,7 @@ FMUs that control a model: at each multiple of a period one is told what it meas
 that time, and what it puts out holds until the next. What it remembers is in the State, as bytes,
 if the unit can write them: then one may go back, and runs go on from checkpoints. **/
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,11 +28,17 @@ private:
     SimTK::Subsystem m_subsystem;
 };
 
+/** @throws ModelError naming an FMU of the model's controllers, if none is allowed. **/
+void refuseForeignFmus(const ModelValue& file, const AllowedCode& code);
+
 /** Its unit, instance and variables. **/
 class Controller {
 public:
-    /** @param entry  of `controllers` **/
-    explicit Controller(const ModelValue& entry);
+    /** @param entry   of `controllers`
+    @param code    says whether its FMU runs, and where; one that is only described puts out its
+    start values, or 0
+    @param goesOn  asked while the FMU takes long; false stops the work **/
+    Controller(const ModelValue& entry, const AllowedCode& code, std::function<bool()> goesOn);
 
     const std::vector<std::string>& getInputs() const { return m_inputs; }
     /** Names of a model's own. **/
@@ -47,12 +54,26 @@ public:
      * **/
     Moment goOn(const std::string& memory, double time, const std::vector<double>& inputs);
 
+    /** Of all instances so far. **/
+    FmuCost getCost() const;
+
 private:
     void begin();
+    void drop();
+    /** What work() returns; an instance that it fails with is given up. **/
+    template <class Work>
+    Moment workOrDrop(const Work& work);
+    std::vector<std::pair<std::string, double>> nameInputs(const std::vector<double>& inputs) const;
     Moment look(double time);
+    /** @param bytes  what the instance remembers, if it can say so **/
+    Moment keep(double time, const std::vector<double>& outputs, std::string bytes);
+    bool canSave() const { return m_unit->getDescription().canSerializeState; }
+    Moment describe(double time) const;
     void goTo(const std::string& memory);
 
     std::string m_name;
+    AllowedCode m_code;
+    std::function<bool()> m_goesOn;
     std::shared_ptr<const FmuUnit> m_unit;
     std::vector<std::string> m_inputs, m_outputs, m_variables;  ///< variables of the outputs
     std::vector<std::pair<std::string, double>> m_parameters;
@@ -62,6 +83,7 @@ private:
     double m_startTime = 0;
     std::vector<double> m_startInputs;
     Moment m_start;
+    FmuCost m_costBefore;  ///< of instances that are gone
 };
 
 /** number = k of the last sample, outputs: states. **/

@@ -45,7 +45,7 @@ std::unique_ptr<ModelSystem> ModelBuilder::build() const {
     joints.addTo(*system);
     addMotions(m_file, m_frames, joints, *system);
     countTurns(m_file, *system);
-    SignalBuilder signals(m_file, m_frames, *system);
+    SignalBuilder signals(m_file, m_frames, m_options, *system);
     signals.addInputs();
     addEventCounts(m_file, signals);
     signals.addStates();

@@ -60,7 +60,7 @@ bool isSameCoordinate(const ModelValue& a, const ModelValue& b) {
 /** An entry of `states`: its equations, and what they put out. **/
 class SignalBuilder::StateEntry {
 public:
-    StateEntry(ModelSystem& system, const ModelValue& value)
+    StateEntry(ModelSystem& system, const ModelOptions& options, const ModelValue& value)
         : m_system(system), m_value(value), m_block(value) {
         for (const char* kind :
              {"rate", "pid", "low_pass", "lead_lag", "transfer_function", "rate_limit",
@@ -84,7 +84,7 @@ public:
         } else if (m_kind == "state_space") {
             readStateSpace();
         } else if (m_kind == "fmu") {
-            readController();
+            readController(options);
         } else if (m_kind == "sample_and_hold") {
             addHeld("");
             addHeld(".sample");
@@ -321,8 +321,12 @@ private:
             m_states[i]->setRate(makeCombination(m_A[i], m_B[i], signals));
     }
 
-    void readController() {
-        m_controller = std::make_shared<Controller>(m_value);
+    void readController(const ModelOptions& options) {
+        const auto goesOn = [progress = options.listener.progress,
+                             what = "waiting for controller '" + getName() + "'"] {
+            return !progress || progress(what, -1, {});
+        };
+        m_controller = std::make_shared<Controller>(m_value, options.code, goesOn);
         m_outputs = m_controller->getOutputs();
         for (const std::string& output : m_outputs) addHeld('.' + output);
         addHeld(".sample");
@@ -372,8 +376,9 @@ private:
     std::map<std::string, Signal> m_made;
 };
 
-SignalBuilder::SignalBuilder(const ModelValue& file, const ModelFrames& frames, ModelSystem& system)
-    : m_file(file), m_frames(frames), m_system(system) {}
+SignalBuilder::SignalBuilder(const ModelValue& file, const ModelFrames& frames,
+                             const ModelOptions& options, ModelSystem& system)
+    : m_file(file), m_frames(frames), m_options(options), m_system(system) {}
 
 SignalBuilder::~SignalBuilder() = default;
 
@@ -395,7 +400,7 @@ void SignalBuilder::checkNewName(const ModelValue& entry) const {
 
 void SignalBuilder::addEntry(const ModelValue& entry) {
     checkNewName(entry);
-    m_states.push_back(std::make_unique<StateEntry>(m_system, entry));
+    m_states.push_back(std::make_unique<StateEntry>(m_system, m_options, entry));
 }
 
 void SignalBuilder::addEventStates(const ModelValue& event) {

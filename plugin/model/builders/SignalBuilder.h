@@ -3,7 +3,7 @@
 What laws of a model file depend on: its probes and states as signals of the motion, with their
 derivatives, and the states' equations.
 
-    SignalBuilder signals(file, frames, system);
+    SignalBuilder signals(file, frames, options, system);
     signals.addStates();
     const Signal force = signals.make(value.get("law"), {{"length", length}}); **/
 
@@ -27,7 +27,9 @@ class SignalBuilder {
 public:
     using Locals = std::map<std::string, Signal>;
 
-    SignalBuilder(const ModelValue& file, const ModelFrames& frames, ModelSystem& system);
+    /** @param options  those of FMUs, and who is asked whether to go on with them **/
+    SignalBuilder(const ModelValue& file, const ModelFrames& frames, const ModelOptions& options,
+                  ModelSystem& system);
     ~SignalBuilder();
 
     /** Adds inputs, which events and states may depend on. **/
@@ -82,6 +84,7 @@ private:
 
     ModelValue m_file;
     const ModelFrames& m_frames;
+    const ModelOptions& m_options;
     ModelSystem& m_system;
     std::vector<std::unique_ptr<StateEntry>> m_states;
     std::vector<Sampling> m_samplings;

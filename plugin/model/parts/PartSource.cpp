@@ -261,7 +261,7 @@ PartCache::Kept runReduction(const ModelValue& part, Request& request,
     SourceOptions& source = request.source;
     source.calculix.note = note;
     source.calculix.progress = progress;
-    source.gmsh.allowsScripts = options.allowsScripts;
+    source.gmsh.allowsScripts = options.code.scripts;
     std::optional<TemporaryFolder> folder;
     const bool isGeometry = !source.material.empty();
     if (isGeometry && (request.reduction.stiffening || request.reduction.stress)) {

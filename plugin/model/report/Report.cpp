@@ -307,7 +307,8 @@ private:
         ModelOptions options;
         options.bodies =
             m_results.header.isRigid ? ModelOptions::Bodies::Rigid : ModelOptions::Bodies::AsGiven;
-        options.allowsScripts = m_options.allowsScripts;
+        options.code = m_options.code;
+        options.code.fmus = AllowedCode::Fmus::Described;  // their outputs are in the results
         options.listener = m_options.listener;
         try {
             auto model = std::make_unique<Model>(text, options);

@@ -16,7 +16,7 @@ bucket of rows. **/
 namespace simflex {
 namespace model {
 
-/** @param options  only, allowsScripts, listener
+/** @param options  only, code.scripts, listener
 @return what is in it, for people
 @throws std::runtime_error if the results cannot be read, have no such analysis, or the page cannot
 be written. Where the model of the run cannot be built any more, the page says why and has no

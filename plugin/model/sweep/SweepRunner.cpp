@@ -232,7 +232,8 @@ private:
             setup.arguments.push_back(analysis);
         }
         if (!isFresh) setup.arguments.push_back("--resume");
-        if (m_options.allowsScripts) setup.arguments.push_back("--allow-scripts");
+        setup.arguments.insert(setup.arguments.end(), m_options.arguments.begin(),
+                               m_options.arguments.end());
         setup.environment["OMP_NUM_THREADS"] = std::to_string(m_numThreads);
         setup.output = setup.error = log;
         setup.folder = fs::absolute(getFolder(index)).string();

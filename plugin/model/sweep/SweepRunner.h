@@ -27,7 +27,7 @@ struct SweepOptions {
     int numJobs = 0;             ///< processes at once; 0: one for each core
     int numThreads = 0;          ///< of each; 0: the cores shared out
     bool hasPictures = false;    ///< cases draw the pictures of the model
-    bool allowsScripts = false;  ///< cases may run Gmsh's scripts outside the sandbox
+    std::vector<std::string> arguments;  ///< of the cases: what code they may run
     Listener listener;
     SweepShare share;
 };

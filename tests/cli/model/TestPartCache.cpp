@@ -336,7 +336,7 @@ TEST_F(PartCacheTest, GeometryScriptsStartNoProgramsUnlessTheyAreAllowedTo) {
             messageOf(std::string("parts:\n  beam: {geometry: ") + file + ", material: steel}\n"),
             AllOf(HasSubstr("Could not find /bin/sh"), HasSubstr(file)));
     EXPECT_FALSE(std::filesystem::exists(ran));
-    options.allowsScripts = true;
+    options.code.scripts = true;
     messageOf("parts:\n  beam: {geometry: outer.geo, material: steel}\n");
     EXPECT_TRUE(std::filesystem::exists(ran));
     EXPECT_THAT(messageOf("parts:\n  beam: {geometry: inner.geo}\n"),

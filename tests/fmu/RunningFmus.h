@@ -1,0 +1,28 @@
+#pragma once
+/** @file Where FMUs of a test run. **/
+
+#include "simflex/model/Session.h"
+
+namespace simflex {
+
+inline AllowedCode runFmusIn(AllowedCode::Fmus place) {
+    AllowedCode code;
+    code.fmus = place;
+    return code;
+}
+
+inline AllowedCode inThisProcess() {
+    return runFmusIn(AllowedCode::Fmus::ThisProcess);
+}
+
+inline AllowedCode inChildProcess() {
+    return runFmusIn(AllowedCode::Fmus::ChildProcess);
+}
+
+inline ModelOptions allow(const AllowedCode& code) {
+    ModelOptions options;
+    options.code = code;
+    return options;
+}
+
+}  // namespace simflex
