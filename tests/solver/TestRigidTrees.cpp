@@ -432,8 +432,8 @@ TEST(RigidTrees, ForcesAreCarriedByTheAccelerationsThatTheyGive) {
         NewtonSystem system = trial.equations.getTopology().makeNewtonSystem();
         trial.equations.formMassSystem(system);
         for (const NewtonSystem::Block& block : system.blocks)
-            M[place].push_back(Eigen::Map<const Eigen::MatrixXd>(block.matrix.data(), block.size,
-                                                                 block.size));
+            M[place].push_back(
+                Eigen::Map<const Eigen::MatrixXd>(block.matrix.data(), block.size, block.size));
     }
     Eigen::VectorXd r(trial.numU);
     for (double& value : r) value = tree.random.getValue();

@@ -267,6 +267,8 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
     // An iteration evaluates three stages: a new matrix is worth less than one of them, and what it
     // leaves does not add up over the steps.
     constexpr double SlowestRate = 0.15;
+    // In long trees each step has its matrix, from predictions; from corrected stages it is better.
+    constexpr double SlowestFromPrediction = 0.3;
     bool refresh = m_reuse.beginStep(factors, SlowestRate) || !keepsMatrices() ||
                    blockForm == BlockForm::Dense || forceFullNewton;
     // The first change is judged by itself: what it leaves adds up over many short steps.
@@ -281,7 +283,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
     }
 
     m_equations.updFrictions().recall();
-    int allowed = tolerances.maxIterations;
+    int allowed = tolerances.maxIterations, renewals = 0;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto begin = RadauClock::now();
         placeStages(start, h);
@@ -378,7 +380,11 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
             outcome.converged = true;
             break;
         }
-        const bool isSlow = iteration > 0 && !m_reuse.isFresh() && m_reuse.getRate() > SlowestRate;
+        const bool mayRenew = m_carriesForces ? renewals < 1 : !m_reuse.isFresh();
+        const bool isSlow =
+            iteration > 0 && mayRenew &&
+            m_reuse.getRate() > (m_carriesForces ? SlowestFromPrediction : SlowestRate);
+        if (isSlow) ++renewals;
         refresh = needsBetterMatrix(iteration, hasNewDerivatives) || isSlow || forceFullNewton;
     }
 
