@@ -249,8 +249,9 @@ def test_fmus_run_only_where_they_are_allowed(tmp_path):
                              "period": 0.01}},
         connectors={"motor": {"type": "motor", "joint": "pivot", "law": "pid.torque"}})
     output = tmp_path / "results.h5"
-    for refused in (lambda: simflex.Session(model), lambda: model.run(output), lambda: model.analyse("transient", duration=0.1)):
-        with pytest.raises(RuntimeError, match="brain.fmu' is a program.*allow_fmus=True"):
+    for refused in (lambda: simflex.Session(model), lambda: model.run(output),
+                    lambda: model.analyse("transient", duration=0.1)):
+        with pytest.raises(simflex.ModelError, match="brain.fmu' is a program.*allow_fmus=True"):
             refused()
     ends = []
     for place in ({"allow_fmus": True}, {"fmus_in_process": True}, {"allow_fmus": True, "fmu_timeout": 30}):
