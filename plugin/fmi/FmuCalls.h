@@ -38,8 +38,8 @@ struct FmuCall {
     int kind = Reset;
     std::string what;  ///< for messages: "a step"
     std::uint32_t reference = 0;
-    double value = 0;       ///< of a variable; of DoStep and EnterInitialization: the time [s]
-    double length = 0;      ///< of DoStep [s]
+    double value = 0;        ///< of a variable; of DoStep and EnterInitialization: the time [s]
+    double length = 0;       ///< of DoStep [s]
     std::string bytes = {};  ///< of Restore
 
     void visit(Archive& archive) {

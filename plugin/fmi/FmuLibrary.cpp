@@ -220,8 +220,8 @@ bool FmuLibrary::doStep(const FmuCall& asked) {
              &isEarly, &reached);
         return !isOver;
     }
-    const int status = find<int(void*, double, double, int)>("fmi2DoStep")(
-        m_instance, asked.value, asked.length, 0);
+    const int status = find<int(void*, double, double, int)>("fmi2DoStep")(m_instance, asked.value,
+                                                                           asked.length, 0);
     if (status == Discard) {
         int isOver = 0;
         const int known = find<int(void*, fmi2::StatusKind, int*)>("fmi2GetBooleanStatus")(

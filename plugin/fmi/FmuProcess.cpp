@@ -19,9 +19,9 @@ namespace simflex {
 
 namespace {
 
-constexpr int LookInterval = 100;         // [ms]
-constexpr double PatienceSeconds = 1;     // before an answer is said to take long
-constexpr double FarewellSeconds = 2;     // for a process to end that answers no more
+constexpr int LookInterval = 100;      // [ms]
+constexpr double PatienceSeconds = 1;  // before an answer is said to take long
+constexpr double FarewellSeconds = 2;  // for a process to end that answers no more
 constexpr std::uint64_t LargestFrame = std::uint64_t(1) << 32;
 
 }  // namespace
@@ -94,9 +94,9 @@ FmuReply FmuProcess::ask(const std::vector<FmuCall>& calls) {
     std::vector<FmuCall> copied = calls;
     visitItems(sent, copied);
     // Of several the step is what takes time, and fails.
-    const auto step =
-        std::find_if(calls.begin(), calls.end(),
-                     [](const FmuCall& call) { return call.kind == FmuCall::DoStep; });
+    const auto step = std::find_if(calls.begin(), calls.end(), [](const FmuCall& call) {
+        return call.kind == FmuCall::DoStep;
+    });
     return exchange(sent, step != calls.end() ? step->what : calls.at(0).what);
 }
 
@@ -119,9 +119,8 @@ FmuReply FmuProcess::exchange(const Archive& sent, const std::string& what) {
 
 void FmuProcess::move(char* bytes, std::size_t size, bool isSending, Watch& watch) {
     while (size > 0) {
-        const ssize_t moved =
-            isSending ? send(m_channel, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT)
-                      : recv(m_channel, bytes, size, MSG_DONTWAIT);
+        const ssize_t moved = isSending ? send(m_channel, bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT)
+                                        : recv(m_channel, bytes, size, MSG_DONTWAIT);
         if (moved < 0 && (errno == EINTR || errno == EAGAIN)) {
             watch.wait(isSending ? POLLOUT : POLLIN);
             continue;
@@ -135,10 +134,10 @@ void FmuProcess::move(char* bytes, std::size_t size, bool isSending, Watch& watc
 void FmuProcess::failAsItEnded(const std::string& what) {
     const auto start = std::chrono::steady_clock::now();
     while (!m_child.hasEnded() && secondsSince(start) < FarewellSeconds) usleep(500);
-    throw std::runtime_error(
-        (m_child.hasEnded() ? "its process " + m_child.getEnd().describe()
-                            : std::string("its process has closed the way to it")) +
-        "; it had been asked for " + what);
+    throw std::runtime_error((m_child.hasEnded()
+                                  ? "its process " + m_child.getEnd().describe()
+                                  : std::string("its process has closed the way to it")) +
+                             "; it had been asked for " + what);
 }
 
 }  // namespace simflex

@@ -196,7 +196,8 @@ private:
             if (!form || form->kind != SchemaForm::Kind::File || path.compare(0, 6, "parts.") == 0)
                 return;
             const std::string source = scalar.getFilePath(),
-                              name = "files/" + makePlainName(++number, fs::path(source).filename());
+                              name =
+                                  "files/" + makePlainName(++number, fs::path(source).filename());
             zip.addFile("resources/" + name, source);
             addContents(source, sum);
             m_text.set(path, name);

@@ -21,7 +21,7 @@ namespace simflex {
 struct FmuExportOptions {
     int version = 2;      ///< of FMI: 2 or 3
     bool isThin = false;  ///< without a copy of simflex's libraries
-    AllowedCode code;     ///< FMUs that control the model run where the new one does: in its process
+    AllowedCode code;  ///< FMUs that control the model run where the new one does: in its process
     std::string library;  ///< path of simflex_fmu; empty: beside the library that this is in
     Listener listener;
 };

@@ -118,20 +118,20 @@ void addModel(py::module_& module) {
                 return run(model, output, only, threads, resumes, draws, progress, hasErrorBars,
                            allowFmus(allowsFmus, inProcess, timeout));
             },
-            py::arg("output") = py::none(),
-             py::arg("analyses") = std::vector<std::string>(), py::arg("threads") = 0,
-             py::arg("resume") = false, py::arg("pictures") = false,
-             py::arg("progress") = py::none(), py::arg("error_bar") = false,
-             py::arg("allow_fmus") = false, py::arg("fmus_in_process") = false,
-             py::arg("fmu_timeout") = 60.,
-             "Runs the analyses (all, or those named) as `simflex run` does, and writes the file\n"
-             "of results: beside the model unless `output` says where. Ctrl-C keeps what is done, "
-             "and so\n"
-             "does progress(what, fraction), told now and then, by returning False: Cancelled.\n"
-             "With `error_bar` each probe has its error, 'tip error', by what parts have left out.\n"
-             "FMUs of controllers are programs: they run if `allow_fmus` says so, each in a process\n"
-             "of its own, which may take `fmu_timeout` seconds for an answer; with\n"
-             "`fmus_in_process` in this one.")
+            py::arg("output") = py::none(), py::arg("analyses") = std::vector<std::string>(),
+            py::arg("threads") = 0, py::arg("resume") = false, py::arg("pictures") = false,
+            py::arg("progress") = py::none(), py::arg("error_bar") = false,
+            py::arg("allow_fmus") = false, py::arg("fmus_in_process") = false,
+            py::arg("fmu_timeout") = 60.,
+            "Runs the analyses (all, or those named) as `simflex run` does, and writes the file\n"
+            "of results: beside the model unless `output` says where. Ctrl-C keeps what is done, "
+            "and so\n"
+            "does progress(what, fraction), told now and then, by returning False: Cancelled.\n"
+            "With `error_bar` each probe has its error, 'tip error', by what parts have left out.\n"
+            "FMUs of controllers are programs: they run if `allow_fmus` says so, each in a "
+            "process\n"
+            "of its own, which may take `fmu_timeout` seconds for an answer; with\n"
+            "`fmus_in_process` in this one.")
         .def(
             "analyse",
             [](const ModelText& model, const std::string& type, bool allowsFmus,
@@ -139,8 +139,8 @@ void addModel(py::module_& module) {
                 return analyse(model, type, allowFmus(allowsFmus, false, 60), keys);
             },
             py::arg("type"), py::arg("allow_fmus") = false,
-             "Runs one analysis that the file need not have, with the keys of `analyses`, and\n"
-             "returns its Analysis: analyse('campbell', parameter='speed', speeds=[0, 50, 100]).")
+            "Runs one analysis that the file need not have, with the keys of `analyses`, and\n"
+            "returns its Analysis: analyse('campbell', parameter='speed', speeds=[0, 50, 100]).")
         .def("__copy__", [](const ModelText& model) { return model; })
         .def("__deepcopy__", [](const ModelText& model, const py::dict&) { return model; })
         .def(py::pickle(

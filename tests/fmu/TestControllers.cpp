@@ -60,7 +60,8 @@ protected:
         const size_t place = text.find(from);
         EXPECT_NE(place, text.npos) << from;
         try {
-            const Session session(write(text.replace(place, from.size(), to)), allow(inChildProcess()));
+            const Session session(write(text.replace(place, from.size(), to)),
+                                  allow(inChildProcess()));
         } catch (const std::runtime_error& error) {
             return error.what();
         }

@@ -47,7 +47,8 @@ protected:
     std::string findMistake() {
         try {
             const FmuUnit unit(folder / "model.fmu");
-            const FmuSlave slave(std::make_shared<const FmuUnit>(folder / "model.fmu"), "one", inThisProcess());
+            const FmuSlave slave(std::make_shared<const FmuUnit>(folder / "model.fmu"), "one",
+                                 inThisProcess());
         } catch (const std::runtime_error& error) {
             return error.what();
         }

@@ -51,7 +51,8 @@ protected:
     }
 
     static std::unique_ptr<FmuSlave> begin(const std::string& path, double start = 0) {
-        auto slave = std::make_unique<FmuSlave>(std::make_shared<const FmuUnit>(path), "instance", inThisProcess());
+        auto slave = std::make_unique<FmuSlave>(std::make_shared<const FmuUnit>(path), "instance",
+                                                inThisProcess());
         slave->enterInitialization(start);
         slave->exitInitialization();
         return slave;
@@ -252,7 +253,8 @@ TEST_F(FmuTest, ErrorsAreToldAndTheInstanceGoesOn) {
         EXPECT_THAT(fail([&] { slave->set("push", SimTK::NaN); }), HasSubstr("finite number"));
         EXPECT_THAT(fail([&] { slave->set("x", 1); }), HasSubstr("cannot be set"));
         EXPECT_TRUE(slave->doStep(0, 0.01));
-        FmuSlave early(std::make_shared<const FmuUnit>(folder / "model.fmu"), "early", inThisProcess());
+        FmuSlave early(std::make_shared<const FmuUnit>(folder / "model.fmu"), "early",
+                       inThisProcess());
         EXPECT_THAT(fail([&] { early.doStep(0, 0.01); }),
                     HasSubstr("before the unit is initialized"));
         EXPECT_NO_THROW(early.reset());

@@ -1,5 +1,8 @@
 """A model that moves."""
 
+import os
+import subprocess
+
 import numpy as np
 import pytest
 import simflex
@@ -235,3 +238,27 @@ def test_wrong_arguments_are_named():
             session.formula(name)
         except (RuntimeError, ValueError, IndexError):
             pass
+
+
+def test_fmus_run_only_where_they_are_allowed(tmp_path):
+    (tmp_path / "brain.yaml").write_text("simflex: 1\nbodies: {idle: {mass: 1, shape: {sphere: 0.1}}}\n"
+                                         "inputs: {angle: 0}\nprobes: {torque: {expression: 3*(0.5 - angle)}}\n")
+    subprocess.run([os.environ["SIMFLEX_PROGRAM"], "fmu", "brain.yaml", "--thin", "-q"], cwd=tmp_path, check=True)
+    model = make_pendulum(
+        controllers={"pid": {"fmu": str(tmp_path / "brain.fmu"), "inputs": {"angle": "angle"}, "outputs": ["torque"],
+                             "period": 0.01}},
+        connectors={"motor": {"type": "motor", "joint": "pivot", "law": "pid.torque"}})
+    output = tmp_path / "results.h5"
+    for refused in (lambda: simflex.Session(model), lambda: model.run(output),
+                    lambda: model.analyse("transient", duration=0.1)):
+        with pytest.raises(simflex.ModelError, match="brain.fmu' is a program.*allow_fmus=True"):
+            refused()
+    ends = []
+    for place in ({"allow_fmus": True}, {"fmus_in_process": True}, {"allow_fmus": True, "fmu_timeout": 30}):
+        session = simflex.Session(model, **place)
+        session.run(0.1)
+        ends.append(session["angle"])
+    assert ends[0] > 0 and ends == [ends[0]] * 3
+    assert session.analyse("transient", duration=0.1)["angle"][-1] == pytest.approx(ends[0], abs=1e-6)
+    model.run(output, allow_fmus=True)
+    assert model.analyse("transient", allow_fmus=True, duration=0.1)["angle"][-1] == pytest.approx(ends[0], abs=1e-6)

@@ -305,18 +305,19 @@ void TransientRun::keep() {
 void TransientRun::finish() {
     checkEnergy();
     const IntegratorStatistics& statistics = m_integrator->getStatistics();
-    std::map<std::string, double> kept{{"steps", double(statistics.stepsTaken)},
-                 {"newton_iterations", double(statistics.newtonIterations)},
-                 {"error_test_failures", double(statistics.errorTestFailures)},
-                 {"convergence_failures",
-                  double(statistics.convergenceFailures + statistics.projectionFailures +
-                         statistics.nonFiniteFailures)},
-                 {"factorizations", double(statistics.factorizations)},
-                 {"redundant_constraints", double(statistics.redundantConstraints)},
-                 {"largest_energy_error", m_progress.energy.largestError},
-                 {"largest_kinetic_energy", m_progress.energy.largestKinetic},
-                 {"integration_seconds", statistics.totalSeconds - statistics.outputSeconds},
-                 {"output_seconds", statistics.outputSeconds + m_progress.outputSeconds}};
+    std::map<std::string, double> kept{
+        {"steps", double(statistics.stepsTaken)},
+        {"newton_iterations", double(statistics.newtonIterations)},
+        {"error_test_failures", double(statistics.errorTestFailures)},
+        {"convergence_failures",
+         double(statistics.convergenceFailures + statistics.projectionFailures +
+                statistics.nonFiniteFailures)},
+        {"factorizations", double(statistics.factorizations)},
+        {"redundant_constraints", double(statistics.redundantConstraints)},
+        {"largest_energy_error", m_progress.energy.largestError},
+        {"largest_kinetic_energy", m_progress.energy.largestKinetic},
+        {"integration_seconds", statistics.totalSeconds - statistics.outputSeconds},
+        {"output_seconds", statistics.outputSeconds + m_progress.outputSeconds}};
     const FmuCost fmus = m_run.takeFmuCost();
     if (fmus.exchanges > 0) {
         kept["fmu_exchanges"] = fmus.exchanges;

@@ -244,8 +244,9 @@ Controller::Moment Controller::goOn(const std::string& memory, double time,
         const auto sample =
             m_slave->sample(nameInputs(inputs), last, time - last, m_variables, canSave());
         if (!sample)
-            throw std::runtime_error("controller '" + m_name + "' has ended its simulation at t = " +
-                                     writeGeneral(time, 6) + " s");
+            throw std::runtime_error("controller '" + m_name +
+                                     "' has ended its simulation at t = " + writeGeneral(time, 6) +
+                                     " s");
         ++m_numSteps;
         return keep(time, sample->outputs, sample->memory);
     });

@@ -23,10 +23,10 @@ namespace model {
 
 struct SweepOptions {
     std::string folder;
-    std::string program;         ///< `simflex`
-    int numJobs = 0;             ///< processes at once; 0: one for each core
-    int numThreads = 0;          ///< of each; 0: the cores shared out
-    bool hasPictures = false;    ///< cases draw the pictures of the model
+    std::string program;                 ///< `simflex`
+    int numJobs = 0;                     ///< processes at once; 0: one for each core
+    int numThreads = 0;                  ///< of each; 0: the cores shared out
+    bool hasPictures = false;            ///< cases draw the pictures of the model
     std::vector<std::string> arguments;  ///< of the cases: what code they may run
     Listener listener;
     SweepShare share;

@@ -35,7 +35,8 @@ protected:
     std::string readWithoutSeconds(const std::string& file) {
         std::string bytes = testing::readText(folder / file);
         for (const Results::Analysis& analysis : readResults(folder / file).analyses)
-            for (const char* name : {"integration_seconds", "output_seconds", "fmu_seconds", "fmu_library_seconds"}) {
+            for (const char* name :
+                 {"integration_seconds", "output_seconds", "fmu_seconds", "fmu_library_seconds"}) {
                 const auto found = analysis.statistics.find(name);
                 if (found == analysis.statistics.end()) continue;
                 EXPECT_GT(found->second, 0);
