@@ -110,8 +110,7 @@ bool readNpy(const std::string& path, const std::string& text, FileArray& array)
     const std::string header = text.substr(8 + size_t(lengthSize), size_t(length));
     std::string descriptor = findKey(header, "descr"), shape = findKey(header, "shape");
     descriptor.erase(std::remove(descriptor.begin(), descriptor.end(), '\''), descriptor.end());
-    if (descriptor.size() != 3 || descriptor[0] == '>' || shape.empty() || shape[0] != '(')
-        return false;
+    if (descriptor.size() != 3 || shape.empty() || shape[0] != '(') return false;
     const auto itemSize = std::uint64_t(descriptor[2] - '0');
     std::uint64_t count = 1;
     for (size_t at = 1; at < shape.size();) {
@@ -130,7 +129,11 @@ bool readNpy(const std::string& path, const std::string& text, FileArray& array)
     if ((text.size() - begin) / itemSize < count)
         failDamaged(path, array.name + " is shorter than its shape");
     array.values.resize(size_t(count));
-    if (!convertNumbers(descriptor.substr(1), text.data() + begin, array.values)) return false;
+    std::string bytes = text.substr(size_t(begin), size_t(count * itemSize));
+    if (descriptor[0] == '>')  // big-endian
+        for (auto item = bytes.begin(); item != bytes.end(); item += std::ptrdiff_t(itemSize))
+            std::reverse(item, item + std::ptrdiff_t(itemSize));
+    if (!convertNumbers(descriptor.substr(1), bytes.data(), array.values)) return false;
     if (array.shape.size() == 2 && findKey(header, "fortran_order") != "True") transpose(array);
     return true;
 }

@@ -853,6 +853,33 @@ TEST_F(CalculixDeckTest, NodesAndElementsAreGenerated) {
     EXPECT_NEAR(turned.calcMass(), 2 * brick.mass(), 1e-9);
 }
 
+TEST_F(CalculixDeckTest, ElementsMayStandBeforeTheirNodes) {
+    const std::string mesh = brick.meshText();
+    const size_t elements = mesh.find("*ELEMENT");
+    const size_t end = std::min(mesh.find("*NSET", elements), mesh.size());
+    ASSERT_LT(elements, end);
+    const FeModel model = read(mesh.substr(elements, end - elements) + mesh.substr(0, elements) +
+                               mesh.substr(end) + brick.materialText()),
+                  plain = read(brick.text());
+    EXPECT_EQ(model.mesh.nodeNumbers, plain.mesh.nodeNumbers);
+    EXPECT_EQ(model.K.values, plain.K.values);
+}
+
+TEST_F(CalculixDeckTest, RigidBodiesHaveAReferenceOfTheirOwn) {
+    const std::string nodes = brick.text() + "*NODE\n9001,0.3,0.01,0.02\n9002,0,0,0\n";
+    const auto calc = [&](const std::string& named) {
+        return testing::calcFreeFrequencies(read(nodes + "*RIGID BODY,NSET=RIGHT" + named + "\n"),
+                                            12);
+    };
+    const auto wanted = calc(",REF NODE=9001,ROT NODE=9002");
+    for (const char* named : {"", ",ROT NODE=9002", ",REF NODE=9001"}) {
+        const auto found = calc(named);
+        for (size_t k = 6; k < wanted.size(); ++k)
+            EXPECT_NEAR(found[k], wanted[k], 1e-8 * wanted[k]) << named << k;
+    }
+    EXPECT_GT(wanted[6], 1.01 * testing::calcFreeFrequencies(read(brick.text()), 12)[6]);
+}
+
 TEST_F(CalculixDeckTest, ReadingTellsHowFarItIs) {
     std::string text = brick.text();
     for (int k = 0; k < 100000; ++k) text += "** nothing\n";

@@ -622,6 +622,8 @@ TEST_F(ModelSource, MassesOfNastranHaveTheirOffsetAndInertia) {
     const FeModel bare = read(""), heavy = read("CONM2,30,90,5,0.5,0.01,0.02,0.03," + inertia),
                   massless = read("CONM2,30,90,5,0.,0.01,0.02,0.03," + inertia),
                   absolute = read("CONM2,30,90,-1,0.5,-0.03,0.04,0.05");
+    // The node at the offset is no node of the interface.
+    EXPECT_EQ(heavy.mesh.nodeSets.at("RBE2_17"), bare.mesh.nodeSets.at("RBE2_17"));
     EXPECT_NEAR(heavy.calcMass() - bare.calcMass(), 0.5, 1e-12);
     EXPECT_NEAR(massless.calcMass() - bare.calcMass(), 0, 1e-12);
     const auto J0 = calcInertia(bare), J = calcInertia(heavy), J1 = calcInertia(massless),

@@ -85,6 +85,15 @@ public:
         bool inStep = false;
         DeckCard* material = nullptr;
         DeckRigidCard* coupling = nullptr;  // the card before, if it waits for its kind
+        // Elements may stand before their nodes.
+        for (const DeckCard& card : m_cards) {
+            if (card.keyword == "STEP") inStep = true;
+            if (card.keyword == "ENDSTEP") inStep = false;
+            if (inStep || card.keyword != "NODE") continue;
+            checkParameters(card);
+            addNodes(card);
+        }
+        inStep = false;
         for (DeckCard& card : m_cards) {
             const std::string& keyword = card.keyword;
             if (keyword == NoteCard) {
@@ -115,7 +124,7 @@ public:
             if (isCouplingKind) readCouplingKind(card, *coupling);
             coupling = nullptr;
             if (keyword == "NODE") {
-                addNodes(card);
+                // They are there.
             } else if (keyword == "ELEMENT") {
                 addElements(card);
             } else if (isGenerator(keyword)) {
@@ -474,7 +483,7 @@ private:
                         refuseCard(card,
                                    "element " + std::to_string(numbers[0]) + " uses node " +
                                        std::to_string(numbers[k]) +
-                                       ", which the deck does not define (yet)",
+                                       ", which the deck does not define",
                                    firstLine);
                 if (thin) {
                     ThinElement element;
@@ -1485,7 +1494,7 @@ private:
     void checkRigidNodes() {
         for (const DeckRigidCard& body : m_rigidCards)
             for (const int node : {body.reference, body.rotation}) {
-                if (node == 0 && node == body.rotation) continue;
+                if (node == 0) continue;  // none is named
                 if (!m_nodes.count(node))
                     refuseCard(body.card, body.card.title + " names node " + std::to_string(node) +
                                               ", which the deck does not define");
@@ -1581,8 +1590,13 @@ private:
             if (m_indexOf.count(card.rotation))
                 refuseCard(card.card, "ROT NODE " + std::to_string(card.rotation) +
                                           " is a node of elements; give one of its own");
-            body.reference = card.reference;
-            body.place = m_nodes.at(card.reference);
+            // Without one, the body has a reference of its own.
+            body.reference = card.reference ? card.reference : next++;
+            if (card.reference)
+                body.place = m_nodes.at(card.reference);
+            else if (!body.nodes.empty())
+                std::copy_n(m_model.mesh.positions.begin() + 3 * body.nodes[0], 3,
+                            body.place.begin());
             body.isReferenceInMesh = inMesh != m_indexOf.end();
             body.rotation = card.rotation        ? card.rotation
                             : card.surface != "" ? -card.reference

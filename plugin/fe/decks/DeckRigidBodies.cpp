@@ -5,7 +5,8 @@ namespace simflex {
 DeckRigidCard readRigidCard(const DeckCard& card) {
     DeckRigidCard body;
     body.card = card;
-    body.reference = parseDeckInteger(card.get("REFNODE"), card.where());
+    if (card.keyword == "COUPLING" || card.has("REFNODE"))
+        body.reference = parseDeckInteger(card.get("REFNODE"), card.where());
     if (card.keyword == "COUPLING") {
         body.surface = card.get("SURFACE");
         if (card.has("ORIENTATION")) body.orientation = card.get("ORIENTATION");

@@ -22,7 +22,7 @@ namespace simflex {
 struct DeckRigidCard {
     DeckCard card;
     bool isDistributing = false;
-    int reference = 0;                           ///< deck number
+    int reference = 0;                           ///< deck number, 0: one of its own
     int rotation = 0;                            ///< deck number of the ROT NODE, 0: none
     std::string nodeSet, elementSet, surface;    ///< one of them
     std::array<bool, 3> axes{true, true, true};  ///< directions that follow …

@@ -632,12 +632,16 @@ private:
             DeckCard& nodes = addCard(entry, "*NSET", {{"NSET", set}});
             for (const int grid : dependent) addLine(nodes, {std::to_string(grid)});
             const Vec3d x = positionOf(*entry, reference);
+            // What is tied beside them is no part of the interface that the set stands for.
             std::string tied = set;
-            if (m_shellGrids.count(reference)) {
+            const bool isShell = m_shellGrids.count(reference) > 0;
+            if (isShell || hangsMass(reference) ||
+                std::any_of(dependent.begin(), dependent.end(),
+                            [&](int grid) { return hangsMass(grid); })) {
                 tied += "_AND_GN";
                 DeckCard& all = addCard(entry, "*NSET", {{"NSET", tied}});
                 for (const int grid : dependent) addLine(all, {std::to_string(grid)});
-                addLine(all, {std::to_string(reference)});
+                if (isShell) addLine(all, {std::to_string(reference)});
             }
             m_rigidSets.emplace(reference, tied);
             for (const int grid : dependent) m_rigidSets.emplace(grid, tied);
@@ -666,9 +670,7 @@ private:
                                    "interface and a body welded to it");
             const std::string set = "CONM2_" + std::to_string(id);
             int node = grid;
-            bool isSpread = false;
-            for (size_t place = 4; place < 14; ++place)
-                isSpread |= place != 7 && number(*entry, place, "an offset or inertia") != 0;
+            const bool isSpread = hasOffsetOrInertia(*entry);
             if (isSpread) node = hangMass(*entry, grid);
             if (mass != 0 || !isSpread) {
                 addLine(addCard(entry, "*ELEMENT", {{"TYPE", "MASS"}, {"ELSET", set}}),
@@ -677,6 +679,20 @@ private:
             }
             if (isSpread) writeInertia(*entry, node, set + "_I");
         }
+    }
+
+    bool hasOffsetOrInertia(const BulkEntry& entry) const {
+        for (size_t place = 4; place < 14; ++place)
+            if (place != 7 && number(entry, place, "an offset or inertia") != 0) return true;
+        return false;
+    }
+
+    /** Whether a mass beside this grid follows its rigid body. **/
+    bool hangsMass(int grid) const {
+        return std::any_of(m_masses.begin(), m_masses.end(), [&](const auto& mass) {
+            return positive(*mass.second, 1, "its grid") == grid &&
+                   hasOffsetOrInertia(*mass.second);
+        });
     }
 
     /** A node at the offset of a mass, which follows the rigid body of its grid. **/

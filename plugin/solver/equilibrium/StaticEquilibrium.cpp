@@ -1262,20 +1262,18 @@ std::optional<StaticEquilibrium::Search::Place> StaticEquilibrium::Search::seekB
             break;
         aside = std::max(LastAside * end.at, std::min(0.1 * aside, 10 * std::abs(zero - before)));
     }
-    const Place &low = places[first], &high = places[first + 1];
-    Place place{zero, calcFraction(), low.point};
-    const double share = (zero - low.at) / (high.at - low.at);
-    for (size_t i = 0; i < place.point.q.size(); ++i)
-        place.point.q[i] += share * (high.point.q[i] - low.point.q[i]);
-    for (size_t k = 0; k < place.point.lambda.size(); ++k)
-        place.point.lambda[k] += share * (high.point.lambda[k] - low.point.lambda[k]);
-    m_equations.realize(place.point.t, low.point.q.data(), low.point.u.data());
+    // Newton's iteration would choose between both paths by round-off there.
+    const SolutionPoint& low = places[first].point;
+    Place place{zero, calcFraction(), low};
+    for (size_t p = 0; p < places.size(); ++p) {
+        const SolutionPoint& own = places[p].point;
+        for (size_t i = 0; i < low.q.size(); ++i)
+            place.point.q[i] += weights[p] * (own.q[i] - low.q[i]);
+        for (size_t k = 0; k < low.lambda.size(); ++k)
+            place.point.lambda[k] += weights[p] * (own.lambda[k] - low.lambda[k]);
+    }
+    m_equations.realize(low.t, low.q.data(), low.u.data());
     m_equations.getBlocks().normalizeQ(place.point.q.data());
-    // Better where it is found on this path; on the other one it is somewhere else.
-    if (goAlong(start.point, start.fraction, direction, zero) &&
-        calcDistance(place.point.q) <= PathSharpness &&
-        std::abs(m_fraction - place.fraction) <= PathSharpness * std::abs(place.fraction))
-        place.point = m_point;
     return place;
 }
 
