@@ -22,8 +22,13 @@ const Files& getFiles() {
         Files made;
         const std::vector<ResultColumn> probes = {{"tip", "m", {"x", "y"}}, {"angle", "rad", {""}}};
         {
-            model::ResultWriter writer(path,
-                                       {"Title", "m.yaml", "simflex: 1\n", {"speed=1"}, false});
+            model::ResultWriter writer(path, {"Title",
+                                              "m.yaml",
+                                              "simflex: 1\n",
+                                              {"speed=1"},
+                                              false,
+                                              "0.1",
+                                              {{"the part of body 'a'", "0f"}}});
             Results::Analysis rest, modes, map, control;
             rest.name = "rest", rest.type = "static", rest.q = {{4}},
             rest.stateColumns["q"] = {"a"};

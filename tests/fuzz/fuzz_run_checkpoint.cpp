@@ -19,7 +19,6 @@ std::string readBytes(const std::string& path) {
 
 std::string makeBytes() {
     model::RunCheckpoint checkpoint;
-    checkpoint.inputs = {{"the file of table 'a'", "0123456789abcdef"}, {"mesh 1 of body 'b'", ""}};
     checkpoint.analysis = "run";
     checkpoint.numRows = 12;
     checkpoint.integrator = "state of the integrator";

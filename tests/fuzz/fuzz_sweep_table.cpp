@@ -33,7 +33,7 @@ const Sweep& getSweep() {
             std::filesystem::create_directories(folder);
             {
                 model::ResultWriter writer(folder + "/results.h5",
-                                           {"Title", "m.yaml", "", {}, false});
+                                           {"Title", "m.yaml", "", {}, false, "0.1", {}});
                 Results::Analysis rest;
                 rest.name = "rest", rest.type = "static";
                 rest.probes = {{{"tip", "m", {"x", "y"}}, {{value += 1, 2}}}};
