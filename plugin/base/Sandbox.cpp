@@ -136,11 +136,8 @@ constexpr long ForbiddenCalls[] = {
 
 /** Calls of which the first argument names a process; 0: the caller. **/
 constexpr long CallsForOneself[] = {
-    SYS_prlimit64,
-    SYS_sched_setaffinity,
-    SYS_sched_setattr,
-    SYS_sched_setparam,
-    SYS_sched_setscheduler,
+    SYS_prlimit64,      SYS_sched_setaffinity,  SYS_sched_setattr,
+    SYS_sched_setparam, SYS_sched_setscheduler,
 };
 constexpr long Clone3 = 435;  // what it makes stands in memory, where no filter sees it
 constexpr unsigned NewNamespaces = 0x7e020080;

@@ -324,7 +324,8 @@ private:
                 metric(i, j) = isHeld ? Real(i == j) : m_weights[i] * M(i, j) * m_weights[j];
             }
         for (int j = 0; j < n; ++j)
-            metric(j, j) = metric(j, j) > 0 ? (1 + Least) * metric(j, j) : std::max(largest, Real(1));
+            metric(j, j) =
+                metric(j, j) > 0 ? (1 + Least) * metric(j, j) : std::max(largest, Real(1));
         return metric;
     }
 

@@ -73,9 +73,7 @@ struct FlyingChain {
         }
         system.realize(state, Stage::Velocity);
     }
-    SpatialVec calcMomentum() const {
-        return matter.calcSystemMomentumAboutGroundOrigin(state);
-    }
+    SpatialVec calcMomentum() const { return matter.calcSystemMomentumAboutGroundOrigin(state); }
 };
 
 TEST(JointGoals, RatesAreMetByAnImpulseThatKeepsMomentumWhateverAxesAndUnits) {

@@ -22,7 +22,8 @@ protected:
     Real findLargestError(const MakeCopy& makeCopy) {
         Real largest = 0;
         for (int changes = 1; changes <= 10; ++changes)
-            for (const Stage stage : {Stage::Model, Stage::Instance, Stage::Position, Stage::Velocity}) {
+            for (const Stage stage :
+                 {Stage::Model, Stage::Instance, Stage::Position, Stage::Velocity}) {
                 State original = system.realizeTopology();
                 for (int k = 0; k < changes; ++k) {
                     bar.setAngle(original, 0.1 * k);

@@ -259,8 +259,8 @@ void ModelRun::refuseChange(const std::string& change) const {
     if (m_kept.empty()) return;
     std::vector<std::string> names;
     for (const Results::Analysis& analysis : m_kept) names.push_back(analysis.name);
-    throw std::runtime_error("'" + m_resultPath + "' has the results of " +
-                             joinNames(names, ", ") + ", which --only would lose: " + change +
+    throw std::runtime_error("'" + m_resultPath + "' has the results of " + joinNames(names, ", ") +
+                             ", which --only would lose: " + change +
                              "; choose another name with -o, or remove it");
 }
 

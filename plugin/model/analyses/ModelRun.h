@@ -158,8 +158,8 @@ private:
     std::string m_work;  ///< what is being done, and how much of it
     double m_fraction = 0;
     std::unique_ptr<ResultWriter> m_writer;
-    std::optional<Results> m_earlier;       ///< of the run that is gone on with
-    std::vector<Results::Analysis> m_kept;  ///< earlier results that stay: others are wanted
+    std::optional<Results> m_earlier;          ///< of the run that is gone on with
+    std::vector<Results::Analysis> m_kept;     ///< earlier results that stay: others are wanted
     InputChecksums m_inputs, m_earlierInputs;  ///< of this run, and of those results
     std::optional<SimTK::State> m_start;
     EquilibriumNotes m_startNotes;

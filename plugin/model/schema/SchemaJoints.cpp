@@ -468,7 +468,9 @@ SchemaForm controller() {
     return map(
         "a controller",
         {
-            SchemaKey("fmu", {file("an FMU")}, "FMU for co-simulation (FMI 2.0 or 3.0): a program, run only with --allow-fmus.")
+            SchemaKey(
+                "fmu", {file("an FMU")},
+                "FMU for co-simulation (FMI 2.0 or 3.0): a program, run only with --allow-fmus.")
                 .required()
                 .such("controller.fmu"),
             SchemaKey("inputs", {inputs},

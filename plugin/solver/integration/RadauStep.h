@@ -99,11 +99,11 @@ private:
     ComplexNewtonSystem m_complex;
     ComplexBlockEliminationSolver m_complexSolver;
     ComplexBlockEliminationSolver::Timing m_complexTimed;
-    std::vector<double> m_matrixQ;  ///< where it was formed
+    std::vector<double> m_matrixQ;              ///< where it was formed
     TreeInertias m_inertias{radau::NumStages};  ///< of the stages
     bool m_carriesForces = false;               ///< r of long trees, by m_inertias
     double m_slowestRate = 0;                   ///< of convergence, in the last step solved
-    std::vector<double> m_zChange;  ///< by stage
+    std::vector<double> m_zChange;              ///< by stage
     /** Of a step of length h; zero: there was none. **/
     struct Error : ErrorNorm::Error {
         double h = 0;

@@ -16,8 +16,13 @@ namespace testing {
 constexpr double kStep = 0.01;  // [s]
 
 inline ResultHeader makeHeader() {
-    return {
-        "Swing", "swing.yaml", "simflex: 1\n# a swing\n", {"speed=3", "solver.threads=1"}, false, "0.1", {}};
+    return {"Swing",
+            "swing.yaml",
+            "simflex: 1\n# a swing\n",
+            {"speed=3", "solver.threads=1"},
+            false,
+            "0.1",
+            {}};
 }
 
 inline std::vector<ResultColumn> makeProbes() {

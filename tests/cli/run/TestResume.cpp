@@ -230,7 +230,8 @@ analyses:
         EXPECT_THAT(err, HasSubstr("has the results of rest, which --only would lose: " + change +
                                    " has changed since"));
         const std::string cached = "SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'";
-        EXPECT_NE(runProgram(cached, "post model.results.h5 -q --set 'probes.more={expression: t}'"), 0);
+        EXPECT_NE(
+            runProgram(cached, "post model.results.h5 -q --set 'probes.more={expression: t}'"), 0);
         EXPECT_THAT(err, HasSubstr(change + " has changed since"));
         EXPECT_EQ(runProgram(cached, "report model.results.h5 -o page.html"), 0) << err;
         EXPECT_THAT(err, HasSubstr("the page shows no motion: " + change + " has changed since"));
