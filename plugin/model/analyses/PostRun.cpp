@@ -130,7 +130,7 @@ public:
         m_model = std::make_shared<const Model>(readModel(m_text), modelOptions);
         const InputChecksums inputs = calcInputChecksums(*m_model);
         const std::string change = findChangedInput(m_results.header.inputs, inputs);
-        if (!change.empty() && !m_results.header.inputs.empty())
+        if (!change.empty())
             throw std::runtime_error("'" + path + "' is not of this model: " + change);
         m_probes = Probes::make(m_model);
         // Those of the run stay as they are.

@@ -1,16 +1,14 @@
 #include "simflex/model/analyses/Provenance.h"
 
-#include <filesystem>
 #include <fstream>
 #include <vector>
 
 #include "simflex/base/Hash.h"
+#include "simflex/model/schema/Schema.h"
 
 namespace simflex {
 namespace model {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::string sumNumbers(const ReducedBody& part) {
     Hash hash;
@@ -30,22 +28,27 @@ std::string calcFileChecksum(const std::string& path) {
     return hash.getText();
 }
 
-bool isFile(const ModelValue& value) {
-    const std::string text = value.getText();
-    if (text.empty() || text.size() > 4000) return false;
-    std::error_code ignored;
-    return fs::is_regular_file(value.getFilePath(), ignored);
-}
-
-/** @param visit  (scalar that names a file) **/
-template <class Visit>
-void forEachFile(const ModelValue& value, const Visit& visit) {
-    if (value.isMap()) {
-        for (const std::string& key : value.getKeys()) forEachFile(value.get(key), visit);
-    } else if (value.isList()) {
-        for (int k = 0; k < value.getSize(); ++k) forEachFile(value.at(k), visit);
-    } else if (value.isScalar() && isFile(value)) {
-        visit(value);
+/** The files that a value names, as the schema says where files are named.
+@param visit      (scalar that names one)
+@param looksInto  (key of a map): whether it counts **/
+template <class Visit, class LooksInto>
+void forEachFile(const ModelValue& value, const std::vector<SchemaForm>& forms, const Visit& visit,
+                 const LooksInto& looksInto) {
+    using Kind = SchemaForm::Kind;
+    for (const SchemaForm& form : forms) {
+        if (form.kind == Kind::File && value.isScalar()) {
+            visit(value);
+        } else if (form.kind == Kind::List && value.isList()) {
+            for (int k = 0; k < value.getSize(); ++k)
+                forEachFile(value.at(k), form.items, visit, looksInto);
+        } else if (form.kind == Kind::Entries && value.isMap()) {
+            for (const std::string& name : value.getKeys())
+                forEachFile(value.get(name), form.items, visit, looksInto);
+        } else if (form.kind == Kind::Map && value.isMap()) {
+            for (const SchemaKey& key : form.keys)
+                if (value.has(key.name) && looksInto(key.name))
+                    forEachFile(value.get(key.name), key.forms, visit, looksInto);
+        }
     }
 }
 
@@ -63,21 +66,13 @@ InputChecksums calcInputChecksums(const Model& model) {
     const auto addFile = [&](const ModelValue& file) {
         sums["the file '" + file.getText() + "'"] = calcFileChecksum(file.getFilePath());
     };
-    for (const std::string& section : model.getFile().getKeys()) {
-        if (section == "parts" || section == "output" || section == "pictures") continue;
-        const ModelValue entries = model.getFile().get(section);
-        if (section != "bodies") {
-            forEachFile(entries, addFile);
-            continue;
-        }
-        for (const std::string& body : entries.getKeys())
-            for (const std::string& key : entries.get(body).getKeys())
-                if (key != "part") forEachFile(entries.get(body).get(key), addFile);
-    }
+    forEachFile(model.getFile(), {getModelSchema()}, addFile,
+                [](const std::string& key) { return key != "parts" && key != "part"; });
     return sums;
 }
 
 std::string findChangedInput(const InputChecksums& then, const InputChecksums& now) {
+    if (then.empty()) return "";  // not known: an older simflex wrote them
     for (const auto& [what, sum] : now) {
         const auto found = then.find(what);
         if (found == then.end() || found->second != sum) return what + " has changed since";
@@ -85,8 +80,11 @@ std::string findChangedInput(const InputChecksums& then, const InputChecksums& n
     return "";
 }
 
-void collectFiles(const ModelValue& value, std::set<std::string>& paths) {
-    forEachFile(value, [&](const ModelValue& file) { paths.insert(file.getFilePath()); });
+void collectFiles(const ModelValue& model, std::set<std::string>& paths) {
+    forEachFile(
+        model, {getModelSchema()},
+        [&](const ModelValue& file) { paths.insert(file.getFilePath()); },
+        [](const std::string&) { return true; });
 }
 
 }  // namespace model

@@ -20,11 +20,12 @@ using InputChecksums = std::map<std::string, std::string>;
 made from. @throws std::runtime_error for a file that cannot be read **/
 InputChecksums calcInputChecksums(const Model& model);
 
-/** "the part of body 'shaft' has changed since": the first that differs. Empty: none does. **/
+/** "the part of body 'shaft' has changed since": the first that differs. Empty: none does,
+or nothing is known of then. **/
 std::string findChangedInput(const InputChecksums& then, const InputChecksums& now);
 
 /** Paths of the files that a model names, as they can be opened. **/
-void collectFiles(const ModelValue& value, std::set<std::string>& paths);
+void collectFiles(const ModelValue& model, std::set<std::string>& paths);
 
 }  // namespace model
 }  // namespace simflex

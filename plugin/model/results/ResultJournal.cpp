@@ -66,14 +66,10 @@ void visit(Archive& archive, ResultHeader& header) {
     int isRigid = header.isRigid;
     archive.visitCount(isRigid);
     header.isRigid = isRigid != 0;
-    std::vector<std::string> inputs, sums;
-    for (const auto& [what, sum] : header.inputs) {
-        inputs.push_back(what);
-        sums.push_back(sum);
-    }
-    archive.visit(inputs, sums);
-    for (size_t k = 0; k < std::min(inputs.size(), sums.size()); ++k)
-        header.inputs[inputs[k]] = sums[k];
+    std::vector<std::string> inputs;
+    for (const auto& entry : header.inputs) inputs.push_back(entry.first);
+    archive.visit(inputs);
+    for (const std::string& input : inputs) archive.visit(header.inputs[input]);
 }
 
 /** All but the rows. **/

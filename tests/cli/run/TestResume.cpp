@@ -250,6 +250,8 @@ TEST_F(ChangedInputs, AreNamedByAllThatTakesUpEarlierResults) {
     // What changes no number of the part changes nothing.
     testing::writeText(folder / "push.csv", "t,force\n0,1\n1,1\n");
     writeBar(7850, "** a remark\n");
+    // Nor does a file that is named like something else of the model.
+    for (const char* name : {"rest", "bar", "push"}) testing::writeText(folder / name, "a note");
     EXPECT_EQ(runModel("--resume"), 0) << err;
 }
 
