@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <utility>
 
 namespace simflex {
 
@@ -16,6 +17,43 @@ double sizeOf(double x) {
 }
 double sizeOf(const std::complex<double>& x) {
     return std::abs(x.real()) + std::abs(x.imag());
+}
+
+/** inverse ← A⁻¹ of the leading n rows and columns, by Gauss and Jordan; A is lost.
+@returns false where a pivot is zero, or not a number. **/
+template <class Square>
+bool invert(int n, Square& A, Square& inverse) {
+    using Scalar = typename Square::Scalar;
+    inverse.setIdentity();
+    for (int k = 0; k < n; ++k) {
+        int pivot = k;
+        for (int i = k + 1; i < n; ++i)
+            if (sizeOf(A(i, k)) > sizeOf(A(pivot, k))) pivot = i;
+        if (!(sizeOf(A(pivot, k)) > 0)) return false;
+        for (int j = 0; pivot != k && j < n; ++j) {
+            std::swap(A(k, j), A(pivot, j));
+            std::swap(inverse(k, j), inverse(pivot, j));
+        }
+        const Scalar scale = Scalar(1) / A(k, k);
+        for (int j = 0; j < n; ++j) {
+            A(k, j) *= scale;
+            inverse(k, j) *= scale;
+        }
+        for (int i = 0; i < n; ++i) {
+            const Scalar factor = A(i, k);
+            for (int j = 0; i != k && j < n; ++j) {
+                A(i, j) -= factor * A(k, j);
+                inverse(i, j) -= factor * inverse(k, j);
+            }
+        }
+    }
+    return true;
+}
+
+/** aᵀb without conjugates. **/
+template <class Column>
+typename Column::Scalar multiply(const Column& a, const Column& b) {
+    return a.cwiseProduct(b).sum();
 }
 
 }  // namespace
@@ -36,25 +74,28 @@ bool TreeFactors<Scalar>::eliminate(const BasicTreeMatrix<Scalar>& J) {
         node.parent = J.nodes[b].parent;
         node.firstSpeed = first;
         node.numSpeeds = count;
-        if (count > 0) {
-            node.S = Map<const Eigen::Matrix<double, 6, Eigen::Dynamic>>(
-                         J.screws.data() + 6 * first, 6, count)
-                         .template cast<Scalar>();
-            node.X = Map<const Eigen::Matrix<Scalar, 12, Eigen::Dynamic>>(
-                J.motions.data() + 12 * first, 12, count);
-            const Forces QX = m_Q[b].lazyProduct(node.X);
-            const Gain SQ = node.S.transpose().lazyProduct(m_Q[b]);
-            const Map<const Eigen::Matrix<Scalar, 6, Eigen::Dynamic>> E(J.own.data() + 6 * first, 6,
-                                                                        count);
-            const Square D = node.S.transpose().lazyProduct(QX) + E.topRows(count);
-            const Eigen::PartialPivLU<Square> lu(D);
-            if (!(lu.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) return false;
-            node.inverse = lu.inverse();
-            node.W = QX + Map<const Eigen::Matrix<Scalar, 6, Eigen::Dynamic>>(
-                              J.turned.data() + 6 * first, 6, count);
-            node.K = node.inverse.lazyProduct(SQ);
-            if (node.parent >= 0) m_Q[b] -= node.W.lazyProduct(node.K);
+        auto& Q = m_Q[b];
+        std::array<Motion, Most> QtS;
+        Eigen::Matrix<Scalar, Most, Most> D;
+        for (int k = 0; k < count; ++k) {
+            const int speed = first + k;
+            node.S[k] = Map<const Eigen::Matrix<double, 6, 1>>(J.screws.data() + 6 * speed)
+                            .template cast<Scalar>();
+            node.X[k] = Map<const Motion>(J.motions.data() + 12 * speed);
+            node.W[k].noalias() = Q * node.X[k];
+            QtS[k].noalias() = Q.transpose() * node.S[k];
         }
+        for (int k = 0; k < count; ++k)
+            for (int i = 0; i < count; ++i)
+                D(i, k) = multiply(node.S[i], node.W[k]) + J.own[size_t(6 * (first + k) + i)];
+        if (!invert(count, D, node.inverse)) return false;
+        for (int k = 0; k < count; ++k) {
+            node.W[k] += Map<const Force>(J.turned.data() + 6 * (first + k));
+            node.K[k] = node.inverse(k, 0) * QtS[0];
+            for (int i = 1; i < count; ++i) node.K[k] += node.inverse(k, i) * QtS[i];
+        }
+        if (node.parent >= 0)
+            for (int k = 0; k < count; ++k) Q.noalias() -= node.W[k] * node.K[k].transpose();
         if (node.parent >= 0) m_Q[size_t(node.parent)] += m_Q[b];
     }
     return true;
@@ -89,25 +130,26 @@ void TreeFactors<Scalar>::solveInPlace(Scalar* x) {
     for (auto& b : m_b) b.setZero();
     for (size_t k = m_nodes.size(); k-- > 0;) {
         const Node& node = m_nodes[k];
-        if (node.numSpeeds > 0) {
-            Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> own(x + node.firstSpeed, node.numSpeeds);
-            const Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, Most, 1> rest =
-                own - node.S.transpose().lazyProduct(m_b[k]);
-            own = node.inverse.lazyProduct(rest);
-            if (node.parent >= 0) m_b[k] += node.W.lazyProduct(own);
+        Scalar* own = x + node.firstSpeed;
+        std::array<Scalar, Most> rest;
+        for (int i = 0; i < node.numSpeeds; ++i) rest[i] = own[i] - multiply(node.S[i], m_b[k]);
+        for (int i = 0; i < node.numSpeeds; ++i) {
+            own[i] = Scalar(0);
+            for (int j = 0; j < node.numSpeeds; ++j) own[i] += node.inverse(i, j) * rest[j];
+            if (node.parent >= 0) m_b[k] += own[i] * node.W[i];
         }
         if (node.parent >= 0) m_b[size_t(node.parent)] += m_b[k];
     }
     for (size_t k = 0; k < m_nodes.size(); ++k) {
         const Node& node = m_nodes[k];
-        if (node.parent < 0)
+        Scalar* own = x + node.firstSpeed;
+        if (node.parent < 0) {
             m_z[k].setZero();
-        else
+        } else {
             m_z[k] = m_z[size_t(node.parent)];
-        if (node.numSpeeds == 0) continue;
-        Map<Eigen::Matrix<Scalar, Eigen::Dynamic, 1>> own(x + node.firstSpeed, node.numSpeeds);
-        if (node.parent >= 0) own -= node.K.lazyProduct(m_z[k]);
-        m_z[k] += node.X.lazyProduct(own);
+            for (int i = 0; i < node.numSpeeds; ++i) own[i] -= multiply(node.K[i], m_z[k]);
+        }
+        for (int i = 0; i < node.numSpeeds; ++i) m_z[k] += own[i] * node.X[i];
     }
 }
 

@@ -10,6 +10,7 @@ not symmetric. With Q and b of a body and of what is eliminated outboard of it,
 Pivots are exchanged within a body only; factor() tries the result on a known solution. **/
 
 #include <Eigen/Dense>
+#include <array>
 #include <vector>
 
 #include "simflex/solver/TreeMatrix.h"
@@ -30,24 +31,21 @@ public:
 
 private:
     static constexpr int Most = 6;  ///< speeds of a body
-    using Forces = Eigen::Matrix<Scalar, 6, Eigen::Dynamic, Eigen::ColMajor, 6, Most>;
-    using Motions = Eigen::Matrix<Scalar, 12, Eigen::Dynamic, Eigen::ColMajor, 12, Most>;
-    using Square =
-        Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Most, Most>;
-    using Gain = Eigen::Matrix<Scalar, Eigen::Dynamic, 12, Eigen::ColMajor, Most, 12>;
+    using Force = Eigen::Matrix<Scalar, 6, 1>;
+    using Motion = Eigen::Matrix<Scalar, 12, 1>;
+    /** By columns of fixed heights, as many as the body has speeds. **/
     struct Node {
         int parent, firstSpeed, numSpeeds;
-        Forces S, W;
-        Motions X;
-        Gain K;
-        Square inverse;
+        std::array<Force, Most> S, W;
+        std::array<Motion, Most> X, K;  ///< K by rows
+        Eigen::Matrix<Scalar, Most, Most> inverse;
     };
 
     std::vector<Node> m_nodes;
     std::vector<Scalar> m_x, m_r, m_again, m_workspace;  ///< of the trial
     std::vector<Eigen::Matrix<Scalar, 6, 12>> m_Q;
-    std::vector<Eigen::Matrix<Scalar, 6, 1>> m_b;
-    std::vector<Eigen::Matrix<Scalar, 12, 1>> m_z;
+    std::vector<Force> m_b;
+    std::vector<Motion> m_z;
 };
 
 }  // namespace simflex

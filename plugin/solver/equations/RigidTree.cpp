@@ -92,12 +92,11 @@ void RigidTree::visit(Checkpoint& checkpoint) {
 }
 
 void RigidTree::calcWeights() {
-    m_uWeights.setConstant(1e-300);
+    m_uWeights.setConstant(1e-300);  // squares, at first
     for (const RigidBody& body : m_bodies) {
         const Real m = body.mass.getMass();
         if (!(m > 0)) continue;
-        const Real gyration =
-            std::sqrt(std::max(Real(0), body.mass.calcCentralInertia().trace()) / m);
+        const Real gyrationSquared = std::max(Real(0), body.mass.calcCentralInertia().trace()) / m;
         const Vec3 c = body.X_GB * body.mass.getMassCenter();
         for (const RigidBody* ancestor = &body; ancestor;
              ancestor = ancestor->parent < 0 ? nullptr : &m_bodies[size_t(ancestor->parent)])
@@ -105,9 +104,10 @@ void RigidTree::calcWeights() {
                 const SpatialVec& H = ancestor->H[k];
                 const Vec3 v = H[1] + H[0] % (c - ancestor->X_GB.p());
                 double& weight = m_uWeights[ancestor->u0 + k];
-                weight = std::max(weight, std::hypot(gyration * H[0].norm(), v.norm()));
+                weight = std::max(weight, gyrationSquared * H[0].normSqr() + v.normSqr());
             }
     }
+    m_uWeights = m_uWeights.cwiseSqrt();
     for (const RigidBody& body : m_bodies) {
         if (body.nu == 0) continue;
         const bool isUnknown = body.turning == Turning::KnownToSimbodyOnly;

@@ -130,10 +130,12 @@ void SimbodyBridge::realize(double time, const double* q, const double* u) {
     if (!m_topology.needsSimbody) return;
     const auto start = Clock::now();
     place(time, q, u);
-    const bool hasMotions = m_prescribed && m_prescribed->dependsOnState();
-    const bool hasForces = m_topology.hasForeignForces && !m_topology.areForcesHeld;
-    m_system.realize(m_private, hasForces || hasMotions ? Stage::Dynamics : Stage::Velocity);
-    if (hasMotions) m_prescribed->updateAccelerations(m_private);
+    if (m_prescribed && m_prescribed->dependsOnState()) {
+        m_system.realize(m_private, Stage::Dynamics);
+        m_prescribed->updateAccelerations(m_private);
+    } else if (m_topology.needsKinematics) {
+        m_system.realize(m_private, Stage::Velocity);
+    }
     m_seconds += std::chrono::duration<double>(Clock::now() - start).count();
 }
 
@@ -151,6 +153,9 @@ void SimbodyBridge::collectForces(const double* lambda) {
         // Given.
     } else if (m_topology.hasForeignForces) {
         const bool areHeld = m_topology.areForcesHeld;
+        const auto start = Clock::now();
+        if (!areHeld) m_system.realize(*m_now, Stage::Dynamics);
+        m_seconds += std::chrono::duration<double>(Clock::now() - start).count();
         m_bodyForces =
             areHeld ? m_heldBodyForces : m_system.getRigidBodyForces(*m_now, Stage::Dynamics);
         m_mobilityForces =
@@ -212,6 +217,7 @@ void SimbodyBridge::formColumns(MotionLevel level, NewtonSystem& system) const {
 void SimbodyBridge::formDifferencedColumns(const NewtonFactors& factors, NewtonSystem& system) {
     if (m_differences.empty()) return;
     const auto start = Clock::now();
+    m_system.realize(m_private, Stage::Velocity);
     const Vector_<SpatialVec> bodyForces(m_system.getMatterSubsystem().getNumBodies(),
                                          SpatialVec(Vec3(0), Vec3(0)));
     Vector mobilityForces(m_topology.numSimbodyU, Real(0));
@@ -254,6 +260,7 @@ void SimbodyBridge::clearDifferencedColumns(NewtonSystem& system) const {
 
 void SimbodyBridge::addInDifferencedMatrices(const NewtonFactors& factors, NewtonSystem& system) {
     const auto start = Clock::now();
+    if (!m_differences.empty()) m_system.realize(m_private, Stage::Velocity);
     for (size_t k = 0; k < m_differences.size(); ++k) {
         const Topology::DifferencedForce& forces = m_topology.differenced[k];
         if (forces.ownBlock < 0) continue;

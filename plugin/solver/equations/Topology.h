@@ -166,8 +166,9 @@ struct Topology {
     bool hasMobilityForces = false;  ///< of Simbody's elements that rigid trees apply
     /** Of Simbody's elements other than gravity. **/
     bool hasSimbodyForces() const { return hasForeignForces || hasMobilityForces; }
-    bool areForcesHeld = false;  ///< which change with their variables only
-    bool needsSimbody = false;   ///< N(q) or forces are asked of Simbody
+    bool areForcesHeld = false;    ///< which change with their variables only
+    bool needsSimbody = false;     ///< N(q) or forces are asked of Simbody
+    bool needsKinematics = false;  ///< and more than forces
 
     int numBlocks() const { return int(blockSizes.size()); }
     bool hasModes() const;

@@ -302,7 +302,7 @@ void TopologyBuilder::makeBlocks(const State& state) {
     }
     for (const std::vector<MobilizedBodyIndex>& roots : trees) {
         auto tree = std::make_unique<RigidTree>(matter, roots, state);
-        m_topology.needsSimbody = m_topology.needsSimbody || tree->needsSimbody();
+        m_topology.needsKinematics = m_topology.needsKinematics || tree->needsSimbody();
         m_blocks.rigid.push_back(tree.get());
         m_blocks.all.push_back(std::move(tree));
     }
@@ -315,7 +315,7 @@ void TopologyBuilder::makeBlocks(const State& state) {
     }
     m_topology.areForcesHeld = m_topology.areForcesHeld && m_topology.hasForeignForces;
     m_topology.needsSimbody =
-        m_topology.needsSimbody || (m_topology.hasForeignForces && !m_topology.areForcesHeld);
+        m_topology.needsKinematics || (m_topology.hasForeignForces && !m_topology.areForcesHeld);
     m_topology.numFlexible = int(m_blocks.flexible.size());
     m_topology.isPrescribed.assign(size_t(m_topology.numU), 0);
     m_topology.blockRows.resize(m_blocks.all.size());
@@ -340,7 +340,7 @@ void TopologyBuilder::makeSimbodyConstraints() {
     m_topology.firstSimbodyRow = m_topology.numMultipliers;
     const std::vector<ConstraintIndex> constraints = findSimbodyConstraints(m_simbody.m_private);
     if (constraints.empty()) return;
-    m_topology.needsSimbody = true;
+    m_topology.needsSimbody = m_topology.needsKinematics = true;
     m_simbody.m_constraints = std::make_unique<SimbodyConstraints>(
         m_system.getMatterSubsystem(), constraints, m_simbody.m_private);
     m_topology.numMultipliers += m_simbody.m_constraints->numRows();
@@ -429,6 +429,7 @@ void TopologyBuilder::makePrescribedMotion() {
     m_simbody.m_prescribed = std::make_unique<PrescribedMotion>(matter, mobilizers, m_topology.numU,
                                                                 m_simbody.m_private);
     m_topology.needsSimbody = m_topology.needsSimbody || m_simbody.m_prescribed->dependsOnState();
+    m_topology.needsKinematics = true;
     for (int i = 0; i < m_topology.numU; ++i)
         m_topology.isPrescribed[size_t(i)] = m_simbody.m_prescribed->touches(i, 1);
 }
