@@ -81,6 +81,12 @@ public:
 
     const char* getKind() const { return m_kind; }
     int getNumEquations() const { return int(m_rows.size()); }
+    /** Whether a row's error is a length; others are angles, or coordinates' of a coupler. **/
+    bool isLength(int row) const {
+        const RowKind kind = m_rows[size_t(row)].kind;
+        return kind == RowKind::Coincident || kind == RowKind::OnAxis ||
+               kind == RowKind::Distance || kind == RowKind::Screw;
+    }
     int getNumFrames() const { return isCoupler() ? 2 * getNumCoordinates() : 2; }
     bool dependsOnTime() const { return m_motion || m_position || m_pose; }
     bool isCoupler() const { return !m_coefficients.empty(); }

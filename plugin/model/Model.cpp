@@ -1,5 +1,7 @@
 #include "simflex/model/Model.h"
 
+#include <utility>
+
 #include "simflex/body/StateCopy.h"
 #include "simflex/model/builders/Controllers.h"
 #include "simflex/model/builders/ModelBuilder.h"
@@ -105,6 +107,10 @@ std::vector<std::pair<std::string, double>> Model::takeOccurrences() const {
         list.emplace_back(occurrence.event, occurrence.time);
     m_contents->system->occurrences->clear();
     return list;
+}
+
+std::vector<std::string> Model::takeEventWarnings() const {
+    return std::exchange(*m_contents->system->eventWarnings, {});
 }
 
 bool Model::changeWithEvents(State& state, const std::function<void()>& change) const {

@@ -90,6 +90,8 @@ public:
     const std::vector<MotionEntry>& getMotions() const;
     /** Events of motions that have happened since the last call: names and times. **/
     std::vector<std::pair<std::string, double>> takeOccurrences() const;
+    /** What is to be known of what they did, since somebody took it last. **/
+    std::vector<std::string> takeEventWarnings() const;
     /** Changes a State, Stage::Velocity; events whose conditions begin to hold thereby happen.
     @returns whether one ends the simulation **/
     bool changeWithEvents(SimTK::State& state, const std::function<void()>& change) const;
@@ -179,6 +181,9 @@ struct ModelSystem {
     };
     std::shared_ptr<std::vector<Occurrence>> occurrences =
         std::make_shared<std::vector<Occurrence>>();
+    /** What is to be known of what events did. **/
+    std::shared_ptr<std::vector<std::string>> eventWarnings =
+        std::make_shared<std::vector<std::string>>();
     /** All that waits for the motion: events and relays. **/
     std::vector<const model::ModelTrigger*> triggers;
     /** Why a law had no value when it was asked last. **/

@@ -103,6 +103,11 @@ private:
             all.erase(std::remove_if(all.begin(), all.end(), isToCome), all.end());
             for (auto& event : own.m_session->getModel().takeOccurrences())
                 all.push_back(std::move(event));
+            for (const std::string& warning : own.m_session->getModel().takeEventWarnings()) try {
+                    makeListener(nullptr).warn(warning);
+                } catch (py::error_already_set& error) {
+                    error.discard_as_unraisable("simflex.Session");
+                }
         }
         Events(const Events&) = delete;
         Events& operator=(const Events&) = delete;

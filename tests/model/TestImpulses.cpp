@@ -3,6 +3,7 @@ Speeds that jump, by events of model files: an impulse acts through joints alone
 act on the bodies besides. **/
 
 #include <cmath>
+#include <sstream>
 
 #include "cli/run/RunTest.h"
 #include "simflex/model/Session.h"
@@ -190,6 +191,76 @@ TEST_F(ImpulseTest, CartsThatAreHookedTogetherKeepTheirMomentum) {
             EXPECT_NEAR(m_after["w2"], speed, 1e-9) << method << more;
             EXPECT_NEAR(m_after["T"], 1.5 * speed * speed, 1e-8) << method << more;
         }
+}
+
+/** A bar turns about its end like a rigid one; where the end is stopped, all of it but the end goes
+on at its speed. **/
+TEST_F(ImpulseTest, BendingPartsSwingOnWhereTheirEndIsStopped) {
+    testing::Brick brick;
+    brick.type = "C3D20R";
+    testing::writeText(folder / "bar.inp", brick.text());
+    const std::string bar =
+        "parts: {bar: {deck: bar.inp, modes: 30, interfaces: {root: LEFT, tip: RIGHT}}}\n"
+        "bodies: {bar: {part: bar}, hub: {mass: 0.1, inertia: [0.01, 0.01, 0.01]}}\n"
+        "probes: {w1: {rate: first}, w2: {velocity: bar.tip, component: y}, w3: {rate: first}, "
+        "bend: {rate: first}, T: {energy: kinetic}, balance: {energy: balance}}\n"
+        "initial: {rates: {first: 3}}\n";
+    const std::string onBar =
+        "joints: {first: {type: pin, axis: z, between: [ground, bar.root]}}\n";
+    const std::string onHub =
+        "joints: {first: {type: pin, axis: z, between: [ground, hub]}, "
+        "held: {type: weld, between: [hub, bar.root]}}\n";
+    for (const std::string& joints : {onBar, onHub})
+        for (const std::string& method : kMethods) {
+            SCOPED_TRACE(method + " " + joints);
+            run("solver: {method: " + method + "}\n" + bar + joints, "t > 0.05", "{lock: first}");
+            const double hub = joints == onHub ? 0.5 * 0.01 * 9 : 0;
+            EXPECT_NEAR(m_before["w2"], 3 * brick.size[0], 1e-3);
+            EXPECT_NEAR(m_after["w1"], 0, 1e-10);
+            EXPECT_NEAR(m_after["w2"], m_before["w2"], 0.02 * m_before["w2"]);
+            // Less is lost, the more modes there are.
+            EXPECT_LT(m_after["T"], m_before["T"] - hub);
+            EXPECT_GT(m_after["T"], 0.98 * (m_before["T"] - hub));
+            EXPECT_NEAR(m_after["balance"], m_before["balance"], 1e-9);
+        }
+}
+
+/** What is engaged is closed: where it was not, that is told with the energy it takes, or refused.
+ * **/
+TEST_F(ImpulseTest, GapsThatAreEngagedAreToldOrRefused) {
+    const auto engage = [&](double size, double gap) {
+        std::ostringstream text;
+        text << "simflex: 1\n"
+             << "bodies:\n"
+             << "  a: {mass: 1, inertia: [1, 1, 1]}\n"
+             << "  b: {mass: 1, inertia: [1, 1, 1]}\n"
+             << "  far: {mass: 1, inertia: [1, 1, 1], place: {position: [0, " << size << ", 0]}}\n"
+             << "joints:\n"
+             << "  ra: {type: slider, axis: x, between: [ground, a]}\n"
+             << "  rb: {type: slider, axis: x, between: [ground, b]}\n"
+             << "  hook: {type: weld, between: [a, b]}\n"
+             << "connectors:\n"
+             << "  ka: {type: bushing, between: [{on: ground, position: [" << gap
+             << ", 0, 0]}, a], stiffness: [0, 0, 0, 1e6, 0, 0], damping: [0, 0, 0, 2e3, 0, 0]}\n"
+             << "  kb: {type: bushing, between: [ground, b], stiffness: [0, 0, 0, 1e6, 0, 0], "
+                "damping: [0, 0, 0, 2e3, 0, 0]}\n"
+             << "events: {r: {when: t > 1e-3, once: true, do: [{release: hook}]},\n"
+             << "  e: {when: t > 0.1, once: true, do: [{engage: hook}]}}\n"
+             << "analyses: {run: {type: transient, duration: 0.2}}\n";
+        writeModel(text.str());
+        Session session(loadModelText(folder / "model.yaml"));
+        session.runTo(0.2, 0.2);
+        return session.getModel().takeEventWarnings();
+    };
+    EXPECT_TRUE(engage(1, 0).empty());
+    const std::vector<std::string> told = engage(1, 2e-4);
+    ASSERT_EQ(told.size(), 1u);
+    // Both go half of the way: k g²/4.
+    EXPECT_THAT(told[0], ::testing::HasSubstr("event 'e' engages 'hook'"));
+    EXPECT_THAT(told[0], ::testing::HasSubstr("0.0002 m"));
+    EXPECT_THAT(told[0], ::testing::HasSubstr("changes the potential energy by 0.01 J"));
+    EXPECT_THROW(engage(0.1, 2e-4), std::exception);
+    EXPECT_THROW(engage(1, 2e-3), std::exception);
 }
 
 TEST_F(ImpulseTest, SpeedsThatJointsDoNotAllowAreThoseOfAnImpactAtTheStart) {

@@ -10,6 +10,7 @@
 
 #include "simflex/body/Joint.h"
 #include "simflex/forces/AttachmentForce.h"
+#include "simflex/forces/ContactStop.h"
 #include "simflex/forces/TorsionSpring.h"
 #include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -136,6 +137,46 @@ TEST(EquilibriumPaths, TrussesSnapThroughAsInClosedForm) {
         }
 }
 
+/** A stop bends the path by an angle: where it is met on the way down of the loads they turn. **/
+TEST(EquilibriumPaths, PathsGoOnBeyondStops) {
+    const Real height = 0.3, stiffness = 2e5;
+    for (const Real depth : {0.05, 0.2, 0.3, 0.4, 0.55}) {
+        SCOPED_TRACE(depth);
+        Truss truss(height, Truss::k * std::pow(height, 3), Truss::Mover::Slider);
+        const Transform up(Rotation(-Pi / 2, XAxis), Vec3(0, height - depth, 0));
+        ContactStop(truss.flexible, Attachment(truss.matter.Ground(), up),
+                    Attachment(truss.bodies[0]), stiffness);
+        State state = truss.system.realizeTopology();
+        truss.bodies[0].setOneQ(state, 0, height);
+        const auto calcLoad = [&](Real w) {
+            return truss.calcForce(w) + stiffness * std::max(0.0, w - depth);
+        };
+        const auto rises = [&](Real w) { return calcLoad(w + 1e-7) > calcLoad(w - 1e-7); };
+        StaticEquilibrium equilibrium(truss.system);
+        const auto path = equilibrium.followPath(state, {});
+        Real before = -1;
+        std::vector<Real> limits;
+        for (const auto& point : path) {
+            const Real w = truss.measure(point.state);
+            EXPECT_GT(w, before);
+            EXPECT_NEAR(point.fraction * truss.P, calcLoad(w), 1e-9 * truss.P) << w;
+            if (point.kind == Kind::Limit)
+                limits.push_back(w);
+            else
+                EXPECT_EQ(point.numUnstable, rises(w) ? 0 : 1) << w;
+            EXPECT_NE(point.kind, Kind::Bifurcation) << w;
+            before = w;
+        }
+        std::vector<Real> expected;
+        for (Real w = 0; w < before; w += 1e-4)
+            if (rises(w) != rises(w + 1e-4)) expected.push_back(w);
+        ASSERT_EQ(limits.size(), expected.size());
+        for (size_t i = 0; i < limits.size(); ++i) EXPECT_NEAR(limits[i], expected[i], 2e-4);
+        EXPECT_EQ(path.back().fraction, 1);
+        EXPECT_LT(path.size(), 200u);
+    }
+}
+
 TEST(EquilibriumPaths, PathsThatEndEarlySayWhere) {
     const Truss truss(0.3, 1000, Truss::Mover::Slider);
     StaticEquilibrium equilibrium(truss.system);
@@ -218,20 +259,35 @@ struct Column {
     std::vector<Real> critical;
     Real load;
 
-    Column(int count, int numPlanes, Real overload) {
+    /** What it stands on. **/
+    enum class Base {
+        Slider,  ///< and a soft spring, which the load presses down
+        Joint,   ///< the same with a joint: nothing turns but by round-off
+        Ground   ///< the load moves nothing at all
+    };
+
+    Column(int count, int numPlanes, Real overload, Base base = Base::Slider) {
         const Body::Rigid mass(MassProperties(1, Vec3(0), Inertia(0.01)));
         const Transform up(Rotation(Pi / 2, ZAxis));
-        // The column stands on a slider and a soft spring, which the load presses down.
-        MobilizedBody::Slider foot(matter.Ground(), up, mass, Transform());
-        TwoPointSpringDamper(flexible, Attachment(matter.Ground(), Vec3(0, -9, 0)),
-                             Attachment(foot), Foot, 0, 9);
-        MobilizedBody top = foot;
+        MobilizedBody top = matter.Ground();
+        if (base != Base::Ground) {
+            if (base == Base::Slider)
+                top = MobilizedBody::Slider(matter.Ground(), up, mass, Transform());
+            else
+                top = MobilizedBody::Free(matter.Ground(), up, mass, Transform());
+            TwoPointSpringDamper(flexible, Attachment(matter.Ground(), Vec3(0, -9, 0)),
+                                 Attachment(top), Foot, 0, 9);
+            if (base == Base::Joint)
+                Joint::Slider(flexible, Attachment(matter.Ground(), up), Attachment(top), "guide");
+        }
         for (int i = 0; i < count; ++i) {
-            Transform frame(i == 0 ? Vec3(0) : Vec3(L, 0, 0));
+            Transform frame = i > 0                  ? Transform(Vec3(L, 0, 0))
+                              : base == Base::Ground ? up
+                                                     : Transform();
             for (int plane = 0; plane < numPlanes; ++plane) {
                 // About its z, or y, axis; x is along the column throughout.
                 const Rotation axis = plane == 0 ? Rotation() : Rotation(Pi / 2, XAxis);
-                const Transform own(axis, frame.p());
+                const Transform own = frame * Transform(axis);
                 MobilizedBody::Pin next(top, own, mass, Transform(axis));
                 TorsionSpring(flexible, Attachment(top, own), Attachment(next, Transform(axis)), k);
                 top = next;
@@ -246,37 +302,42 @@ struct Column {
 };
 
 TEST(EquilibriumPaths, ColumnsBifurcateAtTheirCriticalLoadsWhateverTheStep) {
-    for (const int numPlanes : {1, 2})
-        for (const int count : {1, 2, 3})
-            for (const Real step : {0.01, 0.05, 0.1, 0.3}) {
-                SCOPED_TRACE(std::to_string(count) + " links, " + std::to_string(numPlanes) +
-                             " planes, step " + std::to_string(step));
-                Column column(count, numPlanes, 1.3);
-                StaticEquilibrium equilibrium(column.system);
-                StaticEquilibrium::PathSettings settings;
-                settings.step = step;
-                const auto path = equilibrium.followPath(column.system.realizeTopology(), settings);
-                checkCounts(path);
-                std::vector<Real> found;
-                for (const auto& point : path) {
-                    const Real load = column.load * point.fraction;
-                    if (point.kind == Kind::Bifurcation) {
-                        EXPECT_EQ(point.numChanging, numPlanes);
-                        EXPECT_EQ(point.numUnstable, numPlanes * int(found.size()));
-                        found.push_back(load);
-                        continue;
-                    }
-                    EXPECT_EQ(point.kind, Kind::Regular);
-                    EXPECT_EQ(
-                        point.numUnstable,
-                        numPlanes * std::count_if(column.critical.begin(), column.critical.end(),
-                                                  [&](Real own) { return own < load; }))
-                        << point.fraction;
-                }
-                ASSERT_EQ(found.size(), column.critical.size());
-                for (size_t i = 0; i < found.size(); ++i)
-                    EXPECT_NEAR(found[i], column.critical[i], 1e-6 * column.critical[i]);
+    const auto follow = [](int numPlanes, int count, Real step, Column::Base base) {
+        SCOPED_TRACE(std::to_string(count) + " links, " + std::to_string(numPlanes) +
+                     " planes, step " + std::to_string(step) + ", base " +
+                     std::to_string(int(base)));
+        Column column(count, numPlanes, 1.3, base);
+        StaticEquilibrium equilibrium(column.system);
+        StaticEquilibrium::PathSettings settings;
+        settings.step = step;
+        const auto path = equilibrium.followPath(column.system.realizeTopology(), settings);
+        checkCounts(path);
+        std::vector<Real> found;
+        for (const auto& point : path) {
+            const Real load = column.load * point.fraction;
+            if (point.kind == Kind::Bifurcation) {
+                EXPECT_EQ(point.numChanging, numPlanes);
+                EXPECT_EQ(point.numUnstable, numPlanes * int(found.size()));
+                found.push_back(load);
+                continue;
             }
+            EXPECT_EQ(point.kind, Kind::Regular);
+            EXPECT_EQ(point.numUnstable,
+                      numPlanes * std::count_if(column.critical.begin(), column.critical.end(),
+                                                [&](Real own) { return own < load; }))
+                << point.fraction;
+        }
+        ASSERT_EQ(found.size(), column.critical.size());
+        for (size_t i = 0; i < found.size(); ++i)
+            EXPECT_NEAR(found[i], column.critical[i], 1e-6 * column.critical[i]);
+    };
+    for (const int numPlanes : {1, 2})
+        for (const int count : {1, 2, 3}) {
+            for (const Real step : {0.01, 0.05, 0.1, 0.3})
+                follow(numPlanes, count, step, Column::Base::Slider);
+            for (const Column::Base base : {Column::Base::Joint, Column::Base::Ground})
+                follow(numPlanes, count, 0.05, base);
+        }
 }
 
 TEST(EquilibriumPaths, PathsMayEndNextToABifurcation) {

@@ -70,6 +70,8 @@ constexpr size_t MostToldEvents = 20;  // to be printed
 void reportOutcome(Shell& shell, Session::Outcome outcome) {
     const double time = shell.updSession().getTime();
     const auto events = shell.updSession().getModel().takeOccurrences();
+    for (const std::string& warning : shell.updSession().getModel().takeEventWarnings())
+        std::printf("warning: %s\n", warning.c_str());
     const size_t numLeftOut = events.size() > MostToldEvents ? events.size() - MostToldEvents : 0;
     if (numLeftOut > 0) std::printf("%zu events, the last of them:\n", events.size());
     for (size_t i = numLeftOut; i < events.size(); ++i)

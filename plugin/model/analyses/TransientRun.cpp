@@ -219,6 +219,12 @@ void TransientRun::noteEvents() {
         m_progress.events.push_back(event);
         m_progress.eventTimes.push_back(time);
     }
+    constexpr int MostTold = 3;
+    for (const std::string& warning : m_run.m_model->takeEventWarnings())
+        if (++m_numEventWarnings <= MostTold)
+            m_run.warn(m_name, warning + (m_numEventWarnings < MostTold
+                                              ? ""
+                                              : " (and so on: no more of these are told)"));
 }
 
 bool TransientRun::watchStep(double time) {

@@ -63,7 +63,7 @@ private:
     double m_startTime = 0, m_duration = 0, m_interval = 0;
     double m_frameInterval = 0;  ///< 0: no pictures
     double m_checkpointInterval = 0;
-    int m_lastRow = 0, m_lastFrame = -1;
+    int m_lastRow = 0, m_lastFrame = -1, m_numEventWarnings = 0;
     std::optional<StateRows> m_states;  ///< where they are kept
 
     std::unique_ptr<ImplicitIntegrator> m_integrator;

@@ -1,6 +1,9 @@
 #include "simflex/model/builders/EventBuilder.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <sstream>
 
 #include "simflex/body/Assembly.h"
 #include "simflex/body/JointEquations.h"
@@ -82,12 +85,41 @@ const Joint& findHeld(const ModelValue& name, const ModelSystem& system) {
     name.failUnknown("joint or motion", name.getText(), known);
 }
 
-/** How far a joint may be open when it is engaged, and how far it is then [m, rad]. **/
-constexpr Real ClosedJoint = 1e-3, ClosedTolerance = 1e-10;
+/** How far a joint may be open when it is engaged, of the model's size if that is less than 1 m, or
+in rad; from when on that is told; and how far it is then [m, rad]. **/
+constexpr Real ClosedJoint = 1e-3, ToldGap = 1e-6, ClosedTolerance = 1e-10;
 
 /** Speeds as after an impact, for the events that wait for them. **/
 void collide(const ModelSystem& system, State& state) {
-    assemble(system.system, state, ClosedTolerance);
+    assemble(system.system, state, ClosedTolerance, SpeedJump::Impact);
+}
+
+/** Closes a joint that is all but closed, and says what that does where it is seen. **/
+void close(const std::string& event, const Joint& joint, Real size, const ModelSystem& system,
+           State& state) {
+    const Vector errors = joint.calcPositionErrors(state);
+    Real gap = 0, share = 0;
+    for (int i = 0; i < errors.size(); ++i) {
+        const bool isLength = joint.getEquations().isLength(i);
+        gap = std::max(gap, std::abs(errors[i]));
+        share = std::max(share, std::abs(errors[i]) / (isLength ? size : 1.0));
+    }
+    std::ostringstream open;
+    open << "it is " << gap << " m or rad open";
+    if (!(share <= ClosedJoint))
+        throw std::runtime_error("joint '" + joint.getName() + "' cannot be engaged: " +
+                                 open.str() + "; let the event happen where it is closed");
+    const Real potential = system.flexible.calcPotentialEnergy(state);
+    system.matter.getConstraint(joint.getConstraintIndex()).enable(state);
+    collide(system, state);
+    if (share <= ToldGap) return;
+    std::ostringstream text;
+    text << "event '" << event << "' engages '" << joint.getName() << "' at t = " << state.getTime()
+         << " s: " << open.str()
+         << ". Closing it moves bodies at once, which changes the potential energy by "
+         << system.flexible.calcPotentialEnergy(state) - potential
+         << " J and counts as work; let the event happen where it is closed";
+    system.eventWarnings->push_back(text.str());
 }
 
 /** Those of a joint's coordinates; made when they are asked for first. **/
@@ -121,7 +153,8 @@ Action makeLock(const ModelValue& name, ModelSystem& system) {
     };
 }
 
-Action makeAction(const ModelValue& value, SignalBuilder& signals, ModelSystem& system) {
+Action makeAction(const std::string& event, const ModelValue& value, Real size,
+                  SignalBuilder& signals, ModelSystem& system) {
     if (value.has("stop")) {
         if (!value.get("stop").getBool()) value.get("stop").fail("leave it out to continue");
         return [](State&) { return true; };
@@ -144,22 +177,15 @@ Action makeAction(const ModelValue& value, SignalBuilder& signals, ModelSystem& 
     }
     const bool releases = value.has("release");
     const Joint joint = findHeld(value.get(releases ? "release" : "engage"), system);
-    return [&system, joint, releases](State& now) {
-        const Constraint& constraint = system.matter.getConstraint(joint.getConstraintIndex());
-        if (releases) {
-            constraint.disable(now);
-            const auto locks = system.locks.find(joint.getName());
-            if (locks == system.locks.end()) return false;
-            for (const Joint::Lock& lock : locks->second) lock.unlock(now);
+    return [&system, joint, releases, event, size](State& now) {
+        if (!releases) {
+            close(event, joint, size, system, now);
             return false;
         }
-        const Vector errors = joint.calcPositionErrors(now);
-        if (!(errors.normInf() <= ClosedJoint))
-            throw std::runtime_error("joint '" + joint.getName() + "' cannot be engaged: it is " +
-                                     std::to_string(errors.normInf()) +
-                                     " m or rad open; let the event happen where it is closed");
-        constraint.enable(now);
-        collide(system, now);
+        system.matter.getConstraint(joint.getConstraintIndex()).disable(now);
+        const auto locks = system.locks.find(joint.getName());
+        if (locks == system.locks.end()) return false;
+        for (const Joint::Lock& lock : locks->second) lock.unlock(now);
         return false;
     };
 }
@@ -171,13 +197,13 @@ void addEventCounts(const ModelValue& file, SignalBuilder& signals) {
     for (const std::string& name : events.getKeys()) signals.addEventStates(events.get(name));
 }
 
-void addEvents(const ModelValue& file, SignalBuilder& signals, ModelSystem& system) {
+void addEvents(const ModelValue& file, Real size, SignalBuilder& signals, ModelSystem& system) {
     const ModelValue events = file.get("events");
     for (const std::string& name : events.getKeys()) {
         const ModelValue value = events.get(name), list = value.get("do");
         std::vector<Action> actions;
         for (int i = 0; list.isGiven() && i < list.getSize(); ++i)
-            actions.push_back(makeAction(list.at(i), signals, system));
+            actions.push_back(makeAction(name, list.at(i), size, signals, system));
         const Signal margin = signals.makeMargin(value.get("when"));
         const int count = signals.findState(value);
         system.events.push_back({name, margin, count + int(SignalBuilder::EventState::Waiting)});

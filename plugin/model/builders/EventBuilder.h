@@ -12,7 +12,9 @@ namespace model {
 made. **/
 void addEventCounts(const ModelValue& file, SignalBuilder& signals);
 
-void addEvents(const ModelValue& file, SignalBuilder& signals, ModelSystem& system);
+/** @param size  of the model as placed [m] **/
+void addEvents(const ModelValue& file, SimTK::Real size, SignalBuilder& signals,
+               ModelSystem& system);
 
 }  // namespace model
 }  // namespace simflex

@@ -51,7 +51,9 @@ std::unique_ptr<ModelSystem> ModelBuilder::build() const {
     signals.addStates();
     addLoads(m_file, m_frames, signals, *system);
     addConnectors(m_file, m_frames, m_placement, signals, *system);
-    addEvents(m_file, signals, *system);
+    // Bodies that are placed at one point say nothing of their size.
+    const double extent = m_placement.calcSize();
+    addEvents(m_file, extent > Placement::LeastSize ? std::min(extent, 1.0) : 1, signals, *system);
     for (const std::string& note : signals.getNotes()) m_options.listener.tellNote(note);
     if (m_options.extend) m_options.extend(*system);
     system->system.realizeTopology();
@@ -123,6 +125,9 @@ void ModelBuilder::noteOpenCoupler(const Model::JointEntry& coupler, const State
         largest = std::max(largest, std::abs(coefficient));
     const double error = coupler.joint.calcPositionErrors(placed)[0];
     if (!(std::abs(error) > FarApart * largest)) return;
+    if (coupler.joint.getEquations().getKind() == std::string("Gear"))
+        return m_options.listener.tellNote("gear '" + coupler.name +
+                                           "' is not in mesh as placed: assembly turns its wheels");
     m_options.listener.tellWarning(
         "coupler '" + coupler.name + "' does not hold as placed: its sum is off by " +
         writeGeneral(error, 3) +
@@ -149,8 +154,7 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& placed) co
     for (const Model::JointEntry& joint : system.joints) {
         const ModelValue value = m_file.get("joints").get(joint.name);
         const std::string type = value.get("type").getText();
-        if (type == "gear") continue;  // it meshes anyhow
-        if (type == "coupler") {
+        if (type == "gear" || type == "coupler") {
             if (!areJointsLed) noteOpenCoupler(joint, placed);
             continue;
         }
@@ -167,6 +171,14 @@ void ModelBuilder::noteDoubts(const ModelSystem& system, const State& placed) co
             " m apart and rotated relative to each other by " + writeGeneral(angle * 180 / Pi, 3) +
             " degrees; assembly will move the bodies" +
             (type == "rod" ? "" : "; 'as_placed: true' takes them as they are"));
+    }
+    for (const Model::MotionEntry& motion : system.motions) {
+        const double largest = motion.joint.calcPositionErrors(placed).normInf();
+        if (largest > FarApart * std::min(size, 1.0) && !areJointsLed)
+            m_options.listener.tellNote("motion '" + motion.name + "' begins " +
+                                        writeGeneral(largest, 3) +
+                                        " m or rad from where bodies are placed: assembly moves "
+                                        "them there");
     }
 }
 

@@ -94,7 +94,7 @@ double Placement::calcSize() const {
             add(calcPose(frame).p());
         }
     }
-    return m_poses.empty() ? 1e-3 : std::max(1e-3, (high - low).norm());
+    return m_poses.empty() ? LeastSize : std::max(LeastSize, (high - low).norm());
 }
 
 }  // namespace model

@@ -22,7 +22,8 @@ public:
     /** Bodies in such an order that parents come before what they carry. **/
     const std::vector<int>& getOrder() const { return m_order; }
 
-    /** Diagonal of the box about bodies' origins and interfaces, at least 1e-3 m. **/
+    static constexpr double LeastSize = 1e-3;
+    /** Diagonal of the box about bodies' origins and interfaces, at least LeastSize [m]. **/
     double calcSize() const;
 
 private:

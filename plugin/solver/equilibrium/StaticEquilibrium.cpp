@@ -80,6 +80,9 @@ constexpr double MostPathCurve = 1.5, LeastPathStep = 1e-6, PathSharpness = 1e-6
 /** By how much the loads may grow otherwise than the slopes at both ends of a step foretell, of
 what the steeper one alone does; and how flat it may be, of the steepest so far, to count so. **/
 constexpr double LargestSurprise = 0.05, FlatPath = 0.05;
+/** What all loads turn and move at least, of bodies' sizes, that a path goes along it; and turning
+beside moves that is no round-off. **/
+constexpr double LeastTurning = 1e-7, LeastTurn = 1e-6;
 /** Of a path's step: over which stiffness is differenced; by which a bifurcation is at its end,
 where no direction is known; about a bifurcation, the first and the last way to places on both
 sides; and how far, of the step asked for, it is shortened to tell what changes sign within. **/
@@ -238,6 +241,7 @@ private:
     struct Direction {
         VectorXd delta, lambda;
         double fraction = 0;
+        bool isByLoad = false;  ///< all but nothing moves: the loads themselves lead
         int numUnstable = 0;
         double softest = 0;
         std::vector<CriticalMotion> motions;
@@ -278,6 +282,7 @@ private:
     void differenceMotions(Direction& direction, double length);
     /** By how much of the direction another one leads along it. **/
     double calcShare(const Direction& direction, const Direction& other) const {
+        if (direction.isByLoad) return other.fraction / direction.fraction;
         return multiplySizes(direction.delta, other.delta) /
                multiplySizes(direction.delta, direction.delta);
     }
@@ -1080,7 +1085,7 @@ double StaticEquilibrium::Search::calcTurning(VectorXd delta) const {
     double turned = calcLargest();
     for (const auto& [speed, radians] : m_turns)
         turned = std::max(turned, std::abs(delta[speed]) * radians);
-    return turned > 0 ? turned : moved;
+    return turned > LeastTurn * moved ? turned : moved;
 }
 
 VectorXd StaticEquilibrium::Search::calcLoadSlope() {
@@ -1126,19 +1131,23 @@ StaticEquilibrium::Search::Direction StaticEquilibrium::Search::calcDirection(
         });
     solveFor(tangent, -slope, VectorXd::Zero(tangent.g.size()), direction.delta, direction.lambda);
     double turning = calcTurning(direction.delta);
-    if (!(turning > 0) || !std::isfinite(turning)) {
+    if (!std::isfinite(turning)) {
         // Of what nothing resists here, a little inertia leaves a direction.
         direction.delta = -slope;
         direction.lambda = VectorXd::Zero(tangent.g.size());
         m_elimination->solve(direction.delta, direction.lambda);
         turning = calcTurning(direction.delta);
     }
-    if (!(slope.norm() > 0) || !(turning > 0) || !std::isfinite(turning))
+    if (!(slope.norm() > 0) || !std::isfinite(turning))
         throw std::runtime_error(
-            "no path of equilibria can be followed: there are no loads, or they move nothing");
+            "no path of equilibria can be followed: there are no loads, or they act on what "
+            "nothing holds");
+    direction.isByLoad = turning < LeastTurning;
+    const bool isFirst = before.delta.size() == 0;
     const bool turnsBack =
-        before.delta.size() > 0 && multiplySizes(before.delta, direction.delta) < 0;
-    const double size = (turnsBack ? -1 : 1) / turning;
+        !isFirst &&
+        (before.isByLoad ? before.fraction < 0 : multiplySizes(before.delta, direction.delta) < 0);
+    const double size = (turnsBack ? -1 : 1) / (direction.isByLoad ? 1 : turning);
     direction.delta *= size;
     direction.lambda *= size;
     direction.fraction = size;
@@ -1163,8 +1172,9 @@ bool StaticEquilibrium::Search::goAlong(const SolutionPoint& from, double fracti
         solveFor(tangent, -tangent.r, -tangent.g, delta, lambda);
         solveFor(tangent, -slope, VectorXd::Zero(tangent.g.size()), byLoad, lambdaByLoad);
         // In the plane across the way.
-        const double more =
-            -multiplySizes(direction.delta, delta) / multiplySizes(direction.delta, byLoad);
+        const double more = direction.isByLoad ? 0
+                                               : -multiplySizes(direction.delta, delta) /
+                                                     multiplySizes(direction.delta, byLoad);
         if (!std::isfinite(more)) return false;
         delta += more * byLoad;
         lambda += more * lambdaByLoad;
@@ -1172,7 +1182,9 @@ bool StaticEquilibrium::Search::goAlong(const SolutionPoint& from, double fracti
         move(delta, lambda);
         setFraction(m_fraction + more);
         gone += delta;
-        if (multiplySizes(gone, gone) > square(MostPathCurve * length) * size) return false;
+        if (direction.isByLoad ? calcTurning(gone) > length
+                               : multiplySizes(gone, gone) > square(MostPathCurve * length) * size)
+            return false;
         if (m_shortfall.change <= m_settings.m_tolerance &&
             m_shortfall.error <= m_settings.m_constraintTolerance)
             return true;
@@ -1376,7 +1388,9 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
         const double surprise = std::abs(reached.fraction - from.fraction -
                                          0.5 * length * (direction.fraction + next.fraction)) /
                                 (length * slope);
-        if (!(surprise <= LargestSurprise)) {
+        // A stop that is reached bends the path however short the step is.
+        const bool isKink = surprise > LargestSurprise && length < ShortestLook * settings.step;
+        if (!(surprise <= LargestSurprise) && !isKink) {
             shorten("the loads turn too sharply along it");
             continue;
         }
@@ -1442,7 +1456,10 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
         direction = next;
         ++numPoints;
         if (visit({from.fraction, direction.numUnstable, Kind::Regular, 0}) == Next::Stop) break;
-        if (surprise < 0.25 * LargestSurprise) length = std::min(settings.step, 2 * length);
+        if (isKink)
+            length = 0.25 * settings.step;
+        else if (surprise < 0.25 * LargestSurprise)
+            length = std::min(settings.step, 2 * length);
     }
     m_goesDownhill = true;
 }

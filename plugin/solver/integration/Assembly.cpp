@@ -8,7 +8,8 @@
 
 namespace simflex {
 
-void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::Real tolerance) {
+void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::Real tolerance,
+              SpeedJump jump) {
     const StandardArithmetic standard;
     system.realize(state, SimTK::Stage::Velocity);
     const SimTK::State given = copyState(state);
@@ -17,13 +18,17 @@ void assemble(const SimTK::MultibodySystem& system, SimTK::State& state, SimTK::
         u(size_t(equations.getTopology().numU));
     const SimTK::Real t = state.getTime();
     equations.getBlocks().getFromState(state, q.data(), u.data());
+    std::vector<double> before = u;
     equations.prescribe(t, 0, nullptr, q.data(), u.data());
-    const std::vector<double> before = u;
+    // What begins to be prescribed by an event stops what moves; a run begins with it.
+    if (jump == SpeedJump::Start) before = u;
     IntegratorStatistics statistics;
     ImplicitStep step(equations, statistics);
     if (equations.getTopology().numMultipliers > 0) step.assemble(t, tolerance, q, u);
     SimTK::State scratch = copyState(state);
-    applyImpulse(system, equations, step, t, q, before, u, scratch, ImplicitStep::Shapes::Kept);
+    applyImpulse(
+        system, equations, step, t, q, before, u, scratch,
+        jump == SpeedJump::Start ? ImplicitStep::Shapes::Kept : ImplicitStep::Shapes::Free);
     equations.getBlocks().putIntoState(t, q.data(), u.data(), state);
     system.realize(state, SimTK::Stage::Velocity);
     if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(system))
