@@ -93,7 +93,8 @@ void addLawWords(const YamlTree& tree, ModelFile& file) {
             const std::string& name = entry.key;
             if (!isName(name, false) || name.find('-') != std::string::npos) continue;
             add(section, name);
-            for (const char* component : {".x", ".y", ".z"}) add(section, name + component);
+            for (const char* column : {".x", ".y", ".z", ".0", ".1", ".2"})
+                add(section, name + column);
             for (const std::string& output : listOutputs(entry.value))
                 add(section, name + '.' + output);
             const std::string constant = describeConstant(file, name);

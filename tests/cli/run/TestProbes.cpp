@@ -394,12 +394,17 @@ bodies:
   cart: {mass: 1, inertia: [1, 1, 1], mobilizer: {type: planar}}
 analyses: {run: {type: transient, duration: 0.5}}
 )");
-    ASSERT_EQ(runModel("--set 'probes={all: {coordinate: {body: cart}}, first: {coordinate: {body: "
-                       "wheel}}, speed: {rate: {body: wheel}}}' -o chosen.h5"),
-              0)
+    ASSERT_EQ(
+        runModel("--set 'probes={all: {coordinate: {body: cart}}, first: {coordinate: {body: "
+                 "wheel}}, speed: {rate: {body: wheel}}, sum: {expression: all.0 + all.2}}' -o "
+                 "chosen.h5"),
+        0)
         << err;
     const Results::Analysis chosen = read("run", "chosen.h5");
     EXPECT_EQ(find(chosen, "all").column.columns, (std::vector<std::string>{"0", "1", "2"}));
+    for (size_t i = 0; i < chosen.time.size(); ++i)
+        EXPECT_EQ(find(chosen, "sum").rows[i][0],
+                  find(chosen, "all").rows[i][0] + find(chosen, "all").rows[i][2]);
     EXPECT_EQ(find(chosen, "first").column.unit, "rad");
     EXPECT_EQ(find(chosen, "speed").column.unit, "rad/s");
     // Without probes, too.
@@ -419,7 +424,8 @@ TEST_F(RunTest, ResponsesThatMeanNothingAreToldOrRefused) {
             "joints: {pivot: {type: pin, between: [ground, {on: bob, position: [0, -(" +
             place +
             "), 0]}]}}\n"
-            "connectors: {damper: {type: torsion_spring, between: [ground, bob], stiffness: 0, damping: 0.2}}\n"
+            "connectors: {damper: {type: torsion_spring, between: [ground, bob], stiffness: 0, "
+            "damping: 0.2}}\n"
             "loads: {push: {on: bob, force: [0, 0, 0]}}\n"
             "probes: {angle: {coordinate: pivot}, energy: {energy: kinetic}}\n"
             "analyses: {shake: {type: frequency_response, inputs: [loads.push.force.x], " +
