@@ -4,7 +4,6 @@ shape is positive and finite. **/
 
 #include <cmath>
 
-#include "../../plugin/base/AsciiText.h"
 #include "../../plugin/model/Model.h"
 #include "../../plugin/model/file/ModelReader.h"
 #include "Fuzz.h"
@@ -13,7 +12,7 @@ using namespace simflex;
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::vector<std::string> files = fuzz::splitFiles(data, size, 2);
-    const std::string ending(trimBlanks(files[0]));
+    const std::string ending = files[0].substr(0, 3);
     if (ending != "obj" && ending != "stl" && ending != "vtp") return 0;
     fuzz::getFolder().write("surface." + ending, files[1]);
     ModelText text;

@@ -27,8 +27,8 @@ from support import harness, parts
 SECONDS = 60
 MEMORY = 6 << 30  # [bytes]
 CORPUS = Path(__file__).resolve().parent.parent / "fuzz" / "corpus"
-VALUES = ["0", "-1", "2147483648", "1e308", "1e999", "nan", "inf", "1e-320", "", "x", "1.5-3", "99999999999999999999", ",", "{", "[",
-          "%n%s", "../../../etc/passwd", "\u00e9", "\x1b[31m", "a" * 3000]
+VALUES = ["0", "-1", "2147483648", "1e308", "1e999", "nan", "inf", "1e-320", "", "x", "1.5-3", "99999999999999999999", ",", "{",
+          "[", "%n%s", "../../../etc/passwd", "\u00e9", "\x1b[31m", "a" * 3000]
 
 MODEL = """simflex: 1
 title: A weight on a spring
@@ -106,8 +106,8 @@ READERS = [
 def call(folder: Path, command: str) -> subprocess.CompletedProcess:
     environment = dict(os.environ, SIMFLEX_CACHE=str(folder / "cache"), TMPDIR=str(folder / "tmp"), OMP_NUM_THREADS="1",
                        OPENBLAS_NUM_THREADS="1")
-    process = subprocess.Popen([os.environ["SIMFLEX_PROGRAM"], *command.split()], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    process = subprocess.Popen([os.environ["SIMFLEX_PROGRAM"], *command.split()], cwd=folder, env=environment,
+                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
                                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)))
     try:
         output, errors = process.communicate(timeout=SECONDS)

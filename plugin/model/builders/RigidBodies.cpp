@@ -43,6 +43,8 @@ struct Shape {
     }
 };
 
+constexpr double FarthestVertex = 1e30;  // products of five such lengths are numbers
+
 PolygonalMesh readMesh(const ModelValue& file, double scale) {
     const std::string path = file.getFilePath();
     if (!std::filesystem::is_regular_file(path)) failMissingFile(file);
@@ -63,6 +65,10 @@ PolygonalMesh readMesh(const ModelValue& file, double scale) {
                           std::to_string(vertex + 1) + "; there are " +
                           std::to_string(mesh.getNumVertices()));
         }
+    for (int vertex = 0; vertex < mesh.getNumVertices(); ++vertex)
+        if (!(mesh.getVertexPosition(vertex).norm() < FarthestVertex))
+            file.fail("vertex " + std::to_string(vertex + 1) + " of '" + path +
+                      "' is not at a finite place");
     if (mesh.getNumFaces() == 0) file.fail("there are no faces in '" + path + "'");
     return mesh.scaleMesh(scale);
 }
