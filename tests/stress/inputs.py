@@ -67,7 +67,8 @@ def write_surfaces(folder: Path) -> None:
         '<Piece NumberOfPoints="4" NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="4">\n<Points>\n'
         f'<DataArray type="Float32" NumberOfComponents="3" format="ascii">\n{numbers[0]}\n</DataArray>\n</Points>\n<Polys>\n'
         f'<DataArray type="Int32" Name="connectivity" format="ascii">\n{numbers[1]}\n</DataArray>\n'
-        '<DataArray type="Int32" Name="offsets" format="ascii">\n3 6 9 12\n</DataArray>\n</Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n')
+        '<DataArray type="Int32" Name="offsets" format="ascii">\n3 6 9 12\n</DataArray>\n</Polys>\n'
+        "</Piece>\n</PolyData>\n</VTKFile>\n")
 
 
 def write_nastran_bar(path: Path) -> None:
