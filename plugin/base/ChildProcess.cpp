@@ -14,6 +14,7 @@
 #include <future>
 #include <sstream>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -204,8 +205,8 @@ public:
         std::future<pid_t> child = promise.get_future();
         {
             const SignalPause pause;  // it takes no signal from the others
-            m_thread = std::thread([&setup, signals = pause.getBefore(), end = m_end.get_future(),
-                                    started = std::move(promise)]() mutable {
+            auto wait = [&setup, signals = pause.getBefore(), end = m_end.get_future(),
+                         started = std::move(promise)]() mutable {
                 try {
                     if (setup.sandbox) enterSandbox(*setup.sandbox);
                     started.set_value(spawn(setup, signals));
@@ -213,7 +214,14 @@ public:
                     started.set_exception(std::current_exception());
                 }
                 end.wait();
-            });
+            };
+            try {
+                m_thread = std::thread(std::move(wait));
+            } catch (const std::system_error& error) {
+                throw std::runtime_error("cannot run '" + setup.arguments.at(0) +
+                                         "': there is no thread to wait for it (" + error.what() +
+                                         "): is memory short, or a limit (ulimit -u, -v) reached?");
+            }
         }
         try {
             m_child = child.get();

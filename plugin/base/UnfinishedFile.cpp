@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -78,6 +80,34 @@ int findProcess(const std::string& name) {
     return process;
 }
 
+/** Whether a name begins so, and is that of an unfinished file whose process is no more. **/
+bool isLeftover(const fs::path& path, const std::string& begin) {
+    const std::string name = path.filename().string();
+    const int process = findProcess(name);
+    return name.compare(0, begin.size(), begin) == 0 && process > 0 && kill(process, 0) != 0 &&
+           errno == ESRCH;
+}
+
+std::vector<fs::path> listLeftovers(const fs::path& folder, const std::string& begin) {
+    std::error_code ignored;
+    std::vector<fs::path> left;
+    for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, ignored))
+        if (isLeftover(entry.path(), begin)) left.push_back(entry.path());
+    return left;
+}
+
+/** Those of one file. A folder is looked through once: thousands of pictures may come into one. **/
+void removeLeftovers(const fs::path& folder, const std::string& begin) {
+    static std::mutex mutex;
+    static std::map<fs::path, std::vector<fs::path>> known;
+    const std::lock_guard<std::mutex> lock(mutex);
+    const auto [entry, isNew] = known.try_emplace(folder);
+    if (isNew) entry->second = listLeftovers(folder, "");
+    std::error_code ignored;
+    for (const fs::path& file : entry->second)
+        if (isLeftover(file, begin)) fs::remove(file, ignored);
+}
+
 }  // namespace
 
 UnfinishedFile::UnfinishedFile(const fs::path& path)
@@ -94,8 +124,9 @@ void UnfinishedFile::finish(Durability durability) {
     if (const int obstacle = findObstacle(m_path)) refuse(m_path, obstacle);
     if (rename(m_unfinished.c_str(), m_path.c_str()) != 0) refuse(m_path, errno);
     m_isFinished = true;
-    const fs::path folder = m_path.parent_path();
-    if (durability == Durability::PowerFailure) sync(folder.empty() ? "." : folder, m_path);
+    const fs::path folder = m_path.has_parent_path() ? m_path.parent_path() : ".";
+    if (durability == Durability::PowerFailure) sync(folder, m_path);
+    removeLeftovers(folder, m_path.filename().string() + Ending);
 }
 
 void replaceFile(const fs::path& path, std::string_view bytes, Durability durability) {
@@ -134,15 +165,7 @@ void checkWritable(const fs::path& name) {
 
 void removeUnfinishedFiles(const fs::path& folder, const std::string& begin) {
     std::error_code ignored;
-    std::vector<fs::path> left;
-    for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, ignored)) {
-        const std::string name = entry.path().filename().string();
-        const int process = findProcess(name);
-        if (name.compare(0, begin.size(), begin) == 0 && process > 0 && kill(process, 0) != 0 &&
-            errno == ESRCH)
-            left.push_back(entry.path());
-    }
-    for (const fs::path& file : left) fs::remove(file, ignored);
+    for (const fs::path& file : listLeftovers(folder, begin)) fs::remove(file, ignored);
 }
 
 }  // namespace simflex

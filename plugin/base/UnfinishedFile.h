@@ -36,7 +36,8 @@ public:
     /** Where it is to be written. **/
     std::string getPath() const { return m_unfinished.string(); }
 
-    /** Gives it its name, in place of a file that had it. @pre it is written, and closed
+    /** Gives it its name, in place of a file that had it, and removes what killed processes had
+    left of it when this process began. @pre it is written, and closed
     @throws std::runtime_error naming it and the cause; it is removed then, and the old one stays.
     **/
     void finish(Durability durability = Durability::PowerFailure);

@@ -153,6 +153,10 @@ bool ZipReader::next() {
         info.compression_method == 0 ? info.compressed_size : MostInflation * info.compressed_size;
     if (m_size > most || info.compressed_size > fs::file_size(m_path))
         fail("is damaged: '" + m_name + "' cannot be as large as it says");
+    m_unpacked += m_size;
+    if (m_unpacked > MuchUnpacked && m_unpacked / LargestRatio > fs::file_size(m_path))
+        fail("would fill the machine: unpacked it has more than " + std::to_string(LargestRatio) +
+             " times its size");
     return true;
 }
 
@@ -175,9 +179,6 @@ void unpackZip(const fs::path& path, const fs::path& folder) {
     for (ZipReader zip(path); zip.next();) {
         unpacked += zip.getSize();
         if (unpacked > MostUnpacked) zip.fail("has more than 4 GB");
-        if (unpacked > MuchUnpacked && unpacked / LargestRatio > fs::file_size(path))
-            zip.fail("would fill the disk: unpacked it has more than " +
-                     std::to_string(LargestRatio) + " times its size");
     }
     for (ZipReader zip(path); zip.next();) {
         const fs::path place = folder / zip.getName();

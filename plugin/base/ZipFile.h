@@ -39,7 +39,8 @@ private:
 };
 
 /** The files of an archive, one after another. Everything here throws std::runtime_error
-"'PATH' CAUSE" if it is no such archive, damaged or encrypted. **/
+"'PATH' CAUSE" if it is no such archive, damaged or encrypted, or much that was packed
+suspiciously small. **/
 class ZipReader {
 public:
     explicit ZipReader(const std::filesystem::path& path);
@@ -55,12 +56,12 @@ public:
 private:
     std::string m_path, m_name;
     std::unique_ptr<void, int (*)(void*)> m_zip;
-    std::uint64_t m_size = 0;
+    std::uint64_t m_size = 0, m_unpacked = 0;  ///< of this file; of all up to it
     bool m_hasBegun = false;
 };
 
 /** Unpacks all into a folder that is there. @throws as ZipReader; also if the archive would write
-elsewhere, or more than 4 GB, or much that was packed suspiciously small. **/
+elsewhere, or more than 4 GB. **/
 void unpackZip(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 }  // namespace simflex

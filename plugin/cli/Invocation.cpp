@@ -11,9 +11,11 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
+#include <system_error>
 
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
+#include "simflex/base/TemporaryFolder.h"
 #include "simflex/base/Utf8.h"
 
 namespace simflex {
@@ -48,6 +50,14 @@ bool finishOutput() {
     return false;
 }
 
+/** @returns the exit status **/
+int reportError(const std::string& error) {
+    const bool isStopped = wasInterrupted();
+    std::fprintf(stderr, "simflex: %s\n",
+                 makePrintable(isStopped ? Cancelled().what() : error).c_str());
+    return isStopped ? 130 : 1;
+}
+
 int runCommand(CLI::App& app, int argc, char** argv) {
     // A file that could not be written (disk full) cannot be closed; at exit HDF5 would crash over
     // it.
@@ -65,11 +75,14 @@ int runCommand(CLI::App& app, int argc, char** argv) {
     } catch (const Cancelled& stopped) {
         std::fprintf(stderr, "simflex: %s\n", stopped.what());
         return 130;
+    } catch (const std::system_error& error) {
+        if (error.code() != std::errc::resource_unavailable_try_again)
+            return reportError(error.what());
+        return reportError(
+            "the machine gives no more threads: is memory short, or a limit (ulimit -u, "
+            "-v) reached?");
     } catch (const std::exception& error) {
-        const bool isStopped = wasInterrupted();
-        std::fprintf(stderr, "simflex: %s\n",
-                     makePrintable(isStopped ? Cancelled().what() : error.what()).c_str());
-        return isStopped ? 130 : 1;
+        return reportError(error.what());
     }
 }
 
@@ -79,9 +92,19 @@ int runCommandLine(CLI::App& app, int argc, char** argv) {
     openStandardFiles();
     catchInterrupts();
     std::atexit(refuseExit);
+    TemporaryFolder::removeAbandoned();
     const int status = runCommand(app, argc, argv);
     hasEnded = true;
     return finishOutput() ? status : std::max(status, 1);
+}
+
+void leave(int status) {
+    std::fflush(nullptr);
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    std::exit(status);  // leaks are looked for then
+#else
+    _exit(status);
+#endif
 }
 
 }  // namespace cli

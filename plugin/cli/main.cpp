@@ -1,5 +1,6 @@
+#include "simflex/cli/Invocation.h"
 #include "simflex/cli/Program.h"
 
 int main(int argc, char** argv) {
-    return simflex::cli::runProgram(argc, argv);
+    simflex::cli::leave(simflex::cli::runProgram(argc, argv));
 }

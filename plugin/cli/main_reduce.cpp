@@ -8,5 +8,5 @@ int main(int argc, char** argv) {
     CLI::App app("The command reduce of simflex alone", "simflex_reduce");
     app.require_subcommand(1);
     simflex::cli::addReduceCommand(app);
-    return simflex::cli::runCommandLine(app, argc, argv);
+    simflex::cli::leave(simflex::cli::runCommandLine(app, argc, argv));
 }

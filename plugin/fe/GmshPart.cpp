@@ -178,6 +178,7 @@ void callGmsh(const std::string& path, const GmshOptions& options, const fs::pat
         process,
         suffix == ".msh" || suffix == ".unv" ? "Gmsh converts the mesh" : "Gmsh meshes the part",
         options.calculix.progress);
+    checkSpace(folder, "Gmsh cannot write the mesh");  // it goes on, and the mesh lacks its end
     const std::string errors = readErrors(run.log);
     if (end.isSuccess() && errors.empty() && fs::exists(folder / output)) return;
     std::string message =

@@ -8,7 +8,6 @@
 #include "BlockLanczos.h"
 #include "FixedInterfaces.h"
 #include "MeanAxis.h"
-#include "OneBlasThread.h"
 #include "StaticLoads.h"
 #include "simflex/base/Archive.h"
 #include "simflex/base/DenseAlgebra.h"
@@ -343,7 +342,6 @@ std::vector<double> calcFullFrequencies(const FeProducts& products, const RigidM
                               basis.Psi.leftCols(basis.numConstraint));
     ModeRange range;
     range.count = int(std::min<Index>(count, C.size()));
-    const OneBlasThread oneThread;
     const Eigenpairs pairs =
         calcLargestEigenpairs(C, range, "frequencies of the full model", progress);
     const Shapes phi = C.toShapes(pairs.vectors);

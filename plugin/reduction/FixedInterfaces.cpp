@@ -9,7 +9,6 @@
 #include "BlockLanczos.h"
 #include "Coordinates.h"
 #include "Memory.h"
-#include "OneBlasThread.h"
 #include "SparseCholesky.h"
 #include "StiffnessSolver.h"
 #include "simflex/base/DenseAlgebra.h"
@@ -518,7 +517,6 @@ FixedInterfaces::NormalModes FixedInterfaces::calcNormalModes(
     if (d.free.empty() || range.count == 0)
         return {Eigen::VectorXd(0), Shapes::Zero(d.model.K.size, 0), 0};
     if (!d.solver) {
-        const OneBlasThread oneThread;
         const Eigenpairs pairs =
             calcLargestEigenpairs(NormalModesOperator(*this, d.products.m), range, Phase, progress);
         return {pairs.values.cwiseInverse(), toShapes(pairs.vectors), pairs.numBlocks};

@@ -4,32 +4,36 @@ One thread for OpenBLAS. Internal to reduction. **/
 
 #include <dlfcn.h>
 
+#include <mutex>
+
 namespace simflex {
 
-/** Keeps OpenBLAS, if that is the BLAS, to one thread while this lives: solves with one vector are
-bound by memory, and its waiting threads made them 1.2 to 4 times slower. **/
+/** Keeps OpenBLAS, if that is the BLAS, to one thread while any of these lives: its sums depend on
+the number of its threads. **/
 class OneBlasThread {
 public:
-    OneBlasThread() : m_set(find<void (*)(int)>("openblas_set_num_threads")) {
-        const auto get = find<int (*)()>("openblas_get_num_threads");
-        if (!m_set || !get) return;
-        m_before = get();
-        m_set(1);
-    }
-    ~OneBlasThread() {
-        if (m_before > 0) m_set(m_before);
-    }
+    OneBlasThread() { count(1); }
+    ~OneBlasThread() { count(-1); }
     OneBlasThread(const OneBlasThread&) = delete;
     OneBlasThread& operator=(const OneBlasThread&) = delete;
 
 private:
+    static void count(int step) {
+        static std::mutex mutex;
+        static int number = 0, before = 0;
+        const auto get = find<int (*)()>("openblas_get_num_threads");
+        const auto set = find<void (*)(int)>("openblas_set_num_threads");
+        if (!get || !set) return;
+        const std::lock_guard<std::mutex> lock(mutex);
+        if (number == 0) before = get();
+        number += step;
+        set(number == 0 ? before : 1);
+    }
+
     template <class Function>
     static Function find(const char* name) {
         return reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, name));
     }
-
-    void (*m_set)(int);
-    int m_before = 0;
 };
 
 }  // namespace simflex

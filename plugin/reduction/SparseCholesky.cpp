@@ -9,9 +9,11 @@
 #include <future>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
+#include "SupernodalFactorization.h"
 #include "SupernodalSolve.h"
 #include "simflex/base/Archive.h"
 #include "simflex/part/OwnRandom.h"
@@ -73,12 +75,20 @@ struct SparseCholesky::Data {
         return static_cast<const SuiteSparse_long*>(factor->Perm);
     }
 
-    void prepareSolves() {
+    SupernodalFactor pattern() const {
         const cholmod_factor& L = *factor;
         const auto indices = [](const void* p) { return static_cast<const std::int64_t*>(p); };
-        solver = std::make_unique<SupernodalSolve>(SupernodalFactor{
-            std::int64_t(L.n), std::int64_t(L.nsuper), indices(L.super), indices(L.pi),
-            indices(L.px), indices(L.s), static_cast<const double*>(L.x)});
+        return {std::int64_t(L.n),
+                std::int64_t(L.nsuper),
+                indices(L.super),
+                indices(L.pi),
+                indices(L.px),
+                indices(L.s),
+                static_cast<const double*>(L.x)};
+    }
+
+    void prepareSolves() {
+        solver = std::make_unique<SupernodalSolve>(pattern());
     }
 
     [[noreturn]] void fail(const char* what, int size) const {
@@ -126,34 +136,25 @@ private:
     std::vector<SuiteSparse_long> m_rows, m_starts;
 };
 
-/** CHOLMOD starts four threads whatever OpenMP's number of threads is: none where that is one. **/
-class CholmodThreads {
-public:
-    CholmodThreads() {
-        if (omp_get_max_threads() == 1) omp_set_max_active_levels(0);
-    }
-    ~CholmodThreads() { omp_set_max_active_levels(m_levels); }
-    CholmodThreads(const CholmodThreads&) = delete;
-    CholmodThreads& operator=(const CholmodThreads&) = delete;
-
-private:
-    const int m_levels = omp_get_max_active_levels();
-};
-
 /** Calls progress while a thread works, by what it is expected to take. **/
 void reportWhile(const ProgressCallback& progress, double expectedSeconds,
                  const std::function<void()>& work) {
     if (!progress) return work();
     std::promise<void> promise;
     std::future<void> done = promise.get_future();
-    std::thread worker([&] {
-        try {
-            work();
-            promise.set_value();
-        } catch (...) {
-            promise.set_exception(std::current_exception());
-        }
-    });
+    std::thread worker;
+    try {
+        worker = std::thread([&] {
+            try {
+                work();
+                promise.set_value();
+            } catch (...) {
+                promise.set_exception(std::current_exception());
+            }
+        });
+    } catch (const std::system_error&) {
+        return work();  // the machine gives no more threads
+    }
     const auto start = std::chrono::steady_clock::now();
     bool wanted = true;
     while (done.wait_for(FactorPollInterval) != std::future_status::ready) {
@@ -190,8 +191,8 @@ const SparseCholesky::Prediction& SparseCholesky::analyze(const SymmetricMatrix&
     p.numEntries = std::int64_t(L.xsize);
     p.flops = d.common.fl;
     p.factorBytes = std::int64_t(8 * L.xsize + (8 + 4) * L.ssize + 8 * 8 * L.n);
-    // A with long indices as it is given and twice permuted, and the largest update.
-    p.workingBytes = 8 * A.numEntries() + 2 * 16 * A.numEntries() + 8 * std::int64_t(L.maxcsize);
+    // A permuted, and the rows that supernodes have in others.
+    p.workingBytes = 12 * A.numEntries() + 12 * std::int64_t(L.ssize);
     p.order = L.ordering == CHOLMOD_METIS ? "METIS" : "AMD";
     return p;
 }
@@ -199,17 +200,16 @@ const SparseCholesky::Prediction& SparseCholesky::analyze(const SymmetricMatrix&
 void SparseCholesky::factor(const SymmetricMatrix& A, const ProgressCallback& progress) {
     Data& d = *m_data;
     if (!d.factor || d.factor->x || d.factor->n != size_t(A.size)) analyze(A);
-    {
-        LongView view(A);
-        const double threads = std::max(1u, std::thread::hardware_concurrency());
-        reportWhile(progress, 0.2 + d.prediction.flops / (FlopsPerSecond * threads), [&] {
-            const CholmodThreads asAsked;
-            cholmod_l_factorize(&view.view, d.factor, &d.common);
-        });
-    }
-    if (d.common.status == CHOLMOD_NOT_POSDEF)
-        throw SingularMatrix(int(d.order()[std::min(d.factor->minor, d.factor->n - 1)]));
-    if (d.common.status < CHOLMOD_OK) d.fail("factor", A.size);
+    cholmod_factor& L = *d.factor;
+    L.x = cholmod_l_malloc(L.xsize, 8, &d.common);
+    if (!L.x) d.fail("factor", A.size);
+    L.xtype = CHOLMOD_REAL;
+    const int threads = omp_get_max_threads();
+    std::int64_t failed = -1;
+    reportWhile(progress, 0.2 + d.prediction.flops / (FlopsPerSecond * threads), [&] {
+        failed = factorSupernodes(A, d.order(), d.pattern(), static_cast<double*>(L.x), threads);
+    });
+    if (failed >= 0) throw SingularMatrix(int(d.order()[failed]));
     if (estimateReciprocalCondition() < Singular) throw SingularMatrix(-1);
     d.prepareSolves();
 }

@@ -1,7 +1,8 @@
 #pragma once
 /** @file
-Sparse Cholesky factorization P A Pᵀ = L Lᵀ by CHOLMOD (supernodal, long indices), its triangular
-solves by SupernodalSolve. Internal to reduction.
+Sparse Cholesky factorization P A Pᵀ = L Lᵀ: ordered by CHOLMOD (supernodal, long indices), factored
+by SupernodalFactorization, solved by SupernodalSolve. Internal to reduction. Bits do not depend on
+the number of threads.
 
     SparseCholesky cholesky;
     const auto& prediction = cholesky.analyze(A);   // seconds, and says what factor() will take

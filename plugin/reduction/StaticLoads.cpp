@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "FixedInterfaces.h"
-#include "OneBlasThread.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/fe/NodeSelection.h"
@@ -178,7 +177,6 @@ Shapes makeFrequencyLoads(const std::string& part, const FeProducts& products,
     const double omega = 2 * M_PI * hertz;
     Shapes f(products.m.size() * 3, constraint.cols() + pointLoads.cols());
     f << omega * omega * products.m.multiplyPerAxis(constraint), pointLoads;
-    const OneBlasThread oneThread;
     MatrixXd z;
     if (!ShiftedSolver(held, products.m, omega)
              .solve(held.fromForces(f), z, progress, "modes at a frequency"))

@@ -3,7 +3,6 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <queue>
 
 #include "simflex/base/Chunk.h"
 
@@ -18,7 +17,7 @@ constexpr int SharedColumns = 64;              // columns of a large supernode b
 constexpr Index WorthSharing = 65536;          // entries for which threads are woken
 constexpr Index FactorWorthThreads = 1000000;  // entries of the whole factor for the same
 constexpr Index RowsPerShare = 256;
-constexpr Index Subtrees = 24;  // the largest subtree has one part in so many of all entries
+constexpr double Subtrees = 24;  // the largest subtree has one part in so many of all entries
 
 using Row = Chunk;
 static_assert(Width == ChunkSize);
@@ -121,62 +120,13 @@ SupernodalSolve::~SupernodalSolve() = default;
 
 void SupernodalSolve::findSubtrees() {
     const Index n = m_L.numSupernodes;
-    std::vector<Index> supernodeOf(static_cast<size_t>(m_L.size));
-    for (Index s = 0; s < n; ++s)
-        std::fill(supernodeOf.begin() + m_L.super[s], supernodeOf.begin() + m_L.super[s + 1], s);
-    std::vector<Index> parent(size_t(n), -1), entries(size_t(n), 0), first(static_cast<size_t>(n));
-    std::vector<std::vector<Index>> children(static_cast<size_t>(n));
-    for (Index s = 0; s < n; ++s) first[s] = s;
-    for (Index s = 0; s < n; ++s) {
-        entries[s] += Index(numRowsOf(s)) * numColumnsOf(s);
-        if (numRowsOf(s) == numColumnsOf(s)) continue;
-        parent[s] = supernodeOf[m_L.rows[m_L.rowStarts[s] + numColumnsOf(s)]];
-        entries[parent[s]] += entries[s];
-        first[parent[s]] = std::min(first[parent[s]], first[s]);
-        children[parent[s]].push_back(s);
-    }
-
-    // Supernodes are numbered in postorder, so that a subtree is a run of them.
-    Index total = 0;
-    std::vector<Index> open;
-    for (Index s = 0; s < n; ++s)
-        if (parent[s] < 0) {
-            total += entries[s];
-            open.push_back(s);
-        }
-    const auto isRun = [&](Index root) {  // no matter how they are numbered
-        Index count = 0;
-        std::vector<Index> stack{root};
-        while (!stack.empty()) {
-            const Index s = stack.back();
-            stack.pop_back();
-            ++count;
-            stack.insert(stack.end(), children[s].begin(), children[s].end());
-        }
-        return count == root - first[root] + 1;
-    };
-    std::vector<char> inTop(size_t(n), 0);
-    while (!open.empty()) {
-        const Index s = open.back();
-        open.pop_back();
-        if (entries[s] * Subtrees <= total && isRun(s)) {
-            Subtree subtree;
-            subtree.first = first[s];
-            subtree.root = s;
-            subtree.above.resize(size_t(numRowsOf(s) - numColumnsOf(s)));
-            m_subtrees.push_back(std::move(subtree));
-        } else {
-            inTop[s] = 1;
-            open.insert(open.end(), children[s].begin(), children[s].end());
-        }
-    }
-    for (Index s = 0; s < n; ++s)
-        if (inTop[s]) m_top.push_back(s);
-    // The largest first, so that none is left over at the end.
-    std::sort(m_subtrees.begin(), m_subtrees.end(), [&](const Subtree& a, const Subtree& b) {
-        return entries[a.root] != entries[b.root] ? entries[a.root] > entries[b.root]
-                                                  : a.root < b.root;
-    });
+    std::vector<double> entries(static_cast<size_t>(n));
+    for (Index s = 0; s < n; ++s) entries[s] = double(numRowsOf(s)) * numColumnsOf(s);
+    TreeShares shares(m_L, std::move(entries), Subtrees);
+    m_top = std::move(shares.top);
+    for (const TreeShares::Subtree& share : shares.subtrees)
+        m_subtrees.push_back({share.first, share.root,
+                              Buffer(size_t(numRowsOf(share.root) - numColumnsOf(share.root)))});
 
     m_rows.assign(m_L.rows, m_L.rows + m_L.rowStarts[n]);
     for (const Subtree& subtree : m_subtrees) {

@@ -13,19 +13,9 @@ number of threads, nor do the bits. **/
 #include <memory>
 #include <vector>
 
-namespace simflex {
+#include "SupernodalFactor.h"
 
-/** A supernodal lower triangle as CHOLMOD stores it. Supernode s has the columns
-super[s]…super[s+1]−1, the rows rows[rowStarts[s]…rowStarts[s+1]−1], its columns first, and its
-entries by columns from values[valueStarts[s]]. **/
-struct SupernodalFactor {
-    std::int64_t size = 0, numSupernodes = 0;
-    const std::int64_t* super = nullptr;
-    const std::int64_t* rowStarts = nullptr;
-    const std::int64_t* valueStarts = nullptr;
-    const std::int64_t* rows = nullptr;
-    const double* values = nullptr;
-};
+namespace simflex {
 
 class SupernodalSolve {
 public:
@@ -45,8 +35,8 @@ private:
     struct Subtree;
     struct Workspace;
 
-    int numColumnsOf(std::int64_t s) const { return int(m_L.super[s + 1] - m_L.super[s]); }
-    int numRowsOf(std::int64_t s) const { return int(m_L.rowStarts[s + 1] - m_L.rowStarts[s]); }
+    int numColumnsOf(std::int64_t s) const { return m_L.numColumnsOf(s); }
+    int numRowsOf(std::int64_t s) const { return m_L.numRowsOf(s); }
     void findSubtrees();
 
     SupernodalFactor m_L;

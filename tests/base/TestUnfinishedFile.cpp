@@ -126,6 +126,10 @@ TEST_F(UnfinishedFileTest, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
                 ElementsAre("other.mp4.part-999999999", "run.mp4", "run.mp4.part-",
                             "run.mp4.part-1", "run.mp4.part-x"));
     removeUnfinishedFiles(folder / "none", "");  // is no error
+
+    writeText((folder / "run.mp4.part-999999999").string(), "half");
+    replaceFile(folder / "run.mp4", std::string_view("whole"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "run.mp4.part-999999999"));
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ TEST_F(ZipFileTest, BombsAreRefusedBeforeTheyAreUnpacked) {
     runPython(
         "w = zipfile.ZipFile('bomb.zip', 'w', zipfile.ZIP_DEFLATED)\n"
         "for i in range(5): w.writestr(str(i), bytes(60 << 20))\n");
-    EXPECT_THAT(unpack("bomb.zip"), HasSubstr("bomb.zip' would fill the disk"));
+    EXPECT_THAT(unpack("bomb.zip"), HasSubstr("bomb.zip' would fill the machine"));
     EXPECT_TRUE(fs::is_empty(path("place")));
 }
 

@@ -3,6 +3,7 @@ The simflex program, driven as a user drives it. **/
 
 #include <gmock/gmock.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -173,6 +174,76 @@ TEST_F(CliTest, SameDeckGivesTheSameFile) {
     EXPECT_TRUE(testing::readText(folder / "a.h5") == testing::readText(folder / "b.h5"));
 }
 
+TEST_F(CliTest, AnyNumberOfThreadsGivesTheSameFile) {
+    testing::Brick brick;
+    brick.size = {0.2, 0.1, 0.1};
+    brick.elements = {24, 12, 12};
+    testing::writeText(folder / "large.inp", brick.text());
+    std::string first;
+    for (const char* threads : {"OMP_NUM_THREADS=1", "OMP_NUM_THREADS=2", "OMP_NUM_THREADS=3",
+                                "OPENBLAS_NUM_THREADS=4 OMP_NUM_THREADS=2", "taskset -c 0"}) {
+        ASSERT_EQ(runProgram(std::string(threads) + " '" SIMFLEX_PROGRAM "'",
+                             "reduce -q large.inp -i left=LEFT -i right=RIGHT -m 20 -o part.h5"),
+                  0)
+            << err;
+        const std::string bytes = testing::readText(folder / "part.h5");
+        if (first.empty()) first = bytes;
+        EXPECT_TRUE(bytes == first) << threads;
+    }
+}
+
+#ifndef __SANITIZE_ADDRESS__  // which takes terabytes of addresses
+TEST_F(CliTest, WithoutMemoryReductionsEnd) {
+    for (const char* kilobytes : {"120000", "200000", "300000", "500000"}) {
+        const int status = runProgram(
+            "ulimit -v " + std::string(kilobytes) + "; timeout -k 1 60 '" SIMFLEX_PROGRAM "'",
+            "reduce -q brick.inp -i left=LEFT -i right=RIGHT -o part.h5");
+        EXPECT_NE(status, 124) << kilobytes;  // it would have gone on for ever
+        EXPECT_NE(status, 137) << kilobytes;
+        EXPECT_TRUE(status == 0 || !err.empty()) << kilobytes;
+    }
+}
+#endif
+
+TEST_F(CliTest, PipesAreNoInputs) {
+    for (const char* ending : {"yaml", "inp", "bdf", "cdb", "geo", "msh", "step", "npz", "mat",
+                               "h5", "fem", "csv", "fmu", "stl"})
+        ASSERT_EQ(mkfifo((folder / "pipe." + ending).c_str(), 0600), 0);
+    testing::writeText(folder / "include.inp", "*INCLUDE, INPUT=pipe.inp\n");
+    testing::writeText(folder / "table.yaml",
+                       "simflex: 1\ntables: {road: pipe.csv}\nanalyses: {rest: {type: static}}\n");
+    testing::writeText(folder / "shape.yaml",
+                       "simflex: 1\nbodies: {a: {mass: 1, shape: {mesh: pipe.stl}}}\n"
+                       "analyses: {rest: {type: static}}\n");
+    for (const char* command : {"run pipe.yaml --check",
+                                "sweep pipe.yaml --vary a=1",
+                                "shell pipe.yaml -c list",
+                                "fmu pipe.yaml",
+                                "run table.yaml --check",
+                                "run shape.yaml --check",
+                                "reduce pipe.inp -o a.h5",
+                                "reduce include.inp -o a.h5",
+                                "reduce pipe.bdf -o a.h5",
+                                "reduce pipe.cdb -o a.h5",
+                                "reduce pipe.geo --material steel -o a.h5",
+                                "reduce pipe.msh --material steel -o a.h5",
+                                "reduce pipe.step --material steel -o a.h5",
+                                "reduce pipe.npz -o a.h5",
+                                "reduce pipe.mat -o a.h5",
+                                "info pipe.h5",
+                                "modes pipe.h5",
+                                "export pipe.fem -o a.h5",
+                                "post pipe.h5",
+                                "report pipe.h5",
+                                "plot pipe.h5 -o a.png",
+                                "compare pipe.h5 pipe.h5",
+                                "mac pipe.h5 pipe.h5"}) {
+        const int status = runProgram("timeout -k 1 60 '" SIMFLEX_PROGRAM "'", command);
+        EXPECT_TRUE(status == 1 || status == 2) << command << ": " << status;
+        EXPECT_THAT(err, HasSubstr("pipe.")) << command;
+    }
+}
+
 TEST_F(CliTest, MasterPointCanBeGiven) {
     ASSERT_EQ(run("reduce -q brick.inp -i left=LEFT --master left=-0.01,0.002,0 -m 12 -o part.h5"),
               0)
@@ -257,7 +328,9 @@ TEST_F(CliTest, InfoOfAnythingElseFails) {
     EXPECT_EQ(run("info none.h5"), 1);
 }
 
-TEST_F(CliTest, ControlCStopsAndLeavesNothing) {
+class CliSignal : public CliTest, public ::testing::WithParamInterface<int> {};
+
+TEST_P(CliSignal, StopsAndLeavesNothing) {
     // A ccx that takes its time.
     testing::writeText(folder / "slow-ccx",
                        "#!/bin/sh\nif [ \"$1\" = -v ]; then exit 0; fi\necho $$ > '" +
@@ -265,6 +338,7 @@ TEST_F(CliTest, ControlCStopsAndLeavesNothing) {
     std::system(("chmod +x '" + folder / "slow-ccx'").c_str());
     const pid_t pid = fork();
     if (pid == 0) {
+        signal(SIGHUP, SIG_DFL);  // the tests may run under nohup
         if (chdir(folder.path().c_str()) != 0 || !freopen("err.txt", "w", stderr)) _exit(99);
         execl(SIMFLEX_PROGRAM, "simflex", "reduce", "brick.inp", "--ccx", "./slow-ccx", "-o",
               "part.h5", nullptr);
@@ -273,7 +347,7 @@ TEST_F(CliTest, ControlCStopsAndLeavesNothing) {
     testing::await("ccx to be started", [&] {
         return !testing::readText(folder / "started").empty() || testing::hasEnded(pid);
     });
-    kill(pid, SIGINT);
+    kill(pid, GetParam());
     if (!testing::await("its end", [&] { return testing::hasEnded(pid); })) kill(pid, SIGKILL);
     int status = 0;
     waitpid(pid, &status, 0);
@@ -287,6 +361,8 @@ TEST_F(CliTest, ControlCStopsAndLeavesNothing) {
                 ElementsAre("brick.inp", "err.txt", "slow-ccx", "started", "tmp"));
     EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());
 }
+
+INSTANTIATE_TEST_SUITE_P(OfAnyKind, CliSignal, ::testing::Values(SIGINT, SIGTERM, SIGHUP));
 
 }  // namespace
 }  // namespace simflex

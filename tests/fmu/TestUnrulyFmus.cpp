@@ -145,6 +145,14 @@ TEST_F(UnrulyFmuTest, ASweepNamesTheCaseWhoseFmuCrashes) {
     EXPECT_THAT(err + out, HasSubstr("ended by signal 11"));
 }
 
+TEST_F(UnrulyFmuTest, ASweepFindsOutCasesThatTheirFmuHasEnded) {
+    pack("leave");
+    EXPECT_NE(call("sweep model.yaml --vary parameters.angle=0.1,0.2 --jobs 1 --fmus-in-process"),
+              0);
+    EXPECT_THAT(err + out, HasSubstr("has ended it: analysis 'late' is not complete"));
+    EXPECT_THAT(err + out, HasSubstr("2 of 2 cases failed"));
+}
+
 TEST_F(UnrulyFmuTest, CtrlCEndsARunWhoseFmuDoesNotAnswer) {
     pack("loop");
     const auto start = std::chrono::steady_clock::now();

@@ -4,9 +4,11 @@ Laws, states and controllers of model files: forces that depend on the motion. *
 #include <array>
 #include <cmath>
 #include <functional>
+#include <regex>
 
 #include "cli/run/RunTest.h"
 #include "simflex/model/Session.h"
+#include "simflex/model/probes/Probe.h"
 
 namespace simflex {
 namespace {
@@ -1107,6 +1109,46 @@ TEST_F(LawsTest, WrongFrictionIsRefusedByName) {
                 HasSubstr("joints.seat.friction: 'friction' is for type pin, ball"));
     EXPECT_THAT(tellOf("type: pin, friction: {coulomb: 0.1}"),
                 HasSubstr("a Pin with dry friction needs that of its bearing"));
+}
+
+/** `count` probes, each made of the two before. **/
+std::string makeChain(int count) {
+    std::string text = "probes:\n  p0: {expression: f(t)}\n  p1: {expression: p0}\n";
+    for (int k = 2; k < count; ++k)
+        text += "  p" + std::to_string(k) + ": {expression: p" + std::to_string(k - 1) + " + p" +
+                std::to_string(k - 2) + "}\n";
+    return text;
+}
+
+TEST_F(LawsTest, ProbesThatManyAreMadeOfAreEvaluatedOnce) {
+    int numCalls = 0;
+    ModelText text;
+    text.path = folder / "model.yaml";
+    text.text = "simflex: 1\nbodies: {a: {mass: 1, inertia: [1, 1, 1]}}\n" + makeChain(60);
+    text.functions["f"] = {1, 1, [&](const double*, int) {
+                               ++numCalls;
+                               return 1.0;
+                           }};
+    const auto built = std::make_shared<const Model>(readModel(text), ModelOptions());
+    const model::Probes probes = model::Probes::make(built);
+    const SimTK::State state = built->makeInitialState();
+    built->getSystem().realize(state, SimTK::Stage::Velocity);
+    numCalls = 0;
+    const SimTK::Vector none;
+    const std::vector<double> values = probes.calc({state, none, none, 0});
+    EXPECT_EQ(values.back(), 1548008755920);  // Fibonacci's
+    EXPECT_EQ(numCalls, 1);
+}
+
+TEST_F(LawsTest, LawsMadeOfTooManyFormulasAreRefused) {
+    const auto make = [](int count) {
+        return "bodies: {a: {mass: 1, inertia: [1, 1, 1]}}\n"
+               "loads: {push: {on: a, force: [p" +
+               std::to_string(count - 1) + ", 0, 0]}}\n" +
+               std::regex_replace(makeChain(count), std::regex("f\\(t\\)"), "t");
+    };
+    EXPECT_EQ(findMistake(make(15)), "nothing");
+    EXPECT_THAT(findMistake(make(60)), HasSubstr("more than 100000 formulas"));
 }
 
 }  // namespace

@@ -22,7 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 constexpr auto PollInterval = std::chrono::milliseconds(20);
 constexpr int MostErrorLines = 12, TailLines = 8;
-constexpr std::uintmax_t LeastSpace = 4096;  // of a disk that is not full [bytes]
 
 const char* const Cure = "Install it (Debian: calculix-ccx), or set SIMFLEX_CCX to its path.";
 
@@ -153,11 +152,7 @@ void CalculixProcess::start(const std::string& program, const fs::path& folder,
 void CalculixProcess::checkResult() const {
     // It goes on when it cannot write, and then its files lack their ends.
     const fs::path folder = m_log.parent_path();
-    std::error_code unknown;
-    if (fs::space(folder, unknown).available < LeastSpace)
-        throw std::runtime_error("the disk of '" + folder.parent_path().string() +
-                                 "' is full: CalculiX cannot write its matrices; make room, or set "
-                                 "TMPDIR to a folder on another disk");
+    checkSpace(folder, "CalculiX cannot write its matrices");
     const std::string errors = errorTextOf(m_log);
     const ChildEnd& end = m_process.getEnd();
     if (end.exitCode == 127) throw std::runtime_error("cannot run '" + m_program + "'. " + Cure);

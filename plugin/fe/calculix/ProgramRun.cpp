@@ -55,8 +55,18 @@ ChildProcess startProgram(const ProgramRun& run) {
     try {
         return ChildProcess(setup);
     } catch (const std::runtime_error& error) {
+        if (!findProgram(run.program).empty()) throw;
         throw std::runtime_error(std::string(error.what()) + ". " + run.cure);
     }
+}
+
+void checkSpace(const std::filesystem::path& folder, const std::string& consequence) {
+    constexpr std::uintmax_t LeastSpace = 4096;  // of a disk that is not full [bytes]
+    std::error_code unknown;
+    if (std::filesystem::space(folder, unknown).available < LeastSpace)
+        throw std::runtime_error("the disk of '" + folder.parent_path().string() +
+                                 "' is full: " + consequence +
+                                 "; make room, or set TMPDIR to a folder on another disk");
 }
 
 const ChildEnd& waitForProgram(ChildProcess& process, const std::string& phase,

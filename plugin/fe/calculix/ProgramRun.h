@@ -30,6 +30,11 @@ struct ProgramRun {
 /** @throws std::runtime_error if it cannot be started. **/
 ChildProcess startProgram(const ProgramRun& run);
 
+/** Of programs that go on where they cannot write.
+@param consequence  "CalculiX cannot write its matrices"
+@throws std::runtime_error if the disk of a temporary folder is full **/
+void checkSpace(const std::filesystem::path& folder, const std::string& consequence);
+
 /** Waits for its end, and kills it if progress asks to stop. @throws Cancelled. **/
 const ChildEnd& waitForProgram(ChildProcess& process, const std::string& phase,
                                const ProgressCallback& progress);

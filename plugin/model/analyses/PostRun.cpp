@@ -82,25 +82,54 @@ bool isBeside(const std::string& section) {
            std::end(BesideTheMotion);
 }
 
+/** Probes that are not as they were, or that others are made of which are not. A probe by itself:
+the one that has changed. **/
+std::map<std::string, std::string> findChangedProbes(const YamlTree& before, const YamlTree& now) {
+    std::map<std::string, std::string> causes;
+    std::vector<std::string> open;
+    const auto add = [&](const std::string& probe, const std::string& cause) {
+        if (causes.emplace(probe, cause).second) open.push_back(probe);
+    };
+    for (const YamlTree* tree : {&before, &now})
+        for (const YamlTree::Entry& probe : tree->entries)
+            if (!isSameTree(before.find(probe.key), now.find(probe.key))) add(probe.key, probe.key);
+    while (!open.empty()) {
+        const std::string changed = open.back();
+        open.pop_back();
+        for (const YamlTree* tree : {&before, &now})
+            for (const YamlTree::Entry& probe : tree->entries)
+                if (const YamlTree* formula = probe.value.find("expression"))
+                    if (mentions(*formula, changed)) add(probe.key, causes.at(changed));
+    }
+    return causes;
+}
+
+const YamlTree& getProbes(const YamlTree& model) {
+    static const YamlTree none;
+    return model.find("probes") ? *model.find("probes") : none;
+}
+
 /** @throws std::runtime_error naming the section that has changed, or the probe that a law of
 motion knows. **/
-void requireSameMotion(const YamlTree& before, const YamlTree& now, const std::string& results) {
+void requireSameMotion(const YamlTree& before, const YamlTree& now,
+                       const std::map<std::string, std::string>& changedProbes,
+                       const std::string& results) {
     for (const YamlTree* tree : {&before, &now})
         for (const YamlTree::Entry& entry : tree->entries)
             if (!isBeside(entry.key) && !isSameTree(before.find(entry.key), now.find(entry.key)))
                 throw std::runtime_error(
                     "'" + entry.key + "' differs from the run of '" + results +
                     "': only probes, pictures, output and title may differ; run the model anew");
-    const YamlTree none;
-    const YamlTree &probesBefore = before.find("probes") ? *before.find("probes") : none,
-                   &probesNow = now.find("probes") ? *now.find("probes") : none;
-    for (const YamlTree::Entry& probe : probesBefore.entries) {
-        if (isSameTree(&probe.value, probesNow.find(probe.key))) continue;
+    for (const YamlTree::Entry& probe : getProbes(before).entries) {
+        const auto changed = changedProbes.find(probe.key);
+        if (changed == changedProbes.end()) continue;
+        const std::string& cause = changed->second;
         for (const YamlTree::Entry& section : before.entries)
             if (!isBeside(section.key) && mentions(section.value, probe.key))
                 throw std::runtime_error(
-                    "probe '" + probe.key + "', which '" + section.key +
-                    "' uses, differs from the run of '" + results +
+                    "probe '" + cause + "', which '" + section.key + "' uses" +
+                    (cause == probe.key ? "" : " by way of '" + probe.key + "'") +
+                    ", differs from the run of '" + results +
                     "'; leave it as it was, and give the new one another name");
     }
 }
@@ -119,7 +148,8 @@ public:
         m_text.settings.insert(m_text.settings.end(), changes.begin(), changes.end());
         m_before = parseModel(before);
         m_now = parseModel(m_text);
-        requireSameMotion(m_before, m_now, path);
+        m_changed = findChangedProbes(getProbes(m_before), getProbes(m_now));
+        requireSameMotion(m_before, m_now, m_changed, path);
 
         ModelOptions modelOptions;
         modelOptions.bodies =
@@ -193,11 +223,9 @@ private:
     }
 
     bool isAsBefore(const std::string& probe) const {
-        const YamlTree* const before = m_before.find("probes");
-        const YamlTree* const now = m_now.find("probes");
-        if (!before && !now) return true;  // the usual ones
-        return before && now && before->find(probe) &&
-               isSameTree(before->find(probe), now->find(probe));
+        const YamlTree &before = getProbes(m_before), &now = getProbes(m_now);
+        if (before.entries.empty() && now.entries.empty()) return true;  // the usual ones
+        return before.find(probe) && m_changed.count(probe) == 0;
     }
 
     /** Moves, or has come to rest. **/
@@ -383,6 +411,7 @@ private:
     Results m_results;
     ModelText m_text;
     YamlTree m_before, m_now;
+    std::map<std::string, std::string> m_changed;  ///< see findChangedProbes()
     std::shared_ptr<const Model> m_model;
     Probes m_probes;
     bool m_draws = false;

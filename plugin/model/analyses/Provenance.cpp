@@ -10,13 +10,54 @@ namespace simflex {
 namespace model {
 namespace {
 
-std::string sumNumbers(const ReducedBody& part) {
-    Hash hash;
+template <class Matrices>
+void addEach(Hash& hash, const Matrices& matrices) {
+    for (const std::vector<double>& matrix : matrices) hash.add(matrix);
+}
+
+/** All that a run takes from a part, which leaves out where it came from and the report. **/
+void addPart(Hash& hash, const ReducedBody& part) {
     hash.add(part.mass);
+    for (const double value : part.centerOfMass) hash.add(value);
+    for (const double value : part.inertia) hash.add(value);
     hash.add(part.omegaSquared);
-    hash.add(part.Phi);
+    hash.add(part.I1);
+    addEach(hash, part.I2);
+    addEach(hash, part.N);
+    for (const ReducedBody::Interface& interface : part.interfaces) {
+        hash.add(interface.name);
+        for (const double value : interface.position) hash.add(value);
+        hash.add(interface.Phi);
+        hash.add(interface.Psi);
+        hash.add(interface.nodes);
+        hash.add(interface.tie);
+        hash.add(interface.weights);
+    }
+    if (part.stiffening) {
+        addEach(hash, part.stiffening->turning);
+        for (const auto& matrices : part.stiffening->interfaces) addEach(hash, matrices);
+    }
+    if (part.modalStress) {
+        hash.add(part.modalStress->nodes);
+        hash.add(part.modalStress->stress);
+        hash.add(part.modalStress->strain);
+    }
+    hash.add(part.mesh.nodeNumbers);
     hash.add(part.mesh.positions);
-    return hash.getText();
+    for (const ElementBlock& block : part.mesh.elements) {
+        hash.add(block.type);
+        hash.add(block.nodes);
+    }
+    for (const auto& [name, nodes] : part.mesh.nodeSets) {
+        hash.add(name);
+        hash.add(nodes);
+    }
+    hash.add(part.Phi);
+    if (part.further) {
+        hash.add(part.further->coordinates);
+        hash.add(part.further->displacements);
+    }
+    if (part.finer) addPart(hash, *part.finer);
 }
 
 std::string calcFileChecksum(const std::string& path) {
@@ -54,13 +95,19 @@ void forEachFile(const ModelValue& value, const std::vector<SchemaForm>& forms, 
 
 }  // namespace
 
+std::string calcPartChecksum(const ReducedBody& part) {
+    Hash hash;
+    addPart(hash, part);
+    return hash.getText();
+}
+
 InputChecksums calcInputChecksums(const Model& model) {
     InputChecksums sums;
     std::map<const ReducedBody*, std::string> ofParts;
     for (const Model::BodyEntry& body : model.getBodies()) {
         if (!body.flexible) continue;
         std::string& sum = ofParts[&body.flexible->getPart()];
-        if (sum.empty()) sum = sumNumbers(body.flexible->getPart());
+        if (sum.empty()) sum = calcPartChecksum(body.flexible->getPart());
         sums["the part of body '" + body.name + "'"] = sum;
     }
     const auto addFile = [&](const ModelValue& file) {

@@ -16,6 +16,9 @@ namespace model {
 /** Checksums by what they are of: "the part of body 'shaft'", "the file 'motor.csv'". **/
 using InputChecksums = std::map<std::string, std::string>;
 
+/** Of all numbers and names of a part that a run reads; not of its origin and its report. **/
+std::string calcPartChecksum(const ReducedBody& part);
+
 /** Those of a model that was built. Parts count by their numbers, not by the files that they are
 made from. @throws std::runtime_error for a file that cannot be read **/
 InputChecksums calcInputChecksums(const Model& model);

@@ -43,6 +43,8 @@ struct Shape {
     }
 };
 
+constexpr double FarthestVertex = 1e30;  // products of five such lengths are numbers
+
 PolygonalMesh readMesh(const ModelValue& file, double scale) {
     const std::string path = file.getFilePath();
     if (!std::filesystem::is_regular_file(path)) failMissingFile(file);
@@ -55,7 +57,11 @@ PolygonalMesh readMesh(const ModelValue& file, double scale) {
     } catch (const std::exception& error) {
         file.fail("the mesh '" + path + "' cannot be read: " + error.what());
     }
-    for (int face = 0; face < mesh.getNumFaces(); ++face)
+    for (int face = 0; face < mesh.getNumFaces(); ++face) {
+        if (mesh.getNumVerticesForFace(face) < 3)
+            file.fail("face " + std::to_string(face + 1) + " of '" + path + "' has " +
+                      std::to_string(mesh.getNumVerticesForFace(face)) +
+                      " vertices; it must have at least three");
         for (int k = 0; k < mesh.getNumVerticesForFace(face); ++k) {
             const int vertex = mesh.getFaceVertex(face, k);
             if (vertex < 0 || vertex >= mesh.getNumVertices())
@@ -63,6 +69,11 @@ PolygonalMesh readMesh(const ModelValue& file, double scale) {
                           std::to_string(vertex + 1) + "; there are " +
                           std::to_string(mesh.getNumVertices()));
         }
+    }
+    for (int vertex = 0; vertex < mesh.getNumVertices(); ++vertex)
+        if (!(mesh.getVertexPosition(vertex).norm() < FarthestVertex))
+            file.fail("vertex " + std::to_string(vertex + 1) + " of '" + path +
+                      "' is not at a finite place");
     if (mesh.getNumFaces() == 0) file.fail("there are no faces in '" + path + "'");
     return mesh.scaleMesh(scale);
 }

@@ -15,6 +15,8 @@ using namespace SimTK;
 
 namespace {
 
+constexpr double MostFormulas = 1e5;  // a law that is evaluated in some milliseconds
+
 /** Terms whose factor is 0 are left out, and nothing depends on them. **/
 Signal makeSum(std::vector<Signal> terms, std::vector<double> factors) {
     for (size_t i = factors.size(); i-- > 0;)
@@ -481,12 +483,21 @@ Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Val
         value.fail("it must be a comparison, such as 'gap < 0', or several with && and ||");
     std::vector<Signal> arguments;
     std::vector<std::string> units;
+    double numFormulas = 1;
     for (size_t i = 0; i < formula.getUsed().size(); ++i) {
         const auto local = locals.find(formula.getUsed()[i]);
         const std::string& name = formula.getQuantities()[i];
         units.push_back(findUnit(name, local != locals.end()));
+        m_numFormulas = 0;
         arguments.push_back(local != locals.end() ? local->second : find(name, value));
+        numFormulas += m_numFormulas;
     }
+    m_numFormulas = numFormulas;
+    if (numFormulas > MostFormulas)
+        value.fail("it is made of probes that are made of probes, more than " +
+                   std::to_string(int(MostFormulas)) +
+                   " formulas when each is counted where it is named; name a probe once, or make "
+                   "it a state");
     formula.checkUnits(value, units);
     if (what == Value::Margin)
         return Signal::function(arguments, [formula](Real time, const Real* x, Real*) {
@@ -593,11 +604,17 @@ Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
         if (law.getPath().compare(0, 11, "connectors.") == 0) failOwnNameOfOthers(law, name);
         law.failUnknown("probe, input or state", name, known);
     }
+    const auto known = m_ofProbes.find(name);
+    if (known != m_ofProbes.end()) {
+        m_numFormulas = known->second.numFormulas;
+        return known->second.signal;
+    }
     m_open.push_back(owner);
     const int component = dot == std::string::npos ? -1 : name[dot + 1] - 'x';
     const Signal signal = state != m_states.end() ? (*state)->getOutput(name, *this)
                                                   : makeOfProbe(probes.get(owner), component);
     m_open.pop_back();
+    if (state == m_states.end()) m_ofProbes[name] = {signal, m_numFormulas};
     return signal;
 }
 

@@ -90,6 +90,13 @@ private:
     std::vector<Sampling> m_samplings;
     std::vector<std::string> m_open;  ///< probes and states that are being made
     std::vector<std::string> m_notes;
+
+    struct OfProbe {
+        Signal signal;
+        double numFormulas;
+    };
+    std::map<std::string, OfProbe> m_ofProbes;  ///< that have been made
+    double m_numFormulas = 0;  ///< of what has been made last, counted where they are named
 };
 
 /** The joint's name and number of a joint or {joint:, coordinate:}. **/

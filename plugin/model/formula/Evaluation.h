@@ -8,6 +8,9 @@ The value of a tree, in any of the kinds of numbers of Jet.h.
 
 What has no value is NaN, and so is all that is made of it. **/
 
+#include <optional>
+#include <vector>
+
 #include "simflex/model/formula/Jet.h"
 #include "simflex/model/formula/Tree.h"
 
@@ -348,30 +351,53 @@ private:
     }
 };
 
+/** One evaluation of a tree; a node that several name is evaluated once. **/
+template <class S>
+class TreeEvaluation {
+public:
+    TreeEvaluation(const Tree& tree, const S* inputs) : m_tree(tree), m_inputs(inputs) {
+        if (tree.isShared) m_known.resize(tree.nodes.size());
+    }
+
+    S calc(int number) {
+        if (m_known.empty()) return calcNode(number);
+        std::optional<S>& known = m_known[static_cast<std::size_t>(number)];
+        if (!known) known = calcNode(number);
+        return *known;
+    }
+
+private:
+    S calcNode(int number) {
+        const Node& node = m_tree[number];
+        if (node.operation == Operation::Number) return S(node.number);
+        if (node.operation == Operation::Variable) return m_inputs[node.variable];
+        if (node.operation == Operation::Call) {
+            std::vector<S> arguments;
+            for (const int operand : node.operands) arguments.push_back(calc(operand));
+            return call(*node.function, arguments.data(), static_cast<int>(arguments.size()));
+        }
+        struct Operands {
+            TreeEvaluation& evaluation;
+            const Node& node;
+            S operator()(std::size_t i) const { return evaluation.calc(node.operands[i]); }
+            const double* findNumber(std::size_t i) const {
+                const Node& operand = evaluation.m_tree[node.operands[i]];
+                return operand.operation == Operation::Number ? &operand.number : nullptr;
+            }
+        };
+        const Operands operands{*this, node};
+        return Application<S, Operands>(operands).calc(node.operation, node.table.get(),
+                                                       node.surface.get());
+    }
+
+    const Tree& m_tree;
+    const S* m_inputs;
+    std::vector<std::optional<S>> m_known;
+};
+
 template <class S>
 S evaluate(const Tree& tree, int number, const S* inputs) {
-    const Node& node = tree[number];
-    if (node.operation == Operation::Number) return S(node.number);
-    if (node.operation == Operation::Variable) return inputs[node.variable];
-    if (node.operation == Operation::Call) {
-        std::vector<S> arguments;
-        for (const int operand : node.operands)
-            arguments.push_back(evaluate(tree, operand, inputs));
-        return call(*node.function, arguments.data(), static_cast<int>(arguments.size()));
-    }
-    struct Operands {
-        const Tree& tree;
-        const Node& node;
-        const S* inputs;
-        S operator()(std::size_t i) const { return evaluate(tree, node.operands[i], inputs); }
-        const double* findNumber(std::size_t i) const {
-            const Node& operand = tree[node.operands[i]];
-            return operand.operation == Operation::Number ? &operand.number : nullptr;
-        }
-    };
-    const Operands operands{tree, node, inputs};
-    return Application<S, Operands>(operands).calc(node.operation, node.table.get(),
-                                                   node.surface.get());
+    return TreeEvaluation<S>(tree, inputs).calc(number);
 }
 
 }  // namespace formula

@@ -11,28 +11,28 @@ namespace formula {
 
 namespace {
 
-/** Adds the largest parts below a node that depend on variable 0 alone. @returns false if a node
-depends on another one, or on what a program's own function makes of it. **/
-bool collectTimed(const Tree& tree, int number, std::vector<int>& parts) {
-    const Node& node = tree[number];
-    if (node.operation == Operation::Variable) {
-        if (node.variable == 0) parts.push_back(number);
-        return node.variable == 0;
+/** The largest parts that depend on variable 0 alone; not on what a program's own function makes of
+it. **/
+std::vector<int> collectTimed(const Tree& tree) {
+    enum class Kind { Constant, Timed, Other };
+    std::vector<Kind> kinds;
+    std::vector<bool> isPart(tree.nodes.size(), false);
+    for (const Node& node : tree.nodes) {
+        const auto kindOf = [&](int operand) { return kinds[static_cast<std::size_t>(operand)]; };
+        Kind kind = node.operation == Operation::Call ? Kind::Other : Kind::Constant;
+        if (node.operation == Operation::Variable)
+            kind = node.variable == 0 ? Kind::Timed : Kind::Other;
+        for (const int operand : node.operands) kind = std::max(kind, kindOf(operand));
+        for (const int operand : node.operands)
+            if (kind == Kind::Other && kindOf(operand) == Kind::Timed)
+                isPart[static_cast<std::size_t>(operand)] = true;
+        kinds.push_back(kind);
     }
-    const std::size_t before = parts.size();
-    bool isTimed = node.operation != Operation::Call;
-    for (int operand : node.operands) isTimed &= collectTimed(tree, operand, parts);
-    if (!isTimed || parts.size() == before) return isTimed;
-    parts.resize(before);
-    parts.push_back(number);
-    return true;
-}
-
-int copyPart(const Tree& from, int number, Tree& to) {
-    Node node = from[number];
-    for (int& operand : node.operands) operand = copyPart(from, operand, to);
-    to.nodes.push_back(std::move(node));
-    return to.getRoot();
+    if (kinds.back() == Kind::Timed) return {tree.getRoot()};
+    std::vector<int> parts;
+    for (std::size_t i = 0; i < isPart.size(); ++i)
+        if (isPart[i]) parts.push_back(static_cast<int>(i));
+    return parts;
 }
 
 }  // namespace
@@ -164,16 +164,18 @@ std::string Formula::explain(int number, const double* values) const {
 }
 
 void Formula::checkUnits(const std::vector<std::string>& units) const {
-    findUnit(m_tree->getRoot(), units);
+    std::vector<std::string> found;  // of the nodes before
+    for (const Node& node : m_tree->nodes) found.push_back(findUnit(node, units, found));
 }
 
 /** Empty if it is not known: a factor may have any. **/
-std::string Formula::findUnit(int number, const std::vector<std::string>& units) const {
-    const Node& node = (*m_tree)[number];
+std::string Formula::findUnit(const Node& node, const std::vector<std::string>& units,
+                              const std::vector<std::string>& ofNodes) const {
     if (node.operation == Operation::Variable)
         return units[static_cast<std::size_t>(node.variable)];
     std::vector<std::string> found;
-    for (int operand : node.operands) found.push_back(findUnit(operand, units));
+    for (const int operand : node.operands)
+        found.push_back(ofNodes[static_cast<std::size_t>(operand)]);
     const auto unite = [&](std::size_t first, std::size_t second) {
         const std::string &a = found[first], &b = found[second];
         if (!a.empty() && !b.empty() && a != b) {
@@ -216,14 +218,9 @@ std::string Formula::findUnit(int number, const std::vector<std::string>& units)
 }
 
 std::vector<double> Formula::findSwitches(double from, double to) const {
-    std::vector<int> parts;
-    if (collectTimed(*m_tree, m_tree->getRoot(), parts))
-        return formula::findSwitches(*m_tree, from, to);
     std::vector<double> times;
-    for (int part : parts) {
-        Tree timed;
-        copyPart(*m_tree, part, timed);
-        const std::vector<double> found = formula::findSwitches(timed, from, to);
+    for (const int part : collectTimed(*m_tree)) {
+        const std::vector<double> found = formula::findSwitches(m_tree->copyPart(part), from, to);
         times.insert(times.end(), found.begin(), found.end());
     }
     std::sort(times.begin(), times.end());

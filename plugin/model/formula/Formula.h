@@ -56,7 +56,8 @@ private:
     std::size_t m_numVariables = 0;
     std::vector<std::string> m_used;
 
-    std::string findUnit(int node, const std::vector<std::string>& units) const;
+    std::string findUnit(const Node& node, const std::vector<std::string>& units,
+                         const std::vector<std::string>& ofNodes) const;
     std::string explain(int node, const double* values) const;
 };
 

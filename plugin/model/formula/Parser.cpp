@@ -60,9 +60,7 @@ public:
         const int root = parseChoice();
         if (!isAtEnd()) failAtToken();
         // A constant may stand before nodes that it has replaced.
-        Tree tree;
-        copy(root, tree);
-        return tree;
+        return m_tree.copyPart(root);
     }
 
 private:
@@ -265,13 +263,6 @@ private:
             }
         }
         return m_tree.getRoot();
-    }
-
-    int copy(int from, Tree& tree) const {
-        Node node = m_tree[from];
-        for (int& operand : node.operands) operand = copy(operand, tree);
-        tree.nodes.push_back(std::move(node));
-        return tree.getRoot();
     }
 
     //-----------------------------------------------------------------------------------------------------

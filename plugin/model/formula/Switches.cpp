@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 
 #include "simflex/model/formula/Evaluation.h"
 
@@ -77,6 +79,15 @@ public:
 
     /** Of a node and all below it, in (from, to]. **/
     std::vector<double> find(int number, double from, double to) {
+        if (!m_tree.isShared) return findAnew(number, from, to);
+        const auto key = std::make_tuple(number, from, to);
+        const auto known = m_known.find(key);
+        if (known != m_known.end()) return known->second;
+        return m_known[key] = findAnew(number, from, to);
+    }
+
+private:
+    std::vector<double> findAnew(int number, double from, double to) {
         const Node& node = m_tree[number];
         if (node.operation == Operation::If) return findInChoice(node, from, to);
         std::vector<double> times;
@@ -95,7 +106,6 @@ public:
         return all;
     }
 
-private:
     /** a − b, a if there is no b, a/b. **/
     struct Argument {
         int a, b;
@@ -105,6 +115,7 @@ private:
 
     const Tree& m_tree;
     long m_numIntervals = 0;
+    std::map<std::tuple<int, double, double>, std::vector<double>> m_known;  ///< of find()
 
     /** What a node compares with what. **/
     std::vector<Argument> listArguments(const Node& node) const {

@@ -5,7 +5,8 @@ switches (Switches.h).
 
     2*t + step(t, 0, 0, 1, 5)      Add(Multiply(2, t), Step(t, 0, 0, 1, 5))
 
-Operands stand before what is made of them. What depends on no variable is a Number. **/
+Operands stand before what is made of them, and may be of several: deadband(x, w) names x twice.
+What depends on no variable is a Number. **/
 
 #include <memory>
 #include <vector>
@@ -77,10 +78,37 @@ struct Node {
 
 struct Tree {
     std::vector<Node> nodes;  ///< the last is the root
+    bool isShared = false;    ///< whether a node is an operand of several
+
+    /** The part below a node, each of whose nodes is copied once. **/
+    Tree copyPart(int root) const;
 
     int getRoot() const { return static_cast<int>(nodes.size()) - 1; }
     const Node& operator[](int node) const { return nodes[static_cast<std::size_t>(node)]; }
 };
+
+namespace tree {
+
+inline int copy(const Tree& from, int number, std::vector<int>& copies, Tree& to) {
+    int& own = copies[static_cast<std::size_t>(number)];
+    if (own >= 0) {
+        to.isShared |= !from[number].operands.empty();
+        return own;
+    }
+    Node node = from[number];
+    for (int& operand : node.operands) operand = copy(from, operand, copies, to);
+    to.nodes.push_back(std::move(node));
+    return own = to.getRoot();
+}
+
+}  // namespace tree
+
+inline Tree Tree::copyPart(int root) const {
+    Tree part;
+    std::vector<int> copies(nodes.size(), -1);
+    tree::copy(*this, root, copies, part);
+    return part;
+}
 
 }  // namespace formula
 }  // namespace simflex

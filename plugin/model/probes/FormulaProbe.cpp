@@ -18,6 +18,22 @@ struct Column {
     size_t number;
 };
 
+struct FormulaOfProbes {
+    VariableFormula formula;
+    std::vector<Column> columns;
+
+    double calc(const Moment& moment) const {
+        std::vector<double> arguments, numbers;
+        for (const Column& column : columns) {
+            numbers.resize(column.probe.columns.size());
+            column.probe.calc(moment, numbers.data());
+            arguments.push_back(numbers[column.number]);
+        }
+        const double value = formula.calcValue(moment.state.getTime(), arguments.data());
+        return std::isnan(value) ? SimTK::NaN : value;  // one kind of nothing, on every machine
+    }
+};
+
 /** Where NAME or NAME.COLUMN stands. **/
 Column findColumn(const ModelValue& formula, const std::string& variable,
                   const std::vector<std::string>& others,
@@ -85,16 +101,12 @@ Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::stri
                                                 : findColumn(text, name, others, findProbe));
     }
     Probe probe = makeNumber(source.entry);
-    probe.calc = [formula, columns](const Moment& moment, double* values) {
-        std::vector<double> arguments, numbers;
-        for (const Column& column : columns) {
-            numbers.resize(column.probe.columns.size());
-            column.probe.calc(moment, numbers.data());
-            arguments.push_back(numbers[column.number]);
-        }
-        *values = formula.calcValue(moment.state.getTime(), arguments.data());
-        // One kind of nothing, on every machine.
-        if (std::isnan(*values)) *values = SimTK::NaN;
+    // Shared by all copies, and evaluated once at a moment.
+    const auto own = std::make_shared<const FormulaOfProbes>(FormulaOfProbes{formula, columns});
+    probe.calc = [own](const Moment& moment, double* values) {
+        const auto known = moment.formulas.find(own.get());
+        *values = known != moment.formulas.end() ? known->second : own->calc(moment);
+        moment.formulas.emplace(own.get(), *values);
     };
     return probe;
 }

@@ -7,6 +7,7 @@ energies, and formulas of other probes. **/
 #include <memory>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "simflex/model/Model.h"
@@ -23,6 +24,8 @@ struct Moment {
 
     /** Of the whole system, found when they are first asked for; see calcEnergy(). **/
     mutable std::optional<double> kineticEnergy = {}, potentialEnergy = {};
+    /** Values of formulas, which others may be made of. **/
+    mutable std::unordered_map<const void*, double> formulas = {};
 };
 
 /** One probe: `columns.size()` numbers. **/

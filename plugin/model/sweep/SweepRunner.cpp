@@ -18,6 +18,7 @@
 
 #include "simflex/base/ChildProcess.h"
 #include "simflex/base/UnfinishedFile.h"
+#include "simflex/model/Results.h"
 #include "simflex/model/RunOptions.h"
 
 namespace simflex {
@@ -71,6 +72,34 @@ SweepOutcome readOutcome(const std::string& folder, const std::string& key) {
     return outcome;
 }
 
+/** Analyses that each case does. **/
+std::vector<std::string> listAnalyses(const SweepPlan& plan) {
+    if (!plan.only.empty()) return plan.only;
+    const ModelValue analyses = readModel(plan.model).get("analyses");
+    std::vector<std::string> names;
+    for (const std::string& name : analyses.getKeys())
+        if (analyses.get(name).get("type").getText() != "sweep") names.push_back(name);
+    return names;
+}
+
+/** What is missing where a run ended as if all was well: code within it may end its process. Empty:
+nothing. **/
+std::string findMissing(const std::string& path, const std::vector<std::string>& analyses) {
+    try {
+        const Results results = readResults(path, ReadStates::No);
+        for (const std::string& name : analyses) {
+            const auto isDone = [&](const Results::Analysis& one) {
+                return one.name == name && one.isComplete;
+            };
+            if (std::none_of(results.analyses.begin(), results.analyses.end(), isDone))
+                return "analysis '" + name + "' is not complete";
+        }
+        return "";
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+}
+
 /** A log that is open and locked; -1: another process has it. **/
 int claim(const std::string& folder) {
     const std::string path = folder + "/log.txt";
@@ -86,6 +115,7 @@ public:
     Runner(const SweepPlan& plan, const SweepOptions& options)
         : m_plan(plan),
           m_options(options),
+          m_analyses(listAnalyses(plan)),
           m_outcomes(plan.cases.size()),
           m_isOver(plan.cases.size(), false) {
         const int numCores = countCores(), numCases = int(plan.cases.size());
@@ -259,7 +289,9 @@ private:
     void finish(const Job& job, const ChildEnd& end) {
         SweepOutcome& outcome = m_outcomes[job.index];
         const std::string log = readFile(getFolder(job.index) + "/log.txt");
-        if (end.isSuccess()) {
+        const std::string missing =
+            end.isSuccess() ? findMissing(getFolder(job.index) + "/results.h5", m_analyses) : "";
+        if (end.isSuccess() && missing.empty()) {
             outcome.status = Status::Complete;
             keep(job.index, "complete");
         } else if (end.exitCode == StoppedStatus || m_isStopped) {
@@ -272,7 +304,9 @@ private:
             return;
         } else {
             outcome.status = Status::Failed;
-            outcome.error = end.signal ? "it " + end.describe() : findLastLine(log);
+            outcome.error = end.signal        ? "it " + end.describe()
+                            : end.isSuccess() ? "code within it (an FMU?) has ended it: " + missing
+                                              : findLastLine(log);
             keep(job.index, "failed: " + outcome.error);
             m_options.listener.tellWarning(m_plan.cases[job.index].folder +
                                            " failed: " + outcome.error);
@@ -307,6 +341,7 @@ private:
 
     const SweepPlan& m_plan;
     const SweepOptions& m_options;
+    const std::vector<std::string> m_analyses;
     std::vector<SweepOutcome> m_outcomes;
     std::vector<bool> m_isOver;
     std::vector<size_t> m_order;  ///< of the cases that this process may do

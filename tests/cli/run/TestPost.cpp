@@ -240,6 +240,20 @@ TEST_F(PostTest, WhatIsNotOfTheRunIsRefused) {
     EXPECT_NE(access((folder / "model.results.post.h5").c_str(), F_OK), 0);
 }
 
+TEST_F(PostTest, ProbesThatAreMadeOfOthersChangeWithThem) {
+    const std::string law = "connectors: {motor: {type: motor, joint: pivot, law: 2*pull}}\n";
+    const std::string probes =
+        "angle: {coordinate: pivot}, base: {expression: -angle}, pull: {expression: base/2}, "
+        "beside: {expression: t}, twice: {expression: 2*beside}";
+    writeModel(makeBar(probes) + law);
+    ASSERT_EQ(runModel("--only run"), 0) << err;
+    EXPECT_NE(post("model.results.h5 --set 'probes.base={expression: angle}'"), 0);
+    EXPECT_THAT(err, HasSubstr("probe 'base', which 'connectors' uses by way of 'pull', differs"));
+    ASSERT_EQ(post("model.results.h5 --set 'probes.beside={expression: 3*t}'"), 0) << err;
+    const auto analysis = read("run", "model.results.post.h5");
+    EXPECT_DOUBLE_EQ(find(analysis, "twice").rows.back()[0], 6 * analysis.time.back());
+}
+
 TEST_F(PostTest, PartsThatHaveChangedAreNoticed) {
     writeModel(makeBar("bend: {largest_displacement: bar}"));
     ASSERT_EQ(runModel("--only run"), 0) << err;

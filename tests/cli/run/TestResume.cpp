@@ -7,9 +7,11 @@ Runs that are stopped, by whatever, and gone on with. **/
 
 #include <chrono>
 #include <filesystem>
+#include <set>
 #include <thread>
 
 #include "cli/run/RunTest.h"
+#include "simflex/model/analyses/Provenance.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
 
 namespace simflex {
@@ -253,6 +255,80 @@ TEST_F(ChangedInputs, AreNamedByAllThatTakesUpEarlierResults) {
     // Nor does a file that is named like something else of the model.
     for (const char* name : {"rest", "bar", "push"}) testing::writeText(folder / name, "a note");
     EXPECT_EQ(runModel("--resume"), 0) << err;
+}
+
+TEST(PartChecksum, KnowsAllThatARunReadsAndNothingElse) {
+    ReducedBody part;
+    part.mass = 1;
+    part.numModes = 1;
+    part.omegaSquared = {4};
+    part.I1 = {1, 2, 3, 4, 5, 6};
+    for (auto& matrix : part.I2) matrix = {1};
+    for (auto& matrix : part.N) matrix = {0};
+    part.mesh.nodeNumbers = {1, 2};
+    part.mesh.positions = {0, 0, 0, 1, 0, 0};
+    part.mesh.nodeSets = {{"SET", {0}}};
+    part.mesh.elements = {{ElementType::Tet4, {0, 1, 0, 1}}};
+    part.Phi = {1, 2, 3, 4, 5, 6};
+    part.interfaces = {{"seat", {1, 2, 3}, {1, 2, 3}, {1, 2, 3}, {0, 1}}};
+    part.stiffening.emplace();
+    for (auto& matrix : part.stiffening->turning) matrix = {1};
+    part.stiffening->interfaces.resize(1);
+    for (auto& matrix : part.stiffening->interfaces[0]) matrix = {1};
+    part.modalStress = ReducedBody::ModalStress{{0}, {1, 2, 3, 4, 5, 6}, {1, 2, 3, 4, 5, 6}};
+    part.report.emplace();
+    part.finer = std::make_shared<ReducedBody>(part);
+
+    using Change = void (*)(ReducedBody&);
+    const auto sumOfChanged = [&](Change change) {
+        ReducedBody other = part;
+        change(other);
+        return model::calcPartChecksum(other);
+    };
+    const std::string sum = model::calcPartChecksum(part);
+    const std::vector<Change> changes{
+        [](ReducedBody& p) { p.mass = 2; },
+        [](ReducedBody& p) { p.centerOfMass[1] = 2; },
+        [](ReducedBody& p) { p.inertia[4] = 2; },
+        [](ReducedBody& p) { p.omegaSquared[0] = 2; },
+        [](ReducedBody& p) { p.I1[3] = 2; },
+        [](ReducedBody& p) { p.I2[5][0] = 2; },
+        [](ReducedBody& p) { p.N[2][0] = 2; },
+        [](ReducedBody& p) { p.Phi[5] = 2; },
+        [](ReducedBody& p) { p.interfaces[0].name = "other"; },
+        [](ReducedBody& p) { p.interfaces[0].position[0] = 2; },
+        [](ReducedBody& p) { p.interfaces[0].Phi[0] = 2; },
+        [](ReducedBody& p) { p.interfaces[0].Psi[0] = 2; },
+        [](ReducedBody& p) { p.interfaces[0].nodes = {1}; },
+        [](ReducedBody& p) { p.interfaces[0].tie = TieType::Distributing; },
+        [](ReducedBody& p) {
+            p.interfaces[0].weights = {0.5, 0.5};
+        },
+        [](ReducedBody& p) { p.stiffening->turning[0][0] = 2; },
+        [](ReducedBody& p) { p.stiffening->interfaces[0][5][0] = 2; },
+        [](ReducedBody& p) { p.stiffening.reset(); },
+        [](ReducedBody& p) { p.modalStress->stress[5] = 2; },
+        [](ReducedBody& p) { p.modalStress->strain[5] = 2; },
+        [](ReducedBody& p) { p.modalStress.reset(); },
+        [](ReducedBody& p) { p.mesh.nodeNumbers[1] = 3; },
+        [](ReducedBody& p) { p.mesh.positions[5] = 2; },
+        [](ReducedBody& p) { p.mesh.nodeSets["SET"] = {1}; },
+        [](ReducedBody& p) { p.mesh.elements[0].type = ElementType::Hex8; },
+        [](ReducedBody& p) { p.mesh.elements[0].nodes[3] = 0; },
+        [](ReducedBody& p) {
+            p.further = ReducedBody::Further{{1}, {1}};
+        },
+        [](ReducedBody& p) { p.finer.reset(); },
+        [](ReducedBody& p) {
+            ReducedBody finer = *p.finer;
+            finer.modalStress->stress[0] = 2;
+            p.finer = std::make_shared<ReducedBody>(finer);
+        }};
+    std::set<std::string> sums{sum};
+    for (size_t k = 0; k < changes.size(); ++k)
+        EXPECT_TRUE(sums.insert(sumOfChanged(changes[k])).second) << "change " << k;
+    EXPECT_EQ(sumOfChanged([](ReducedBody& p) { p.provenance.created = "today"; }), sum);
+    EXPECT_EQ(sumOfChanged([](ReducedBody& p) { p.report->conditionNumber = 2; }), sum);
 }
 
 TEST(RunCheckpoint, FramesAreAppended) {

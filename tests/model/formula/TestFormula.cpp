@@ -17,6 +17,7 @@ namespace {
 using Real = long double;
 
 const double kPi = std::acos(-1.0);
+const double kWidth = 0.003;
 
 Scope makeScope() {
     Scope scope;
@@ -435,4 +436,39 @@ TEST(Formula, FunctionsOfAProgramAreCalledAndDifferentiated) {
     scope.functions["g"] = std::make_shared<OwnFunction>(own);
     EXPECT_EQ(Formula("1 + g(x, 2)", scope, names).explain(at),
               "'g(x, 2)' gives no finite number for 0.7, 2");
+}
+
+TEST(Formula, WhatAFunctionNamesTwiceIsEvaluatedOnce) {
+    Scope scope;
+    int numCalls = 0;
+    OwnFunction own;
+    own.calc = [&](const double* x, int) {
+        ++numCalls;
+        return x[0];
+    };
+    scope.functions["f"] = std::make_shared<OwnFunction>(own);
+    std::string dead = "f(x)", sign = "f(x)", timed = "t";
+    const int depth = 60;  // 2^60 of what is innermost, were it copied
+    for (int k = 0; k < depth; ++k) {
+        dead = "deadband(" + dead + ", 0.003)";
+        sign = "sign(" + sign + ", 1)";
+        timed = "deadband(" + timed + ", 0.003)";
+    }
+    const double x = 2;
+    double slope = 0, expected = x;
+    for (int k = 0; k < depth; ++k) expected /= std::hypot(expected, 1);
+    EXPECT_NEAR(Formula(dead, scope, {"x"}).calc(&x), x - depth * kWidth, 1e-14);
+    EXPECT_EQ(numCalls, 1);
+    EXPECT_NEAR(Formula(sign, scope, {"x"}).calc(&x), expected, 1e-14);
+    EXPECT_EQ(numCalls, 2);
+    EXPECT_NEAR(Formula(dead, scope, {"x"}).calcSlopes(&x, &slope, 1), x - depth * kWidth, 1e-14);
+    EXPECT_NEAR(slope, 1, 1e-8);
+    EXPECT_EQ(numCalls, 5);  // the value, and two for a difference
+    Formula(dead, scope, {"x"}).checkUnits({"m"});
+    const std::vector<double> switches = Formula(timed, {}, {"t"}).findSwitches(-1, 1);
+    ASSERT_EQ(switches.size(), 2 * std::size_t(depth));
+    for (int k = 0; k < depth; ++k) {
+        EXPECT_NEAR(switches[std::size_t(depth + k)], (k + 1) * kWidth, 1e-12);
+        EXPECT_NEAR(switches[std::size_t(depth - 1 - k)], -(k + 1) * kWidth, 1e-12);
+    }
 }
