@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <fstream>
 #include <map>
 #include <mutex>
 #include <stdexcept>
@@ -161,6 +162,16 @@ void checkWritable(const fs::path& name) {
     if (access(folder.c_str(), W_OK) != 0)
         throw std::runtime_error(what + "its folder is write-protected");
     if (const int obstacle = findObstacle(path)) refuse(path, obstacle);
+}
+
+void checkReplaceable(const fs::path& path, std::string_view begin, const std::string& kind) {
+    checkWritable(path);
+    if (!fs::exists(path) || fs::file_size(path) == 0) return;
+    std::string found(begin.size(), '\0');
+    std::ifstream(path, std::ios::binary).read(found.data(), std::streamsize(found.size()));
+    if (found != begin)
+        throw std::runtime_error("'" + path.string() + "' is there and is no " + kind +
+                                 ", so it is not replaced: give another name, or remove it");
 }
 
 void removeUnfinishedFiles(const fs::path& folder, const std::string& begin) {

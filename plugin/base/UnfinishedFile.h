@@ -63,6 +63,10 @@ void appendToFile(const std::filesystem::path& path, std::uint64_t size, std::st
 /** Refuses a place where no file can be made, before there is work to lose.
 @throws std::runtime_error naming it and the cause. **/
 void checkWritable(const std::filesystem::path& path);
+/** The same of files that begin so: one that is there and does not is of another kind, an input
+perhaps, and stays. @param kind  what it would be, "part file" **/
+void checkReplaceable(const std::filesystem::path& path, std::string_view begin,
+                      const std::string& kind);
 
 /** Removes what processes that are no more have left unfinished in a folder, of files whose names
 begin so. **/

@@ -119,6 +119,7 @@ public:
         const ModelOptions modelOptions = makeModelOptions();
         const Session session(m_text, modelOptions);
         listVariables(session);
+        checkReplaceable(path, "PK", "FMU");
         ZipWriter zip(path);
         m_manifest.model = fs::path(m_text.path).filename().string();
         if (m_manifest.model.empty()) m_manifest.model = "model.yaml";

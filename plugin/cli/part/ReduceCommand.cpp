@@ -85,8 +85,8 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     }
     const std::string output = findOutput(arguments);
     options.name = arguments.name.empty() ? fs::path(output).stem().string() : arguments.name;
-    for (const std::string& file : {output, arguments.picture})
-        if (!file.empty()) checkWritable(file);
+    checkReplaceable(output, "\x89HDF", "part file");
+    if (!arguments.picture.empty()) checkWritable(arguments.picture);
 
     auto phases = UsualPhases;
     if (arguments.stiffening)
