@@ -106,6 +106,9 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
         reportProgress(progress, "orthonormal modes", -1);
         lapTime(lap);
         modes = calcMeanAxisModes(options.name, products, rigid, masters, of);
+        // A hinge has been named by now, which leaves the mesh with fewer modes.
+        if (!of.lack.empty())
+            throw std::invalid_argument("part '" + options.name + "': " + of.lack);
         time.orthonormalize += lapTime(lap);
 
         reportProgress(progress, "invariants", -1);

@@ -142,5 +142,34 @@ TEST_F(ThinParts, ShellsBeamsAndSolidsTiedTogetherHaveCalculixFrequencies) {
             << "mode " << i + 1;
 }
 
+TEST_F(ThinParts, AnInterfaceThatIsABeamsNodeIsNamedWhereItStiffensTheBeam) {
+    for (int k = 0; k < 4; ++k)
+        deck.addBeam("B32R", "GIRDER", 3, {0.2 * k, 0, 0}, {0.2 * (k + 1), 0, 0});
+    deck.addBeamSection("GIRDER", "RECT", 0.06, 0.03, "0,0,1");
+    testing::writeText(folder / "deck.inp", deck.text());
+    const FeModel model = readCalculixDeck(folder / "deck.inp");
+    ASSERT_FALSE(model.mesh.expandedNodes.empty());
+    const std::string first = "node:" + std::to_string(model.mesh.expandedNodes.begin()->first),
+                      last = "node:" + std::to_string(model.mesh.expandedNodes.rbegin()->first);
+    ReductionOptions free;
+    free.numModes = 6 + 4;
+    ReductionOptions options;
+    options.numModes = 30;
+    const auto hertz = [&](TieType tie) {
+        options.interfaces = {{"near", first, tie}, {"far", last, tie}};
+        return hertzOf(reduce(model, options), 0);
+    };
+    const double whole = hertzOf(reduce(model, free), 0);
+    // The cure that the warning names keeps the beam as it is.
+    EXPECT_NEAR(hertz(TieType::Distributing), whole, 1e-6 * whole);
+    EXPECT_TRUE(listInterfaceWarnings(model, options).empty());
+    EXPECT_GT(hertz(TieType::Rigid), (1 + 1e-4) * whole);
+    const std::vector<std::string> warnings = listInterfaceWarnings(model, options);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_THAT(warnings[0],
+                ::testing::AllOf(HasSubstr("interfaces 'near', 'far' are each one node of a beam"),
+                                 HasSubstr("--distributing")));
+}
+
 }  // namespace
 }  // namespace simflex
