@@ -55,7 +55,11 @@ PolygonalMesh readMesh(const ModelValue& file, double scale) {
     } catch (const std::exception& error) {
         file.fail("the mesh '" + path + "' cannot be read: " + error.what());
     }
-    for (int face = 0; face < mesh.getNumFaces(); ++face)
+    for (int face = 0; face < mesh.getNumFaces(); ++face) {
+        if (mesh.getNumVerticesForFace(face) < 3)
+            file.fail("face " + std::to_string(face + 1) + " of '" + path + "' has " +
+                      std::to_string(mesh.getNumVerticesForFace(face)) +
+                      " vertices; a face has three or more");
         for (int k = 0; k < mesh.getNumVerticesForFace(face); ++k) {
             const int vertex = mesh.getFaceVertex(face, k);
             if (vertex < 0 || vertex >= mesh.getNumVertices())
@@ -63,6 +67,7 @@ PolygonalMesh readMesh(const ModelValue& file, double scale) {
                           std::to_string(vertex + 1) + "; there are " +
                           std::to_string(mesh.getNumVertices()));
         }
+    }
     if (mesh.getNumFaces() == 0) file.fail("there are no faces in '" + path + "'");
     return mesh.scaleMesh(scale);
 }
