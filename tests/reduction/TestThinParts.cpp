@@ -167,8 +167,9 @@ TEST_F(ThinParts, AnInterfaceThatIsABeamsNodeIsNamedWhereItStiffensTheBeam) {
     const std::vector<std::string> warnings = listInterfaceWarnings(model, options);
     ASSERT_EQ(warnings.size(), 1u);
     EXPECT_THAT(warnings[0],
-                ::testing::AllOf(HasSubstr("interfaces 'near', 'far' are each one node of a beam"),
-                                 HasSubstr("--distributing")));
+                ::testing::AllOf(
+                    ::testing::HasSubstr("interfaces 'near', 'far' are each one node of a beam"),
+                    ::testing::HasSubstr("--distributing")));
 }
 
 }  // namespace
