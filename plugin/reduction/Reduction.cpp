@@ -105,8 +105,13 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     const auto describe = [&](const ModeBasis& of) {
         reportProgress(progress, "orthonormal modes", -1);
         lapTime(lap);
-        modes = calcMeanAxisModes(options.name, products, rigid, masters, of);
-        // A hinge has been named by now, which leaves the mesh with fewer modes.
+        try {
+            modes = calcMeanAxisModes(options.name, products, rigid, masters, of);
+        } catch (const LoosePieces&) {
+            throw;  // which leave the mesh with fewer modes, too
+        } catch (const std::invalid_argument&) {
+            if (of.lack.empty()) throw;
+        }
         if (!of.lack.empty())
             throw std::invalid_argument("part '" + options.name + "': " + of.lack);
         time.orthonormalize += lapTime(lap);

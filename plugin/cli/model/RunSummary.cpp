@@ -101,7 +101,7 @@ void printEvents(const Results::Analysis& analysis) {
 }
 
 /** Points of a path where something happens: its ends, limit points, bifurcations. **/
-void printPath(const Results::Analysis& analysis) {
+void printPath(const Results::Analysis& analysis, const RoundOff& roundOff) {
     constexpr size_t MostColumns = 5;
     const std::vector<std::vector<double>>& path = analysis.matrices.at("path");
     std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
@@ -122,7 +122,7 @@ void printPath(const Results::Analysis& analysis) {
                                        : path[k][1] == 0 ? "yes"
                                                          : "no"};
         for (const ChosenColumn& column : columns)
-            cells.push_back(formatNumber(column.values.at(k)));
+            cells.push_back(roundOff.format(column.values.at(k), column.unit));
         table.add(cells);
     }
     std::printf("  path of %zu equilibria\n", path.size());
@@ -136,7 +136,7 @@ void printStatic(const Results::Analysis& analysis, const RoundOff& roundOff) {
     for (const ChosenColumn& column : chooseColumns(analysis, {}))
         table.add({makeLabel(column), roundOff.format(column.values.back(), column.unit)});
     print(table);
-    if (analysis.hasPath()) printPath(analysis);
+    if (analysis.hasPath()) printPath(analysis, roundOff);
 }
 
 constexpr double Aperiodic = 1 - 1e-9;  // damping ratio of what does not oscillate
