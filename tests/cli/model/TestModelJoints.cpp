@@ -260,8 +260,8 @@ TEST_F(BuiltModelTest, RatesThatABodyCanOnlyMeetByBendingAreSaid) {
     const std::string hung =
         "bodies: {bar: {part: bar}}\n"
         "joints:\n"
-        "  a: {type: pin, axis: z, as_placed: true, between: [ground, bar.A]}\n";
-    const std::string held = "  b: {type: ball, as_placed: true, between: [ground, bar.B]}\n";
+        "  a: {type: pin, axis: z, as_placed: true, between: [bar.A, ground]}\n";
+    const std::string held = "  b: {type: ball, as_placed: true, between: [bar.B, ground]}\n";
     // A bar on a pin turns as it is, one that is held at both ends bends.
     build(hung + "initial: {rates: {a: 1}}\n");
     EXPECT_TRUE(warnings.empty()) << warnings[0];
