@@ -1,6 +1,6 @@
 #include "simflex/forces/AttachmentForce.h"
 
-#include "simflex/body/ForceElement.h"
+#include "simflex/forces/ElementParameters.h"
 
 namespace simflex {
 
@@ -55,9 +55,9 @@ private:
 };
 
 template <class Function>
-Function checkGiven(Function function, const Attachment& attachment) {
+Function checkGiven(Function function, const Attachment& attachment, const std::string& name) {
     if (!function)
-        throw std::invalid_argument("AttachmentForce on " + attachment.getName() +
+        throw std::invalid_argument(nameElement("AttachmentForce", attachment, name) +
                                     ": no function given");
     return function;
 }
@@ -65,20 +65,24 @@ Function checkGiven(Function function, const Attachment& attachment) {
 }  // namespace
 
 AttachmentForce::AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
-                                 Law law, Axes axes) {
-    subsystem.adoptForceElement(
-        std::make_unique<LawElement>(attachment, checkGiven(std::move(law), attachment), axes));
+                                 Law law, Axes axes, const std::string& name) {
+    adoptNamed(subsystem,
+               std::make_unique<LawElement>(attachment,
+                                            checkGiven(std::move(law), attachment, name), axes),
+               name);
 }
 
 AttachmentForce::AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
-                                 Function force, Axes axes) {
-    subsystem.adoptForceElement(std::make_unique<TimedForceElement>(
-        attachment, checkGiven(std::move(force), attachment), axes));
+                                 Function force, Axes axes, const std::string& name) {
+    adoptNamed(subsystem,
+               std::make_unique<TimedForceElement>(
+                   attachment, checkGiven(std::move(force), attachment, name), axes),
+               name);
 }
 
 AttachmentForce::AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
-                                 const SpatialVec& force, Axes axes)
+                                 const SpatialVec& force, Axes axes, const std::string& name)
     : AttachmentForce(
-          subsystem, attachment, [force](Real) { return force; }, axes) {}
+          subsystem, attachment, [force](Real) { return force; }, axes, name) {}
 
 }  // namespace simflex

@@ -26,12 +26,14 @@ public:
     at positions and speeds close by. **/
     using Law = std::function<SimTK::SpatialVec(SimTK::Real time, const FrameMotion& motion)>;
 
+    /** @param name  for messages **/
     AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment, Function force,
-                    Axes axes = Axes::Ground);
+                    Axes axes = Axes::Ground, const std::string& name = "");
     AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment, Law law,
-                    Axes axes = Axes::Ground);
+                    Axes axes = Axes::Ground, const std::string& name = "");
     AttachmentForce(FlexibleBodySubsystem& subsystem, const Attachment& attachment,
-                    const SimTK::SpatialVec& force, Axes axes = Axes::Ground);
+                    const SimTK::SpatialVec& force, Axes axes = Axes::Ground,
+                    const std::string& name = "");
 };
 
 }  // namespace simflex

@@ -2,7 +2,7 @@
 
 #include <Eigen/Dense>
 
-#include "simflex/body/ForceElement.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/forces/ElementParameters.h"
 
 namespace simflex {
@@ -90,6 +90,21 @@ public:
         return -(~rate * (m_damping * rate));
     }
 
+    /** What resists no turning does not care how far it is turned. **/
+    bool hasRange() const override {
+        for (int i = 0; i < 3; ++i)
+            if (m_stiffness.row(i).normSqr() > 0 || m_damping.row(i).normSqr() > 0) return true;
+        return false;
+    }
+    std::string describeOutOfRange(const Array_<FrameMotion>& frames) const override {
+        const Real turn = RelativePose(frames).theta.norm();
+        if (!(turn > Bushing::LargestTurn)) return {};
+        return "is turned by " + writeGeneral(turn, 3) +
+               " rad; a bushing's torque is right up to " + writeGeneral(Bushing::LargestTurn, 3) +
+               " rad and changes its sign at half a turn: let a joint or a torsion spring take the "
+               "turning";
+    }
+
     int getNumJacobianTerms() const override { return 6; }
 
     void calcJacobian(const ElementInputs&, const Array_<FrameMotion>& frames, Real gamma,
@@ -132,11 +147,11 @@ void check(const std::string& element, const char* name, const Mat66& matrix) {
 }  // namespace
 
 Bushing::Bushing(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
-                 const Mat66& stiffness, const Mat66& damping) {
-    const std::string name = "Bushing between " + F.getName() + " and " + M.getName();
-    check(name, "stiffness", stiffness);
-    check(name, "damping", damping);
-    subsystem.adoptForceElement(std::make_unique<BushingElement>(F, M, stiffness, damping));
+                 const Mat66& stiffness, const Mat66& damping, const std::string& name) {
+    const std::string who = nameElement("Bushing", F, M, name);
+    check(who, "stiffness", stiffness);
+    check(who, "damping", damping);
+    adoptNamed(subsystem, std::make_unique<BushingElement>(F, M, stiffness, damping), name);
 }
 
 Mat66 Bushing::diagonal(const Vec6& values) {

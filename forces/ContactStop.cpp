@@ -1,6 +1,5 @@
 #include "simflex/forces/ContactStop.h"
 
-#include "simflex/body/ForceElement.h"
 #include "simflex/forces/ElementParameters.h"
 
 namespace simflex {
@@ -73,12 +72,12 @@ private:
 }  // namespace
 
 ContactStop::ContactStop(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
-                         Real stiffness, Real dissipation) {
-    const std::string name = "ContactStop between " + F.getName() + " and " + M.getName();
-    checkNotNegative(name, "stiffness", stiffness);
-    checkNotNegative(name, "dissipation", dissipation);
-    if (stiffness == 0) throw std::invalid_argument(name + ": stiffness is zero");
-    subsystem.adoptForceElement(std::make_unique<ContactStopElement>(F, M, stiffness, dissipation));
+                         Real stiffness, Real dissipation, const std::string& name) {
+    const std::string who = nameElement("ContactStop", F, M, name);
+    checkNotNegative(who, "stiffness", stiffness);
+    checkNotNegative(who, "dissipation", dissipation);
+    if (stiffness == 0) throw std::invalid_argument(who + ": stiffness is zero");
+    adoptNamed(subsystem, std::make_unique<ContactStopElement>(F, M, stiffness, dissipation), name);
 }
 
 }  // namespace simflex

@@ -19,9 +19,10 @@ class ContactStop {
 public:
     /** @param stiffness    k > 0 [N/m]
     @param dissipation  a ≥ 0 [s/m]
+    @param name         for messages
     @throws std::invalid_argument that names the value found. **/
     ContactStop(FlexibleBodySubsystem& subsystem, const Attachment& F, const Attachment& M,
-                SimTK::Real stiffness, SimTK::Real dissipation = 0);
+                SimTK::Real stiffness, SimTK::Real dissipation = 0, const std::string& name = "");
 };
 
 }  // namespace simflex

@@ -73,7 +73,8 @@ private:
             // Where axes are in line an angle is none.
             if (!onF[0].isFinite() || !onM[0].isFinite()) onF = onM = SpatialVec(Vec3(0), Vec3(0));
             value = coordinate.calcValue(frames[0].X, frames[1].X);
-            if (element.m_turns >= 0) value = TurnState::followTurns(now.states[element.m_turns], value);
+            if (element.m_turns >= 0)
+                value = TurnState::followTurns(now.states[element.m_turns], value);
             rate = ~onF[0] * frames[0].V[0] + ~onF[1] * frames[0].V[1] + ~onM[0] * frames[1].V[0] +
                    ~onM[1] * frames[1].V[1];
         }
@@ -154,9 +155,7 @@ private:
 
 std::string nameElement(const char* kind, const Joint::Coordinate& coordinate,
                         const std::string& name) {
-    return name.empty() ? kind + (" between " + coordinate.getFrameF().getName() + " and ") +
-                              coordinate.getFrameM().getName()
-                        : name;
+    return simflex::nameElement(kind, coordinate.getFrameF(), coordinate.getFrameM(), name);
 }
 
 /** The state that follows an angle from the turn nearest to `start` on; −1 of displacements. **/
@@ -164,14 +163,8 @@ int countTurnsOf(FlexibleBodySubsystem& subsystem, const Joint::Coordinate& coor
                  const std::string& name, Real start) {
     if (!coordinate.getCoordinate().isPeriodic()) return -1;
     return subsystem.adoptState(
-        std::make_unique<TurnState>("turns of " + name, coordinate.getCoordinate(),
+        std::make_unique<TurnState>("turns of force " + name, coordinate.getCoordinate(),
                                     coordinate.getFrameF(), coordinate.getFrameM(), start));
-}
-
-void adoptNamed(FlexibleBodySubsystem& subsystem, std::unique_ptr<ForceElement> element,
-                const std::string& name) {
-    element->setName(name);
-    subsystem.adoptForceElement(std::move(element));
 }
 
 }  // namespace
@@ -193,7 +186,7 @@ CoordinateDamper::CoordinateDamper(FlexibleBodySubsystem& subsystem,
                                    const std::string& name) {
     const std::string called = nameElement("CoordinateDamper", coordinate, name);
     checkNotNegative(called, "damping", damping);
-    adoptNamed(subsystem, std::make_unique<CoordinateDamperElement>(coordinate, damping), called);
+    adoptNamed(subsystem, std::make_unique<CoordinateDamperElement>(coordinate, damping), name);
 }
 
 CoordinateStop::CoordinateStop(FlexibleBodySubsystem& subsystem,

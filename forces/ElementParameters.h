@@ -1,14 +1,31 @@
 #pragma once
 /** @file
-Checks that force elements make of their parameters (private header). **/
+What force elements share: their names, and checks of their parameters (private header). **/
 
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "Simbody.h"
+#include "simflex/body/FlexibleBodySubsystem.h"
+#include "simflex/body/ForceElement.h"
 
 namespace simflex {
+
+/** What messages call an element: by its own name; else by its class and frames. **/
+inline std::string nameElement(const char* kind, const Attachment& F, const Attachment& M,
+                               const std::string& name) {
+    return name.empty() ? kind + (" between " + F.getName() + " and ") + M.getName()
+                        : "'" + name + "'";
+}
+inline std::string nameElement(const char* kind, const Attachment& on, const std::string& name) {
+    return name.empty() ? kind + (" on " + on.getName()) : "'" + name + "'";
+}
+
+inline void adoptNamed(FlexibleBodySubsystem& subsystem, std::unique_ptr<ForceElement> element,
+                       const std::string& name) {
+    element->setName(name);
+    subsystem.adoptForceElement(std::move(element));
+}
 
 /** @throws std::invalid_argument "TwoPointSpringDamper between A and B: stiffness is -1, must be ≥
  * 0". **/

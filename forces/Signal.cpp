@@ -164,16 +164,9 @@ public:
     }
 
     Real calc(const ElementInputs& now, const Frames& frames, const int* places) const override {
-        const size_t count = m_arguments.size();
-        Buffer values(count);
+        Buffer values(m_arguments.size());
         calcArguments(now, frames, places, values.get());
-        if (!now.tangentFrames || count == 0) return m_function(now.time, values.get(), nullptr);
-        Buffer base(count), slopes(count);
-        calcArguments({now.time, now.tangentStates}, *now.tangentFrames, places, base.get());
-        Real value = m_function(now.time, base.get(), slopes.get());
-        for (size_t i = 0; i < count; ++i)
-            value += slopes.get()[i] * (values.get()[i] - base.get()[i]);
-        return value;
+        return m_function(now.time, values.get(), nullptr);
     }
 
     void addStatesTo(std::set<int>& states) const override {

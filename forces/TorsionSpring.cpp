@@ -1,6 +1,5 @@
 #include "simflex/forces/TorsionSpring.h"
 
-#include "simflex/body/ForceElement.h"
 #include "simflex/body/TurnState.h"
 #include "simflex/forces/ElementParameters.h"
 
@@ -36,6 +35,15 @@ public:
     Real calcPower(const ElementInputs&, const Array_<FrameMotion>& frames,
                    const Array_<SpatialVec>&) const override {
         return -m_damping * square(Turn(frames).rate);
+    }
+
+    bool hasRange() const override { return true; }
+    std::string describeOutOfRange(const Array_<FrameMotion>& frames) const override {
+        constexpr Real Nearest = 0.1;  // [rad]
+        const Vec3 x = ~frames[0].X.R() * Vec3(frames[1].X.R().x());
+        if (!(std::hypot(x[0], x[1]) < std::sin(Nearest))) return {};
+        return "is tilted until the x axis of its second frame is along the z axis of the first, "
+               "about which it then has no angle: its torque means nothing there";
     }
 
     int getNumJacobianTerms() const override { return 1; }
@@ -76,15 +84,17 @@ private:
 }  // namespace
 
 TorsionSpring::TorsionSpring(FlexibleBodySubsystem& subsystem, const Attachment& F,
-                             const Attachment& M, Real stiffness, Real damping, Real freeAngle) {
-    const std::string name = "TorsionSpring between " + F.getName() + " and " + M.getName();
-    checkNotNegative(name, "stiffness", stiffness);
-    checkNotNegative(name, "damping", damping);
-    checkFinite(name, "free angle", freeAngle);
+                             const Attachment& M, Real stiffness, Real damping, Real freeAngle,
+                             const std::string& name) {
+    const std::string who = nameElement("TorsionSpring", F, M, name);
+    checkNotNegative(who, "stiffness", stiffness);
+    checkNotNegative(who, "damping", damping);
+    checkFinite(who, "free angle", freeAngle);
     const int turns = subsystem.adoptState(std::make_unique<TurnState>(
-        "turns of " + name, JointCoordinate::makeAngleAboutZ(), F, M, freeAngle));
-    subsystem.adoptForceElement(
-        std::make_unique<TorsionSpringElement>(F, M, stiffness, damping, freeAngle, turns));
+        "turns of force " + who, JointCoordinate::makeAngleAboutZ(), F, M, freeAngle));
+    adoptNamed(subsystem,
+               std::make_unique<TorsionSpringElement>(F, M, stiffness, damping, freeAngle, turns),
+               name);
 }
 
 }  // namespace simflex

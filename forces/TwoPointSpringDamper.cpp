@@ -1,6 +1,5 @@
 #include "simflex/forces/TwoPointSpringDamper.h"
 
-#include "simflex/body/ForceElement.h"
 #include "simflex/forces/ElementParameters.h"
 
 namespace simflex {
@@ -35,6 +34,13 @@ public:
     Real calcPower(const ElementInputs&, const Array_<FrameMotion>& frames,
                    const Array_<SpatialVec>&) const override {
         return -m_damping * square(Line(frames).rate);
+    }
+
+    bool hasRange() const override { return m_freeLength > 0; }
+    std::string describeOutOfRange(const Array_<FrameMotion>& frames) const override {
+        constexpr Real Coincident = 1e-6;  // of the free length
+        if (!(Line(frames).length < Coincident * m_freeLength)) return {};
+        return "has both ends in one place, where its force has no direction: place them apart";
     }
 
     /** Along the line, and across it: the pull turns with the line. **/
@@ -74,14 +80,15 @@ private:
 
 TwoPointSpringDamper::TwoPointSpringDamper(FlexibleBodySubsystem& subsystem,
                                            const Attachment& first, const Attachment& second,
-                                           Real stiffness, Real damping, Real freeLength) {
-    const std::string name =
-        "TwoPointSpringDamper between " + first.getName() + " and " + second.getName();
-    checkNotNegative(name, "stiffness", stiffness);
-    checkNotNegative(name, "damping", damping);
-    checkNotNegative(name, "free length", freeLength);
-    subsystem.adoptForceElement(
-        std::make_unique<SpringDamperElement>(first, second, stiffness, damping, freeLength));
+                                           Real stiffness, Real damping, Real freeLength,
+                                           const std::string& name) {
+    const std::string who = nameElement("TwoPointSpringDamper", first, second, name);
+    checkNotNegative(who, "stiffness", stiffness);
+    checkNotNegative(who, "damping", damping);
+    checkNotNegative(who, "free length", freeLength);
+    adoptNamed(subsystem,
+               std::make_unique<SpringDamperElement>(first, second, stiffness, damping, freeLength),
+               name);
 }
 
 }  // namespace simflex

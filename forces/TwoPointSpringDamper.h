@@ -19,11 +19,13 @@ public:
     /** @param stiffness   k ≥ 0 [N/m]
     @param damping     c ≥ 0 [N s/m]
     @param freeLength  l₀ ≥ 0 [m]
+    @param name        for messages
     @throws std::invalid_argument that names the value found.
-    Two points that meet while l₀ > 0 have no direction: the force is zero then. **/
+    Two points that meet while l₀ > 0 have no direction: the force is zero then, and runs warn by
+    name. **/
     TwoPointSpringDamper(FlexibleBodySubsystem& subsystem, const Attachment& first,
                          const Attachment& second, SimTK::Real stiffness, SimTK::Real damping,
-                         SimTK::Real freeLength);
+                         SimTK::Real freeLength, const std::string& name = "");
 };
 
 }  // namespace simflex

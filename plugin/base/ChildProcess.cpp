@@ -134,7 +134,7 @@ pid_t spawn(const ChildSetup& given, const sigset_t& signals) {
     const std::string found = findProgram(name), program = found.empty() ? name : found;
 
     const auto refuse = [&](int reason) {
-        throw std::runtime_error("cannot run '" + name + "': " + std::strerror(reason));
+        throw std::system_error(reason, std::generic_category(), "cannot run '" + name + "'");
     };
     ChildSetup setup = given;
     const HighCopy input(given.input), output(given.output), errors(given.error);

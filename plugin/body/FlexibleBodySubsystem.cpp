@@ -74,6 +74,25 @@ void FlexibleBodySubsystem::adoptForceElement(std::unique_ptr<ForceElement> elem
     updGuts().addForceElement(std::move(element));
 }
 
+bool FlexibleBodySubsystem::hasElementsWithRange() const {
+    const auto& elements = getGuts().forceElements();
+    return std::any_of(elements.begin(), elements.end(),
+                       [](const auto& element) { return element->hasRange(); });
+}
+
+std::map<int, std::string> FlexibleBodySubsystem::describeElementsOutOfRange(
+    const State& state) const {
+    std::map<int, std::string> found;
+    const auto& elements = getGuts().forceElements();
+    for (size_t e = 0; e < elements.size(); ++e) {
+        if (!elements[e]->hasRange()) continue;
+        const std::string reason = elements[e]->describeOutOfRange(
+            getGuts().calcMotions(state, elements[e]->getAttachments()));
+        if (!reason.empty()) found[int(e)] = elements[e]->describe() + " " + reason;
+    }
+    return found;
+}
+
 int FlexibleBodySubsystem::adoptState(std::unique_ptr<StateEquation> equation) {
     return updGuts().addState(std::move(equation));
 }

@@ -27,6 +27,7 @@ mobilized on the frame or on a modal mobilizer of a flexible body, constraints o
 modal mobilizer, Motions of method Fast. Forces on the body of a modal mobilizer are none; those on
 its mobilities are modal forces. **/
 
+#include <map>
 #include <memory>
 #include <string>
 
@@ -63,6 +64,13 @@ public:
 
     /** Adds a force element; the subsystem takes it over. **/
     void adoptForceElement(std::unique_ptr<ForceElement> element);
+    /** @name Force elements that have left their range (ForceElement::describeOutOfRange())
+     **/
+    /**@{**/
+    bool hasElementsWithRange() const;
+    /** What is said of them, by number of the element. Stage::Velocity. **/
+    std::map<int, std::string> describeElementsOutOfRange(const SimTK::State& state) const;
+    /**@}**/
 
     /** @name First-order equations beside those of motion **/
     /**@{**/
@@ -78,12 +86,12 @@ public:
     /** Gets a State ready for one of Simbody's own integrators: sets locked and prescribed
     coordinates, assembles joints and constraints and makes speeds consistent as
     ImplicitIntegrator::initialize() does (by least deformation, and as if bodies were rigid, as far
-    as joints allow; without flexible bodies by Simbody's own projection), so that both begin alike. Then sets
-    the speeds' weights in Simbody's error norms and projections so that an accuracy or tolerance
-    means metres for flexible bodies: 1 for
-    translation, the part's radius for rotation, for a mode the largest displacement it causes.
-    Weights of other bodies are left alone. States that follow from where the bodies are begin at
-    their values. The State is realized to Stage::Velocity.
+    as joints allow; without flexible bodies by Simbody's own projection), so that both begin alike.
+    Then sets the speeds' weights in Simbody's error norms and projections so that an accuracy or
+    tolerance means metres for flexible bodies: 1 for translation, the part's radius for rotation,
+    for a mode the largest displacement it causes. Weights of other bodies are left alone. States
+    that follow from where the bodies are begin at their values. The State is realized to
+    Stage::Velocity.
     @param tolerance  largest constraint error left [m, rad]
     @throws std::invalid_argument as requireLinearRange() (LinearRangeReporter.h) does.
     @throws std::runtime_error if the constraints cannot be assembled, naming the worst one; the

@@ -21,11 +21,6 @@ struct ElementInputs {
 
     SimTK::Real time;
     const SimTK::Real* states;  ///< z of the subsystem's StateEquations, in their order
-
-    /** Where laws are replaced by their tangents, for equations that are linearised; null:
-    nowhere. **/
-    const SimTK::Array_<FrameMotion>* tangentFrames = nullptr;
-    const SimTK::Real* tangentStates = nullptr;
 };
 
 class ForceElement {
@@ -35,6 +30,8 @@ public:
     /** For messages; empty: none. **/
     const std::string& getName() const { return m_name; }
     void setName(const std::string& name) { m_name = name; }
+    /** "force 'mount'"; without a name by the frames it acts on. **/
+    std::string describe() const;
 
     /** The frames this element acts on; fixed after construction. **/
     const SimTK::Array_<Attachment>& getAttachments() const { return m_attachments; }
@@ -97,11 +94,34 @@ public:
         return 0;
     }
 
+    /** @name Range in which the force means what the element promises
+    Runs warn, once and by name, where an element has left it. **/
+    /**@{**/
+    /** Whether describeOutOfRange() ever says something. **/
+    virtual bool hasRange() const { return false; }
+    /** Why the force is not to be trusted where the frames are, after the element's name: "is
+    turned by 3 rad; …"; empty: it is in its range. **/
+    virtual std::string describeOutOfRange(const SimTK::Array_<FrameMotion>& /*frames*/) const {
+        return {};
+    }
+    /**@}**/
+
 protected:
     SimTK::Array_<Attachment> m_attachments;
 
 private:
     std::string m_name;
 };
+
+inline std::string ForceElement::describe() const {
+    if (!m_name.empty()) return "force '" + m_name + "'";
+    std::string text = getNumJacobianRows() == 0 ? "the load" : "the spring, damper or stop";
+    const char* separator = m_attachments.size() > 1 ? " between " : " on ";
+    for (const Attachment& attachment : m_attachments) {
+        text += separator + ("'" + attachment.getName() + "'");
+        separator = " and ";
+    }
+    return text;
+}
 
 }  // namespace simflex

@@ -170,9 +170,10 @@ void requireLinearRange(const FlexibleBodySubsystem& subsystem, const State& sta
         throw std::invalid_argument(
             where + ": in the State given flexible body '" + body.getName() + "' is deformed: " +
             (isDisplaced ? describeDisplacement(found) : describeRotation(found)) +
-            ". SimTK::Assembler and SimTK::System::project() know no stiffness and bend flexible "
-            "bodies rather than turn them: call FlexibleBodySubsystem::lockModes(assembler), or "
-            "leave the assembly to the integrator");
+            ". If a run has brought it there, its loads are too large for what modes describe: "
+            "stiffen the part, or divide it into several. If SimTK::Assembler or "
+            "SimTK::System::project() has, which know no stiffness, call "
+            "FlexibleBodySubsystem::lockModes(assembler), or leave the assembly to the integrator");
     }
 }
 

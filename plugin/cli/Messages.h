@@ -10,6 +10,8 @@ What the program says on standard error besides errors:
     listener.tellNote("resumed from crank.h5.resume");       // nothing, if it is quiet
     listener.tellWarning("joint 'pin' is not closed");       // simflex: warning: joint 'pin' … **/
 
+#include <string>
+
 #include "simflex/model/Listener.h"
 
 namespace simflex {
@@ -17,6 +19,13 @@ namespace cli {
 
 /** Messages, and a progress bar if there are notes; Ctrl-C stops the work. **/
 Listener makeListener(bool isQuiet);
+/** The same without warnings that differ in numbers alone from one that was told: for a run of the
+same model once more. **/
+Listener makeListenerOfNews(const Listener& listener);
+
+/** Whether a reader has this warning before his eyes: it was told, and where it would be printed
+again is the same terminal or file. **/
+bool isWarningInSight(const std::string& text);
 
 }  // namespace cli
 }  // namespace simflex

@@ -21,6 +21,7 @@
 #include "simflex/fe/calculix/ProgramRun.h"
 #include "simflex/fe/decks/DeckModel.h"
 #include "simflex/fe/decks/DeckVocabulary.h"
+#include "simflex/fe/decks/ElementShapes.h"
 #include "simflex/fe/decks/InpCards.h"
 #include "simflex/fe/decks/ThinElements.h"
 
@@ -35,6 +36,9 @@ constexpr int MostElements = 20000000;
 constexpr size_t MostVolumes = 100000;
 constexpr size_t MostScripts = 1000;  ///< that one includes
 constexpr double Millimetre = 1e-3;
+// Elastic analogy, then optimization.
+constexpr const char* Untangling = "Mesh.HighOrderOptimize";
+constexpr double Untangled = 3;
 
 std::string number(double value) {
     return writeFortran(value, 13);
@@ -621,6 +625,67 @@ void checkSettings(const std::string& path, const GmshOptions& options) {
     }
 }
 
+/** Lets Gmsh make the mesh, and reads it.
+@throws BadElementShape for elements that are turned inside out **/
+FeModel meshPart(const std::string& path, const GmshOptions& options) {
+    TemporaryFolder folder;
+    const bool isAssembly = runGmsh(path, options, folder.path());
+    const fs::path deck =
+        options.keepDeck.empty() ? folder.path() / "part.inp" : fs::path(options.keepDeck);
+    const std::vector<std::string> materials =
+        writeDeck(path, folder.path() / MeshName, options, !isAssembly, deck);
+
+    // Places in a deck that is gone say nothing.
+    const auto withoutPlace = [&](std::string text) {
+        const std::string name = deck.string() + ":";
+        for (size_t at; options.keepDeck.empty() && (at = text.find(name)) != std::string::npos;) {
+            size_t end = at + name.size();
+            while (end < text.size() && (isDigit(text[end]) || text[end] == ':')) ++end;
+            if (end < text.size() && text[end] == ' ') ++end;
+            text.erase(at, end - at);
+        }
+        return text;
+    };
+    CalculixOptions calculix = options.calculix;
+    for (auto member : {&CalculixOptions::note, &CalculixOptions::warn})
+        if (options.calculix.*member)
+            calculix.*member = [&options, member, withoutPlace](const std::string& text) {
+                (options.calculix.*member)(withoutPlace(text));
+            };
+    FeModel model;
+    try {
+        model = readCalculixDeck(deck.string(), calculix);
+    } catch (const BadElementShape& error) {
+        throw BadElementShape(path + ": the mesh cannot be reduced: " + withoutPlace(error.what()));
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(path +
+                                    ": the mesh cannot be reduced: " + withoutPlace(error.what()));
+    }
+    for (auto* texts : {&model.notes, &model.warnings})
+        for (std::string& text : *texts) text = withoutPlace(text);
+    if (options.keepDeck.empty()) model.source = path;
+    for (const std::string& text : materials) {
+        model.notes.push_back(text);
+        if (options.calculix.note) options.calculix.note(text);
+    }
+    if (suffixOf(path) == ".msh" && !(options.thickness > 0))
+        for (const std::string& volume : listVolumesLeftOut(path)) {
+            const std::string warning = "volume " + volume +
+                                        " is in no physical group, and left out of the part: put "
+                                        "it in one (Physical Volume) where it was meshed";
+            model.warnings.push_back(warning);
+            if (options.calculix.warn) options.calculix.warn(warning);
+        }
+    for (const ElementBlock& block : model.mesh.elements)
+        if (block.type == ElementType::Tet4 || block.type == ElementType::Wedge6) {
+            const std::string warning =
+                "linear tetrahedra and wedges are far too stiff in bending: use order 2";
+            model.warnings.push_back(warning);
+            if (options.calculix.warn) options.calculix.warn(warning);
+        }
+    return model;
+}
+
 }  // namespace
 
 bool isGmshScript(const std::string& path) {
@@ -659,59 +724,32 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
                                     "; it must be positive");
     if (!fs::is_regular_file(path)) throw std::runtime_error("cannot read part '" + path + "'");
     checkSettings(path, options);
-    TemporaryFolder folder;
-    const bool isAssembly = runGmsh(path, options, folder.path());
-    const fs::path deck =
-        options.keepDeck.empty() ? folder.path() / "part.inp" : fs::path(options.keepDeck);
-    const std::vector<std::string> materials =
-        writeDeck(path, folder.path() / MeshName, options, !isAssembly, deck);
-
-    // Places in a deck that is gone say nothing.
-    const auto withoutPlace = [&](std::string text) {
-        const std::string name = deck.string() + ":";
-        for (size_t at; options.keepDeck.empty() && (at = text.find(name)) != std::string::npos;) {
-            size_t end = at + name.size();
-            while (end < text.size() && (isDigit(text[end]) || text[end] == ':')) ++end;
-            if (end < text.size() && text[end] == ' ') ++end;
-            text.erase(at, end - at);
-        }
-        return text;
-    };
-    CalculixOptions calculix = options.calculix;
-    for (auto member : {&CalculixOptions::note, &CalculixOptions::warn})
-        if (options.calculix.*member)
-            calculix.*member = [&options, member, withoutPlace](const std::string& text) {
-                (options.calculix.*member)(withoutPlace(text));
-            };
+    try {
+        return meshPart(path, options);
+    } catch (const BadElementShape&) {
+        // Edges that Gmsh bends onto the geometry can turn thin elements inside out.
+        const bool isCurved =
+                       options.order != 1 && suffixOf(path) != ".msh" && suffixOf(path) != ".unv",
+                   isOptimized =
+                       std::any_of(options.settings.begin(), options.settings.end(),
+                                   [](const auto&one) { return one.first == Untangling; });
+        if (!isCurved || isOptimized) throw;
+    }
+    GmshOptions again = options;
+    again.settings.emplace_back(Untangling, Untangled);
+    const std::string note =
+        "curved elements of the first mesh were turned inside out: Gmsh has "
+        "untangled them (" +
+        std::string(Untangling) + " = " + number(Untangled) + ")";
     FeModel model;
     try {
-        model = readCalculixDeck(deck.string(), calculix);
-    } catch (const std::invalid_argument& error) {
-        throw std::invalid_argument(path +
-                                    ": the mesh cannot be reduced: " + withoutPlace(error.what()));
+        model = meshPart(path, again);
+    } catch (const BadElementShape& error) {
+        throw BadElementShape(std::string(error.what()) +
+                              " Gmsh cannot untangle it: try another --mesh-size, or order 1");
     }
-    for (auto* texts : {&model.notes, &model.warnings})
-        for (std::string& text : *texts) text = withoutPlace(text);
-    if (options.keepDeck.empty()) model.source = path;
-    for (const std::string& text : materials) {
-        model.notes.push_back(text);
-        if (options.calculix.note) options.calculix.note(text);
-    }
-    if (suffixOf(path) == ".msh" && !(options.thickness > 0))
-        for (const std::string& volume : listVolumesLeftOut(path)) {
-            const std::string warning = "volume " + volume +
-                                        " is in no physical group, and left out of the part: put "
-                                        "it in one (Physical Volume) where it was meshed";
-            model.warnings.push_back(warning);
-            if (options.calculix.warn) options.calculix.warn(warning);
-        }
-    for (const ElementBlock& block : model.mesh.elements)
-        if (block.type == ElementType::Tet4 || block.type == ElementType::Wedge6) {
-            const std::string warning =
-                "linear tetrahedra and wedges are far too stiff in bending: use order 2";
-            model.warnings.push_back(warning);
-            if (options.calculix.warn) options.calculix.warn(warning);
-        }
+    model.notes.push_back(note);
+    if (options.calculix.note) options.calculix.note(note);
     return model;
 }
 

@@ -155,17 +155,15 @@ void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector
     }
 }
 
-/** The same over faces of the skin, by the area of their triangles. **/
-void addAreas(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
+/** The same over faces, by the area of their triangles. **/
+void addAreas(const Mesh& mesh, const std::vector<MeshFace>& faces, std::vector<char>& isMet,
               Vec3d& moment, double& weight) {
-    for (const MeshFace& face : extractBoundaryFaces(mesh)) {
+    for (const MeshFace& face : faces) {
         std::vector<int> rim;  // corners with the middles between them
         for (int k = 0; k < face.numCorners(); ++k) {
             rim.push_back(face.corners[size_t(k)]);
             if (face.isQuadratic()) rim.push_back(face.middles[size_t(k)]);
         }
-        if (!std::all_of(rim.begin(), rim.end(), [&](int node) { return isChosen[size_t(node)]; }))
-            continue;
         Vec3d hub{};
         for (const int node : rim) {
             isMet[size_t(node)] = 1;
@@ -183,11 +181,32 @@ void addAreas(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<c
     }
 }
 
+/** Over faces of the skin. **/
+void addSkin(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
+             Vec3d& moment, double& weight) {
+    std::vector<MeshFace> faces = extractBoundaryFaces(mesh);
+    const auto isLeftOut = [&](int node) { return node >= 0 && !isChosen[size_t(node)]; };
+    faces.erase(std::remove_if(
+                    faces.begin(), faces.end(),
+                    [&](const MeshFace& face) {
+                        return std::any_of(face.corners.begin(), face.corners.end(), isLeftOut) ||
+                               std::any_of(face.middles.begin(), face.middles.end(), isLeftOut);
+                    }),
+                faces.end());
+    addAreas(mesh, faces, isMet, moment, weight);
+}
+
+/** Over faces between elements, too: of a surface within the part. **/
+void addInnerFaces(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
+                   Vec3d& moment, double& weight) {
+    addAreas(mesh, listFacesOf(mesh, isChosen), isMet, moment, weight);
+}
+
 /** Centroid of the volume or surface that the nodes make up, else their mean. **/
 Vec3d calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
     std::vector<char> isChosen(size_t(mesh.numNodes()), 0);
     for (const int node : nodes) isChosen[size_t(node)] = 1;
-    for (const auto add : {addVolumes, addAreas}) {
+    for (const auto add : {addVolumes, addSkin, addInnerFaces}) {
         std::vector<char> isMet(isChosen.size(), 0);
         Vec3d moment{};
         double weight = 0;

@@ -1,6 +1,7 @@
 #include "simflex/part/MeshFaces.h"
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -131,6 +132,20 @@ std::vector<MeshFace> extractBoundaryFaces(const Mesh& mesh) {
         if (isBoundary[number++]) skin.push_back(face);
     });
     return skin;
+}
+
+std::vector<MeshFace> listFacesOf(const Mesh& mesh, const std::vector<char>& isChosen) {
+    checkNodes(mesh);
+    std::vector<MeshFace> faces;
+    std::set<Key> known;
+    const auto isLeftOut = [&](int node) { return node >= 0 && !isChosen[std::size_t(node)]; };
+    forEachFace(mesh, [&](const MeshFace& face) {
+        if (std::any_of(face.corners.begin(), face.corners.end(), isLeftOut) ||
+            std::any_of(face.middles.begin(), face.middles.end(), isLeftOut))
+            return;
+        if (known.insert(calcKey(face)).second) faces.push_back(face);
+    });
+    return faces;
 }
 
 }  // namespace simflex

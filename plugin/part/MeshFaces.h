@@ -24,4 +24,8 @@ and memory O(faces) when no node has a large share of them.
 @throws std::invalid_argument that names a node index outside the mesh. **/
 std::vector<MeshFace> extractBoundaryFaces(const Mesh& mesh);
 
+/** All faces that have these nodes alone, each once, wherever they lie in the mesh. O(faces).
+@param isChosen  by mesh index **/
+std::vector<MeshFace> listFacesOf(const Mesh& mesh, const std::vector<char>& isChosen);
+
 }  // namespace simflex

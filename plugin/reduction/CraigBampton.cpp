@@ -274,10 +274,7 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
                [&] { normal = held->calcNormalModes(wanted, progress); });
     const Index numNormal = normal.omegaSquared.size();
     timings.numLanczosBlocks = normal.numBlocks;
-    if (!options.highestFrequency && numNormal < wanted.count)
-        refuse(options, std::to_string(wanted.count) +
-                            " normal modes are asked for, but the mesh has only " +
-                            std::to_string(numNormal) + ": ask for fewer modes or refine the mesh");
+    const bool isLacking = !options.highestFrequency && numNormal < wanted.count;
     const auto join = [&](Index loadsTaken, const FixedInterfaces::NormalModes& modes) {
         const Shapes attachments = makeAttachments(loads.leftCols(loadsTaken),
                                                    deflection.leftCols(loadsTaken), modes.shapes);
@@ -303,7 +300,11 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
         return basis;
     };
     ModeBasis basis = join(numLoads, normal);
-    if (isFiner) {
+    if (isLacking)
+        basis.lack = std::to_string(wanted.count) +
+                     " normal modes are asked for, but the mesh has only " +
+                     std::to_string(numNormal) + ": ask for fewer modes or refine the mesh";
+    if (isFiner && !isLacking) {
         ModeRange more;
         more.count = int(std::min<Index>(numNormal + options.numFurtherModes, held->size()));
         FixedInterfaces::NormalModes all;

@@ -24,6 +24,9 @@ struct ModeBasis {
     int numConstraint = 0, numAttachment = 0;
     Eigen::VectorXd normalOmegaSquared;  ///< of the normal modes, ascending
     Eigen::MatrixXd effectiveMasses;     ///< 6×normal modes, see ReductionReport
+    /** Why it has fewer normal modes than asked for; empty: it has them all. To be refused once the
+    shapes that it has are known to hold together. **/
+    std::string lack;
     std::shared_ptr<const FixedInterfaces> held;
     std::shared_ptr<const ModeBasis> finer;  ///< with further normal modes and inertia relief
 };

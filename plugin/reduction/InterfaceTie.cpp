@@ -44,6 +44,14 @@ std::string describeDistance(const Mesh& mesh, const InterfaceTies::Tie& tie) {
     return text.str();
 }
 
+/** Whether nodes are those that one node of a beam has become. **/
+bool isBeamNode(const Mesh& mesh, const std::vector<int>& nodes) {
+    constexpr size_t MostOfShell = 3;
+    return nodes.size() > MostOfShell &&
+           std::any_of(mesh.expandedNodes.begin(), mesh.expandedNodes.end(),
+                       [&](const auto& entry) { return entry.second == nodes; });
+}
+
 /** An interface needs three nodes that do not lie on one line: else rotations cost nothing. **/
 void checkNodes(const std::string& where, const std::string& selection, const Mesh& mesh,
                 const std::vector<int>& nodes) {
@@ -110,6 +118,18 @@ std::vector<std::string> InterfaceTies::listWarnings(const Mesh& mesh) const {
     for (const Tie& tie : m_ties)
         if (calcDistance(mesh, tie) > Near * calcDiagonal(mesh))
             warnings.push_back("interface '" + tie.name + "': " + describeDistance(mesh, tie));
+    std::string beams;
+    int count = 0;
+    for (const Tie& tie : m_ties) {
+        if (tie.type != TieType::Rigid || !isBeamNode(mesh, tie.nodes)) continue;
+        beams += (count++ == 0 ? "'" : ", '") + tie.name + "'";
+    }
+    if (count > 0)
+        warnings.push_back(
+            (count == 1 ? "interface " + beams + " is" : "interfaces " + beams + " are each") +
+            " one node of a beam: a rigid tie keeps its section from contracting, which stiffens "
+            "the beam in bending; unless a stiff flange is there, make it distributing "
+            "(--distributing, tie: distributing)");
     return warnings;
 }
 

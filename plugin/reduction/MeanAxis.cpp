@@ -61,7 +61,7 @@ Modes solvePencil(const std::string& part, const Eigen::MatrixXd& K, const Eigen
 
 [[noreturn]] void refuseFree(const std::string& part, const RigidMotion& rigid,
                              Eigen::Index count) {
-    throw std::invalid_argument(
+    throw LoosePieces(
         "part '" + part + "': the stiffness matrix has " + std::to_string(6 + count) +
         " rigid modes; it must have 6. Pieces of the part move against each other without "
         "stiffness: look for hinges, where elements share only a node or an edge" +

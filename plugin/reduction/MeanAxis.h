@@ -2,9 +2,17 @@
 /** @file
 Takes the rigid motions out of a mode basis and makes it orthonormal. Internal to reduction. **/
 
+#include <stdexcept>
+
 #include "CraigBampton.h"
 
 namespace simflex {
+
+/** A seventh motion that nothing resists. **/
+class LoosePieces : public std::invalid_argument {
+public:
+    using std::invalid_argument::invalid_argument;
+};
 
 /** Orthonormal modes of the mean-axis frame. **/
 struct MeanAxisModes {
@@ -17,8 +25,9 @@ struct MeanAxisModes {
 off them and makes these orthonormal, twice: ΦᵀMΦ = 1, ΦᵀKΦ = Ω², RᵀMΦ = 0. The sign of a mode is
 that which makes its first (nearly) largest displacement positive.
 @param masters  deck coordinates of the interface masters, 3×interfaces.
-@throws std::invalid_argument if there is a seventh motion that nothing resists: less than what
-    round-off in K can make of its shape. **/
+@throws LoosePieces if there is a seventh motion that nothing resists: less than what round-off in
+    K can make of its shape
+@throws std::invalid_argument if the reduced mass matrix is singular. **/
 MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& products,
                                 const RigidMotion& rigid, const Eigen::Matrix3Xd& masters,
                                 const ModeBasis& basis);

@@ -105,7 +105,15 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     const auto describe = [&](const ModeBasis& of) {
         reportProgress(progress, "orthonormal modes", -1);
         lapTime(lap);
-        modes = calcMeanAxisModes(options.name, products, rigid, masters, of);
+        try {
+            modes = calcMeanAxisModes(options.name, products, rigid, masters, of);
+        } catch (const LoosePieces&) {
+            throw;  // which leave the mesh with fewer modes, too
+        } catch (const std::invalid_argument&) {
+            if (of.lack.empty()) throw;
+        }
+        if (!of.lack.empty())
+            throw std::invalid_argument("part '" + options.name + "': " + of.lack);
         time.orthonormalize += lapTime(lap);
 
         reportProgress(progress, "invariants", -1);

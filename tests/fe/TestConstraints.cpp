@@ -483,6 +483,55 @@ TEST_F(ConstraintsTest, ATurnedInstanceHasTheFrequenciesOfItsPart) {
     }
 }
 
+TEST_F(ConstraintsTest, NodesOfASystemStandInTheAxesOfTheDeck) {
+    const auto positionsOf = [&](const std::string& cards) {
+        Brick brick;
+        std::string text = brick.text();
+        text.insert(0, cards);
+        return read(text).mesh;
+    };
+    const auto expectAt = [](const Mesh& mesh, const std::array<double, 3>& expected) {
+        const auto x = mesh.position(mesh.indexOf(1));
+        for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(x[a], expected[a], 1e-14) << a;
+    };
+    // Node 1 of the brick, without a system.
+    const auto x = positionsOf("").position(0);
+    // x along the deck's y, y against its x.
+    expectAt(positionsOf("*SYSTEM\n1., 2., 3., 1., 5., 3.\n0., 2., 3.\n"),
+             {1 - x[1], 2 + x[0], 3 + x[2]});
+    expectAt(positionsOf("*SYSTEM\n1., 2., 3., 1., 5., 3.\n"), {1 - x[1], 2 + x[0], 3 + x[2]});
+    expectAt(positionsOf("*SYSTEM\n1., 2., 3.\n"), {1 + x[0], 2 + x[1], 3 + x[2]});
+    // z against the deck's.
+    expectAt(positionsOf("*SYSTEM\n0., 0., 0., 1., 0., 0.\n0., -1., 0.\n"), {x[0], -x[1], -x[2]});
+    // It ends.
+    expectAt(positionsOf("*SYSTEM\n1., 2., 3.\n*SYSTEM\n"), x);
+    EXPECT_THAT(errorOf("*SYSTEM\n1., 2., 3., 1., 2., 3.\n" + Brick().text()),
+                HasSubstr("deck.inp:1: points a and b of *SYSTEM are the same"));
+    EXPECT_THAT(errorOf("*SYSTEM\n0., 0., 0., 1., 0., 0.\n2., 0., 0.\n" + Brick().text()),
+                HasSubstr("are on a line"));
+    EXPECT_THAT(errorOf("*SYSTEM\n0., 0., 0., 1., 0., 1.\n" + Brick().text()),
+                HasSubstr("without its point c"));
+}
+
+TEST_F(ConstraintsTest, NodesMayHaveCylindricalCoordinates) {
+    std::string text = Brick().text();
+    const FeModel plain = read(text);
+    std::ostringstream nodes;
+    nodes.precision(17);
+    nodes << "*SYSTEM\n0., 0., 1.\n*NODE, NSET=NALL, SYSTEM=C\n";
+    for (int k = 0; k < plain.mesh.numNodes(); ++k) {
+        const auto x = plain.mesh.position(k);
+        nodes << plain.mesh.nodeNumbers[size_t(k)] << ", " << std::hypot(x[0], x[1]) << ", "
+              << std::atan2(x[1], x[0]) * 180 / M_PI << ", " << x[2] - 1 << "\n";
+    }
+    const size_t begin = text.find("*NODE"), end = text.find('*', begin + 1);
+    text.replace(begin, end - begin, nodes.str());
+    const FeModel turned = read(text);
+    ASSERT_EQ(turned.mesh.numNodes(), plain.mesh.numNodes());
+    for (size_t k = 0; k < plain.mesh.positions.size(); ++k)
+        EXPECT_NEAR(turned.mesh.positions[k], plain.mesh.positions[k], 1e-13);
+}
+
 TEST_F(ConstraintsTest, AssembliesThatCannotBeAreRefusedWithTheirLine) {
     const auto [part, material] = dividePart(Brick());
     const std::string text = "*PART, NAME=P\n" + part + "*END PART\n*ASSEMBLY, NAME=A\n";

@@ -83,6 +83,28 @@ TEST_F(ModelSource, LengthsInMillimetresAreConverted) {
         EXPECT_NEAR(model.mesh.position(node)[0], 0.06, 1e-9);
 }
 
+TEST_F(ModelSource, ElementsThatGmshTurnsInsideOutAreUntangled) {
+    // A closed tube whose walls are thinner than its elements are long.
+    testing::writeText(folder / "tube.geo",
+                       "SetFactory(\"OpenCASCADE\");\n"
+                       "Cylinder(1) = {0, 0, 0, 0, 0.4, 0, 0.014};\n"
+                       "Cylinder(2) = {0, 0.04, 0, 0, 0.32, 0, 0.007};\n"
+                       "BooleanDifference(3) = { Volume{1}; Delete; }{ Volume{2}; Delete; };\n"
+                       "Physical Volume(\"TUBE\") = {3};\n");
+    SourceOptions options;
+    options.path = folder / "tube.geo";
+    options.material = "aluminium";
+    options.gmsh.meshSize = 0.01;
+    const FeModel model = readModelSource(options);
+    const double volume = M_PI * (0.014 * 0.014 * 0.4 - 0.007 * 0.007 * 0.32);
+    EXPECT_NEAR(model.calcMass(), 2700 * volume, 0.02 * 2700 * volume);
+    EXPECT_THAT(model.notes, ::testing::Contains(HasSubstr("Mesh.HighOrderOptimize")));
+    // Who has set it otherwise is told of the element.
+    options.gmsh.settings = {{"Mesh.HighOrderOptimize", 0}};
+    EXPECT_THAT([&] { readModelSource(options); },
+                ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("inside out")));
+}
+
 TEST_F(ModelSource, GeometryOfAStrangeSizeIsReportedWithTheCure) {
     EXPECT_THAT(readModelSource(box()).warnings, IsEmpty());
     // 60 mm × 20 mm × 10 mm, taken in metres.

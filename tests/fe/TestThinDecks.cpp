@@ -390,6 +390,24 @@ TEST_F(ThinDecks, PlatesWhoseNormalsDifferByTheirDigitsMeetInAKnotOnALine) {
     expectCalculixFrequencies();
 }
 
+TEST_F(ThinDecks, FoldedPlatesOfTwoThicknessesHaveCalculixFrequencies) {
+    // Up to half a degree CalculiX takes the fold for smooth.
+    for (const double degrees : {0.02, 0.1, 0.4, 0.7, 5.0}) {
+        SCOPED_TRACE(degrees);
+        const double angle = degrees * M_PI / 180;
+        deck = ThinDeck();
+        deck.addPatch("S8R", "THIN", 1, 2, [](double u, double v) -> Point {
+            return {-0.02 + 0.02 * u, 0, 0.04 * v};
+        });
+        deck.addPatch("S8R", "THICK", 1, 2, [&](double u, double v) -> Point {
+            return {0.02 * u * std::cos(angle), -0.02 * u * std::sin(angle), 0.04 * v};
+        });
+        deck.addShellSection("THIN", 0.0005);
+        deck.addShellSection("THICK", 0.002);
+        expectCalculixFrequencies();
+    }
+}
+
 TEST_F(ThinDecks, ANodeByItsNumberIsChosenWithItsExpandedNodes) {
     deck.addBeam("B32R", "BEAM", 4, {0, 0, 0}, {0.4, 0, 0});
     deck.addBeamSection("BEAM", "RECT", 0.012, 0.008, "0,1,0");

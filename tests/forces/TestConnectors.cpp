@@ -7,6 +7,7 @@ closed forms, and their limit, the joint. **/
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <random>
 
 #include "simflex/body/FlexibleBody.h"
@@ -440,7 +441,7 @@ TEST(CoordinateForces, WrongParametersAreNamed) {
         return "";
     };
     EXPECT_THAT(messageOf([&] { CoordinateSpring(flexible, pin, -1, 0, "return"); }),
-                HasSubstr("return: stiffness is -1"));
+                HasSubstr("'return': stiffness is -1"));
     EXPECT_THAT(messageOf([&] { CoordinateDamper(flexible, pin, NaN); }), HasSubstr("damping"));
     EXPECT_THAT(messageOf([&] { CoordinateStop(flexible, pin, 1, -1, 100); }), HasSubstr("limits"));
     EXPECT_THAT(messageOf([&] { CoordinateStop(flexible, pin, 0, 1, 0); }), HasSubstr("stiffness"));
@@ -654,6 +655,85 @@ TEST(Connectors, BadParametersAreNamed) {
                             Bushing::diagonal(Vec6(1, 1, 1, 1, 1, -2)));
                 }),
                 HasSubstr("damping matrix has the eigenvalue -2"));
+}
+
+/** Connectors between Ground and a free body. **/
+class ElementRange : public ::testing::Test {
+protected:
+    /** What is said with the body in a pose, of all elements. **/
+    std::map<int, std::string> find(const Transform& X) {
+        State state = system.realizeTopology();
+        system.realizeModel(state);
+        body.setQToFitTransform(state, X);
+        system.realize(state, Stage::Velocity);
+        return flexible.describeElementsOutOfRange(state);
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    MobilizedBody::Free body{matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), Inertia(1)))};
+};
+
+TEST_F(ElementRange, OfABushingEndsBeforeHalfATurnAboutAnyAxis) {
+    const Mat66 turning = Bushing::diagonal(Vec6(1, 1, 1, 1, 1, 1)),
+                shifting = Bushing::diagonal(Vec6(0, 0, 0, 1, 1, 1));
+    EXPECT_FALSE(flexible.hasElementsWithRange());
+    Bushing(flexible, matter.Ground(), body, shifting, shifting, "slide");
+    EXPECT_FALSE(flexible.hasElementsWithRange());
+    Bushing(flexible, matter.Ground(), body, turning, Mat66(0), "mount");
+    Bushing(flexible, matter.Ground(), body, shifting, turning);
+    EXPECT_TRUE(flexible.hasElementsWithRange());
+    for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(1, -2, 3)})
+        for (const Real angle : {0.0, 0.5, 2.3, 2.4, 3.1, 3.2, 3.8, 4.0, 6.0}) {
+            const auto found =
+                find(Transform(Rotation(angle, UnitVec3(axis)), Vec3(0.1, 0.2, 0.3)));
+            const bool isOutside = angle > 2.36 && angle < 2 * Pi - 2.36;
+            EXPECT_EQ(found.size(), isOutside ? 2u : 0u) << angle;
+            if (!isOutside) continue;
+            EXPECT_THAT(found.at(1), HasSubstr("force 'mount' is turned by "));
+            EXPECT_THAT(found.at(2), HasSubstr("between 'ground' and"));
+        }
+}
+
+TEST_F(ElementRange, OfATorsionSpringEndsWhereItsAxesMeet) {
+    TorsionSpring(flexible, matter.Ground(), body, 1, 0, 0, "clock");
+    for (const Real turn : {0.0, 2.0, 3.1})
+        EXPECT_TRUE(find(Transform(Rotation(turn, ZAxis))).empty()) << turn;
+    EXPECT_TRUE(find(Transform(Rotation(1.4, YAxis))).empty());
+    EXPECT_THAT(find(Transform(Rotation(1.5, YAxis))).at(0), HasSubstr("'clock' is tilted"));
+}
+
+TEST_F(ElementRange, OfASpringEndsWhereItsPointsMeet) {
+    TwoPointSpringDamper(flexible, matter.Ground(), body, 1, 0, 0.2, "strut");
+    TwoPointSpringDamper(flexible, matter.Ground(), body, 1, 0, 0, "rubber");
+    EXPECT_TRUE(find(Transform(Vec3(1e-3, 0, 0))).empty());
+    const auto found = find(Transform());
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_THAT(found.at(0), HasSubstr("'strut' has both ends in one place"));
+}
+
+TEST(Connectors, AreCalledByTheirNames) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    FlexibleBodySubsystem flexible(system, matter);
+    const Attachment ground(matter.Ground());
+    const auto messageOf = [](const std::function<void()>& action) -> std::string {
+        try {
+            action();
+        } catch (const std::invalid_argument& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_THAT(messageOf([&] { TwoPointSpringDamper(flexible, ground, ground, -1, 0, 0, "a"); }),
+                ::testing::StartsWith("'a': stiffness is -1"));
+    EXPECT_THAT(messageOf([&] { TorsionSpring(flexible, ground, ground, -1, 0, 0, "b"); }),
+                ::testing::StartsWith("'b': stiffness is -1"));
+    EXPECT_THAT(messageOf([&] { ContactStop(flexible, ground, ground, -1, 0, "c"); }),
+                ::testing::StartsWith("'c': stiffness is -1"));
+    EXPECT_THAT(messageOf([&] { Bushing(flexible, ground, ground, Mat66(-1), Mat66(0), "d"); }),
+                ::testing::StartsWith("'d': the stiffness matrix has the eigenvalue -1"));
 }
 
 }  // namespace

@@ -820,6 +820,12 @@ analyses:
         expectNear(found(0), expected, 1e-6);
         expectNear(found(1), Complex(0, -1) * expected, 1e-6);  // a quarter turn later
     }
+    // A frame may stand in place of its name.
+    ASSERT_EQ(runModel("--set 'analyses.runup.unbalance.on={on: rotor, position: [0.1 + 0.1, 0, "
+                       "0], rotation: [0, 90*deg, 0]}'"),
+              0)
+        << err;
+    EXPECT_EQ(read("runup").matrices, runup.matrices);
 }
 
 TEST_F(LinearModelTest, RoundOffAttractsNoFrequenciesAndIsNoResponse) {

@@ -489,6 +489,39 @@ TEST(FindMiddle, OfAGradedJournalIsOnItsAxisInTheMiddleOfItsLength) {
     EXPECT_GT((middle("HALF") - center).norm(), 1e-2);
 }
 
+TEST(FindMiddle, OfAFaceWithinThePartIsThatOfItsSurface) {
+    // Two layers of bricks whose faces between them are graded in both directions.
+    const std::vector<double> steps = {0, 0.1, 0.15, 0.4, 1};
+    const int n = int(steps.size());
+    Mesh mesh;
+    for (int k = 0; k < 3; ++k)
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i < n; ++i) {
+                mesh.nodeNumbers.push_back(int(mesh.nodeNumbers.size()) + 1);
+                for (const double x : {steps[size_t(i)], 2 * steps[size_t(j)], double(k)})
+                    mesh.positions.push_back(x);
+                if (k == 1) mesh.nodeSets["INNER"].push_back(int(mesh.nodeNumbers.size()) - 1);
+                if (k == 2) mesh.nodeSets["TOP"].push_back(int(mesh.nodeNumbers.size()) - 1);
+            }
+    ElementBlock block;
+    block.type = ElementType::Hex8;
+    const auto at = [&](int i, int j, int k) { return i + n * (j + n * k); };
+    for (int k = 0; k < 2; ++k)
+        for (int j = 0; j + 1 < n; ++j)
+            for (int i = 0; i + 1 < n; ++i)
+                block.nodes.insert(block.nodes.end(),
+                                   {at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k),
+                                    at(i, j + 1, k), at(i, j, k + 1), at(i + 1, j, k + 1),
+                                    at(i + 1, j + 1, k + 1), at(i, j + 1, k + 1)});
+    mesh.elements = {block};
+    const auto inner = findMiddle(mesh, "INNER"), top = findMiddle(mesh, "TOP");
+    const double expected[3] = {0.5, 1, 1};
+    for (size_t a = 0; a < 3; ++a) {
+        EXPECT_NEAR(inner[a], expected[a], 1e-14);
+        EXPECT_NEAR(top[a], expected[a] + (a == 2), 1e-14);
+    }
+}
+
 TEST_F(InterfacesTest, WhatIsWrongWithALoadPointIsSaid) {
     ReductionOptions options = twoEnds(TieType::Rigid, TieType::Distributing, 30);
     options.loadPoints = {{"node:1"}};

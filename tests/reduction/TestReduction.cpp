@@ -237,6 +237,28 @@ TEST_F(ReductionTest, AHingeInsideThePartIsRefused) {
     }
 }
 
+TEST_F(ReductionTest, AHingeIsNamedHoweverManyModesAreAskedFor) {
+    // Two cubes that share an edge, of so few nodes that round-off hides that K is singular.
+    std::string text = "*NODE\n";
+    int number = 0;
+    for (const char* place : {"0,0,0", "1,0,0", "1,1,0", "0,1,0", "0,0,1", "1,0,1", "1,1,1",
+                              "0,1,1", "2,1,0", "2,2,0", "1,2,0", "2,1,1", "2,2,1", "1,2,1"})
+        text += std::to_string(++number) + "," + place + "\n";
+    text += "*ELEMENT, TYPE=C3D8, ELSET=BODY\n1,1,2,3,4,5,6,7,8\n2,3,9,10,11,7,12,13,14\n" +
+            Brick().materialText();
+    TestFolder folder;
+    testing::writeText(folder / "cubes.inp", text);
+    const FeModel cubes = readCalculixDeck(folder / "cubes.inp");
+    for (const int numModes : {10, 20, 30}) {
+        ReductionOptions options;
+        options.numModes = numModes;
+        EXPECT_THAT(errorOf(options, cubes),
+                    ::testing::AnyOf(HasSubstr("rigid modes; it must have 6"),
+                                     HasSubstr("singular beyond the six rigid motions")))
+            << numModes;
+    }
+}
+
 // The stiffest shapes of the basis lie 13 and more decades above the slowest mode; of a blade of
 // half a millimetre the 14 digits of K that CalculiX writes leave no more than 1e-4.
 TEST_F(ReductionTest, ThinBladesHaveSixRigidMotionsAndCalculixFrequencies) {

@@ -142,5 +142,36 @@ TEST_F(ThinParts, ShellsBeamsAndSolidsTiedTogetherHaveCalculixFrequencies) {
             << "mode " << i + 1;
 }
 
+TEST_F(ThinParts, AnInterfaceThatIsABeamsNodeIsNamedWhereItStiffensTheBeam) {
+    constexpr int Bays = 8;
+    for (int k = 0; k < Bays; ++k)
+        deck.addBeam("B32R", "GIRDER", 1, {0.2 * k, 0, 0}, {0.2 * (k + 1), 0, 0});
+    deck.addBeamSection("GIRDER", "RECT", 0.06, 0.03, "0,0,1");
+    std::vector<int> nodes;
+    for (int k = 0; k <= Bays; ++k) nodes.push_back(deck.addNode({0.2 * k, 0, 0}));
+    testing::writeText(folder / "deck.inp", deck.text());
+    const FeModel model = readCalculixDeck(folder / "deck.inp");
+    ReductionOptions options;
+    options.numModes = 6 * int(nodes.size()) + 20;
+    const auto hertz = [&](TieType tie) {
+        options.interfaces.clear();
+        for (const int node : nodes)
+            options.interfaces.push_back(
+                {"p" + std::to_string(node), "node:" + std::to_string(node), tie});
+        return hertzOf(reduce(model, options), 0);
+    };
+    const double whole = testing::calcCalculixFrequencies(folder, folder / "deck.inp", {}, 7)[6];
+    // The cure that the warning names keeps the beam as it is.
+    EXPECT_NEAR(hertz(TieType::Distributing), whole, 1e-5 * whole);
+    EXPECT_TRUE(listInterfaceWarnings(model, options).empty());
+    EXPECT_GT(hertz(TieType::Rigid), 1.01 * whole);
+    const std::vector<std::string> warnings = listInterfaceWarnings(model, options);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_THAT(warnings[0],
+                ::testing::AllOf(::testing::HasSubstr("are each one node of a beam"),
+                                 ::testing::HasSubstr("'p" + std::to_string(nodes[4]) + "'"),
+                                 ::testing::HasSubstr("--distributing")));
+}
+
 }  // namespace
 }  // namespace simflex

@@ -74,6 +74,7 @@ void verify(ModelText text, const ModelRun& run, RunOptions options) {
     options.longestStep = 0.5;  // where that is what limits the error
     options.drawsPictures = options.writesCsv = false;
     options.animation.clear();
+    options.listener = makeListenerOfNews(options.listener);
     ModelRun fine(text, ModelOptions::Bodies::AsGiven, options);
     fine.perform();
     ProgressBar::clearLine();
@@ -141,7 +142,9 @@ void perform(const RunArguments& arguments) {
         twin->getFiner().refuseFailures();
     }
     if (isRigidToo) {
-        ModelRun rigid(text, ModelOptions::Bodies::Rigid, options);
+        RunOptions ofRigid = options;
+        ofRigid.listener = makeListenerOfNews(options.listener);
+        ModelRun rigid(text, ModelOptions::Bodies::Rigid, ofRigid);
         rigid.perform();
         ProgressBar::clearLine();
         printDifference(readResults(run.getResultPath(), ReadStates::No),

@@ -7,6 +7,7 @@
 #include "simflex/base/NumberText.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/cli/Format.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/Comparison.h"
@@ -36,7 +37,30 @@ void print(const TextTable& table) {
     if (!table.isEmpty()) std::fputs(table.format("  ").c_str(), stdout);
 }
 
-void printTransient(const Results::Analysis& analysis) {
+/** Numbers that are round-off are printed as zero. **/
+class RoundOff {
+public:
+    /** @param accuracy  of displacements [m] **/
+    RoundOff(const Results::Analysis& analysis, double accuracy)
+        : m_analysis(analysis), m_accuracy(accuracy) {}
+
+    std::string format(double value, const std::string& unit) const {
+        return formatNumber(std::abs(value) <= find(unit) ? 0 : value);
+    }
+
+private:
+    double find(const std::string& unit) const {
+        constexpr double Least = 1e-30, OfScale = 1e-13, OfAccuracy = 1e-8;
+        const bool isLength = unit == "m" || unit == "rad";
+        return std::max({Least, OfScale * findUnitScale(m_analysis, unit),
+                         isLength ? OfAccuracy * m_accuracy : 0});
+    }
+
+    const Results::Analysis& m_analysis;
+    double m_accuracy;
+};
+
+void printTransient(const Results::Analysis& analysis, const RoundOff& roundOff) {
     std::printf("%s: transient", analysis.name.c_str());
     if (!analysis.time.empty())
         std::printf(", t = %.6g to %.6g s in %zu rows", analysis.time.front(), analysis.time.back(),
@@ -60,8 +84,9 @@ void printTransient(const Results::Analysis& analysis) {
         const auto formatTime = [&](auto place) {
             return formatNumber(analysis.time[size_t(place - values.begin())]);
         };
-        table.add({makeLabel(column), formatNumber(*least), formatTime(least),
-                   formatNumber(*largest), formatTime(largest), formatNumber(values.back())});
+        const auto format = [&](double value) { return roundOff.format(value, column.unit); };
+        table.add({makeLabel(column), format(*least), formatTime(least), format(*largest),
+                   formatTime(largest), format(values.back())});
     }
     print(table);
 }
@@ -76,7 +101,7 @@ void printEvents(const Results::Analysis& analysis) {
 }
 
 /** Points of a path where something happens: its ends, limit points, bifurcations. **/
-void printPath(const Results::Analysis& analysis) {
+void printPath(const Results::Analysis& analysis, const RoundOff& roundOff) {
     constexpr size_t MostColumns = 5;
     const std::vector<std::vector<double>>& path = analysis.matrices.at("path");
     std::vector<ChosenColumn> columns = chooseColumns(analysis, {});
@@ -97,21 +122,21 @@ void printPath(const Results::Analysis& analysis) {
                                        : path[k][1] == 0 ? "yes"
                                                          : "no"};
         for (const ChosenColumn& column : columns)
-            cells.push_back(formatNumber(column.values.at(k)));
+            cells.push_back(roundOff.format(column.values.at(k), column.unit));
         table.add(cells);
     }
     std::printf("  path of %zu equilibria\n", path.size());
     print(table);
 }
 
-void printStatic(const Results::Analysis& analysis) {
+void printStatic(const Results::Analysis& analysis, const RoundOff& roundOff) {
     std::printf("%s: static equilibrium, %.0f iterations\n", analysis.name.c_str(),
                 getStatistic(analysis, "iterations"));
     TextTable table({"probe", "value"});
     for (const ChosenColumn& column : chooseColumns(analysis, {}))
-        table.add({makeLabel(column), formatNumber(column.values.back())});
+        table.add({makeLabel(column), roundOff.format(column.values.back(), column.unit)});
     print(table);
-    if (analysis.hasPath()) printPath(analysis);
+    if (analysis.hasPath()) printPath(analysis, roundOff);
 }
 
 constexpr double Aperiodic = 1 - 1e-9;  // damping ratio of what does not oscillate
@@ -227,10 +252,11 @@ void printResponse(const Results::Analysis& analysis) {
     print(values);
 }
 
-/** @param remarks  more lines **/
-void printAnalysis(const Results::Analysis& analysis, const std::vector<std::string>& remarks) {
-    if (analysis.type == "transient") printTransient(analysis);
-    if (analysis.type == "static") printStatic(analysis);
+void printAnalysis(const Results::Analysis& analysis, const ModelRun& run) {
+    const RoundOff roundOff(analysis,
+                            run.getModel().getFile().get("solver").get("accuracy").getNumber());
+    if (analysis.type == "transient") printTransient(analysis, roundOff);
+    if (analysis.type == "static") printStatic(analysis, roundOff);
     if (analysis.type == "eigen") {
         printEigen(analysis);
         printParticipation(analysis);
@@ -240,8 +266,10 @@ void printAnalysis(const Results::Analysis& analysis, const std::vector<std::str
     if (analysis.type == "frequency_response") printResponse(analysis);
     printEvents(analysis);
     for (const std::string& warning : analysis.warnings)
-        std::printf("  warning: %s\n", warning.c_str());
-    for (const std::string& remark : remarks) std::printf("  %s\n", remark.c_str());
+        if (!isWarningInSight(analysis.name + ": " + warning))
+            std::printf("  warning: %s\n", warning.c_str());
+    for (const std::string& remark : run.getRemarks(analysis.name))
+        std::printf("  %s\n", remark.c_str());
 }
 
 }  // namespace
@@ -312,9 +340,9 @@ std::string describeSeconds(const ModelRun& run) {
 void printSummary(const ModelRun& run) {
     const Results results = readResults(run.getResultPath(), ReadStates::No);
     for (const std::string& warning : results.warnings)
-        std::printf("warning: %s\n", warning.c_str());
+        if (!isWarningInSight(warning)) std::printf("warning: %s\n", warning.c_str());
     for (const Results::Analysis& analysis : results.analyses)
-        if (run.isWanted(analysis.name)) printAnalysis(analysis, run.getRemarks(analysis.name));
+        if (run.isWanted(analysis.name)) printAnalysis(analysis, run);
     std::printf("results: %s\n", run.getResultPath().c_str());
 }
 
@@ -323,7 +351,7 @@ void printComplete(const ModelRun& run) {
     bool hasAny = false;
     for (const Results::Analysis& analysis : results.analyses) {
         if (!run.isWanted(analysis.name) || !analysis.isComplete) continue;
-        printAnalysis(analysis, run.getRemarks(analysis.name));
+        printAnalysis(analysis, run);
         hasAny = true;
     }
     if (hasAny) std::printf("results so far: %s\n", run.getResultPath().c_str());
@@ -430,6 +458,7 @@ void printErrorBars(const Results& run, const ErrorBars& bars) {
 namespace {
 
 constexpr double TrustedChange = 0.01;  // change of a probe, of its range
+constexpr double Unresolved = 1e-6;     // change of a probe, of the largest value of its unit
 
 /** Of how a run and one with finer steps differ. **/
 class Remedy {
@@ -485,19 +514,27 @@ void printVerification(const Results& run, const Results& fine, const std::strin
         // Analyses that were not asked for are of an earlier run.
         if (a.type != "transient" || a.probes.empty() || !seekNamed(fine.analyses, a.name))
             continue;
-        printColumns(a.name + ": changes with " + change, a, comparison, describeRelative);
-        hasAny = true;
         // Of what is zero but for round-off, as errors of joints are, and of energies, a part of
         // their own range says nothing.
-        const auto isTrusted = [&](const ColumnDifference& column) {
+        const auto isSmall = [&](const ColumnDifference& column) {
             if (probes.has(column.probe) && probes.get(column.probe).has("joint_error"))
                 return true;
             const bool isLength = column.unit == "m" || column.unit == "rad";
-            const double scale = column.unit == "J" ? getStatistic(a, "largest_kinetic_energy") : 0;
-            return column.getRelative() <= TrustedChange ||
-                   (isLength && column.largest <= accuracy) ||
-                   column.largest <= TrustedChange * scale;
+            const double energy =
+                column.unit == "J" ? getStatistic(a, "largest_kinetic_energy") : 0;
+            return column.largest <= std::max({isLength ? accuracy : 0, TrustedChange * energy,
+                                               Unresolved * findUnitScale(a, column.unit)});
         };
+        const auto isTrusted = [&](const ColumnDifference& column) {
+            return column.getRelative() <= TrustedChange || isSmall(column);
+        };
+        const auto describe = [&](const ColumnDifference& column) {
+            return column.getRelative() > TrustedChange && isSmall(column)
+                       ? std::string("small")
+                       : describeRelative(column);
+        };
+        printColumns(a.name + ": changes with " + change, a, comparison, describe);
+        hasAny = true;
         for (const ColumnDifference& column : comparison.columns)
             if (column.analysis == a.name && !isTrusted(column))
                 std::printf("  warning: probe '%s' changes by %.3g %% of its range %s; %s\n",

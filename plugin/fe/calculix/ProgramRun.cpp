@@ -9,6 +9,7 @@
 #include <deque>
 #include <fstream>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 
 namespace simflex {
@@ -54,8 +55,11 @@ ChildProcess startProgram(const ProgramRun& run) {
     setup.sandbox = run.sandbox;
     try {
         return ChildProcess(setup);
-    } catch (const std::runtime_error& error) {
-        if (!findProgram(run.program).empty()) throw;
+    } catch (const std::system_error& error) {
+        // A process too many, or a lack of memory, is cured by no installation.
+        if (error.code() != std::errc::no_such_file_or_directory &&
+            error.code() != std::errc::permission_denied)
+            throw;
         throw std::runtime_error(std::string(error.what()) + ". " + run.cure);
     }
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -135,7 +136,8 @@ private:
             } else if (keyword == "ENDPART") {
                 part = nullptr;
             } else if (keyword == "ASSEMBLY") {
-                if (part) refuseCard(card, "*ASSEMBLY stands within a *PART, whose *END PART is missing");
+                if (part)
+                    refuseCard(card, "*ASSEMBLY stands within a *PART, whose *END PART is missing");
                 isInAssembly = true;
                 if (card.has("NAME")) m_assembly.name = card.get("NAME");
             } else if (keyword == "ENDASSEMBLY") {
@@ -313,8 +315,6 @@ private:
                                  " in a part is not known to simflex; write the part out "
                                  "with the nodes and elements that it makes");
         if (keyword == "NODE") {
-            if (card.has("SYSTEM") && card.get("SYSTEM") != "R")
-                refuseCard(card, "*NODE with SYSTEM is not known: give plain coordinates");
             referAll(0, 1, 1, NumberKind::Node);
             for (DeckLine& data : card.data)
                 if (placement.isMoved()) move(card, data, 1, placement, false);
@@ -393,10 +393,99 @@ private:
     std::set<std::string> m_assemblyNames;
 };
 
+/** Axes that a *SYSTEM gives, and where they stand. **/
+struct NodeSystem {
+    Vec3d origin{}, x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+
+    Vec3d place(const Vec3d& local) const {
+        return sumOf(sumOf(sumOf(origin, local[0], x), local[1], y), local[2], z);
+    }
+};
+
+NodeSystem readNodeSystem(const DeckCard& card) {
+    constexpr double Level = 1e-6;  // sine of an angle
+    const auto hasPoint = [&](size_t line, size_t first) {
+        return line < card.data.size() && card.data[line].fields.size() > first;
+    };
+    const auto readPoint = [&](size_t line, size_t first) {
+        Vec3d point{};
+        for (size_t a = 0; a < 3; ++a)
+            point[a] = readDeckNumber(card, card.data[line], first + a,
+                                      "points a and b, and below them c, of three numbers each");
+        return point;
+    };
+    NodeSystem system;
+    if (!hasPoint(0, 0)) return system;
+    system.origin = readPoint(0, 0);
+    if (!hasPoint(0, 3)) return system;
+    const Vec3d along = minus(readPoint(0, 3), system.origin);
+    const double length = normOf(along);
+    if (!(length > 0)) refuseCard(card, "points a and b of *SYSTEM are the same");
+    system.x = scaled(along, 1 / length);
+    if (hasPoint(1, 0)) {
+        const Vec3d up = cross(system.x, minus(readPoint(1, 0), system.origin));
+        if (!(normOf(up) > Level * length))
+            refuseCard(card, "the three points of *SYSTEM are on a line", card.data[1].line);
+        system.z = scaled(up, 1 / normOf(up));
+    } else if (std::abs(system.x[2]) > Level) {
+        refuseCard(card,
+                   "without its point c the z axis of *SYSTEM is the deck's, and a and b lie "
+                   "beside each other at the same z");
+    }
+    system.y = cross(system.z, system.x);
+    return system;
+}
+
+void placeNodes(DeckCard& card, const NodeSystem& system) {
+    const std::string kind = card.has("SYSTEM") ? card.get("SYSTEM") : "R";
+    card.parameters.erase("SYSTEM");
+    if (kind != "R" && kind != "C")
+        refuseCard(card, "*NODE with SYSTEM=" + kind + " is not known: give plain coordinates");
+    for (DeckLine& data : card.data) {
+        if (data.fields.size() < 4) data.fields.resize(4);
+        Vec3d x{};
+        for (size_t a = 0; a < 3; ++a)
+            if (!data.fields[a + 1].empty())
+                x[a] = readDeckNumber(card, data, a + 1, "the three coordinates of a node");
+        if (kind == "C") {
+            const double angle = x[1] * M_PI / 180;
+            x = {x[0] * std::cos(angle), x[0] * std::sin(angle), x[2]};
+        }
+        x = system.place(x);
+        for (size_t a = 0; a < 3; ++a) data.fields[a + 1] = writeGeneral(x[a]);
+    }
+}
+
+/** Nodes in the axes of the deck, or of its parts. **/
+std::vector<DeckCard> placeSystems(std::vector<DeckCard> cards) {
+    std::vector<DeckCard> placed;
+    std::optional<NodeSystem> system;
+    for (DeckCard& card : cards) {
+        const std::string& keyword = card.keyword;
+        if (keyword == "SYSTEM") {
+            system.reset();
+            if (!card.data.empty()) system = readNodeSystem(card);
+            continue;
+        }
+        if (keyword == "PART" || keyword == "ENDPART" || keyword == "INSTANCE" ||
+            keyword == "ENDINSTANCE")
+            system.reset();
+        if (system && isGenerator(keyword))
+            refuseCard(card, card.title +
+                                 " between *SYSTEM cards is not known to simflex; end the "
+                                 "system before it by a *SYSTEM without data");
+        if (keyword == "NODE" && (system || card.has("SYSTEM")))
+            placeNodes(card, system.value_or(NodeSystem()));
+        placed.push_back(std::move(card));
+    }
+    return placed;
+}
+
 }  // namespace
 
-std::vector<DeckCard> flattenAssembly(std::vector<DeckCard> cards,
+std::vector<DeckCard> flattenAssembly(std::vector<DeckCard> given,
                                       std::vector<std::string>& notes) {
+    std::vector<DeckCard> cards = placeSystems(std::move(given));
     const bool isFlat = std::none_of(cards.begin(), cards.end(), [](const DeckCard& card) {
         return card.keyword == "PART" || card.keyword == "INSTANCE" || card.keyword == "ASSEMBLY";
     });

@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-Decks of parts and instances, as Abaqus/CAE writes them, as plain ones. Internal to fe.
+Decks of parts and instances, as Abaqus/CAE writes them, as plain ones, with their nodes in the axes
+of the deck. Internal to fe.
 
     *PART, NAME=BAR                 *ASSEMBLY, NAME=A
     *NODE …                         *INSTANCE, NAME=BAR-1, PART=BAR
@@ -13,7 +14,11 @@ Decks of parts and instances, as Abaqus/CAE writes them, as plain ones. Internal
 
 Nodes and elements of the first instance keep their numbers, those of the next and of the assembly
 itself get numbers behind. Names of parts get their instance before them, BAR-1.END; where there is
-one instance alone they stay, unless the assembly has the same. **/
+one instance alone they stay, unless the assembly has the same.
+
+*SYSTEM gives the axes of the nodes that follow up to the next one, or the end of the part: point a
+at the origin, b on the x axis, then c in the x-y plane. Without c, z is the deck's; without b all
+axes are. *NODE, SYSTEM=C gives r, θ [°], z in these axes. **/
 
 #include <string>
 #include <vector>
@@ -22,7 +27,8 @@ one instance alone they stay, unless the assembly has the same. **/
 
 namespace simflex {
 
-/** The cards without parts and instances; those of a deck that has none as they are.
+/** The cards without parts, instances and systems of nodes; those of a deck that has none as they
+are.
 @param notes  get what nodes and elements of instances are numbered by
 @throws std::invalid_argument naming file and line. **/
 std::vector<DeckCard> flattenAssembly(std::vector<DeckCard> cards, std::vector<std::string>& notes);

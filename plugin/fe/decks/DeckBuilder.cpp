@@ -1777,6 +1777,8 @@ std::vector<DeckCard> readModelCards(const std::string& path, const ProgressCall
 DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards, ContactUse contact) {
     try {
         return Builder(path, std::move(cards), contact).build();
+    } catch (const BadElementShape&) {
+        throw;
     } catch (const std::invalid_argument& error) {
         // What has no line of its own names the deck.
         const std::string text = error.what();

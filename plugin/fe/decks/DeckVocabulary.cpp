@@ -187,7 +187,6 @@ const std::map<std::string, std::string> RefusedCards = {
     {"CYCLICSYMMETRYMODEL", "cyclic symmetry ties degrees of freedom; mesh the whole part"},
     {"MATRIXASSEMBLE", "it adds matrices from files to those of the elements; reduce the matrices"},
     {"NMAP", Generates},
-    {"SYSTEM", "it moves the nodes that follow; write them in the axes of the part"},
     {"IMPERFECTION", "it moves nodes by files of other runs; write the deck with the nodes moved"},
     {"CONNECTORSECTION", "put connectors into the multibody model"},
     {"CONNECTORBEHAVIOR", "put connectors into the multibody model"},

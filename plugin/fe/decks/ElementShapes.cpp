@@ -91,9 +91,9 @@ void checkElementShapes(const DeckModel& deck) {
         parallelFor(solids.size(), omp_get_max_threads(), [&](size_t k) {
             const std::string wrong = find(k);
             if (wrong.empty()) return;
-            throw std::invalid_argument(
-                deck.path + ": element " + std::to_string(solids[k].number) + ", a " + type + ", " +
-                wrong + "; are its nodes in CalculiX's order? Mend the mesh.");
+            throw BadElementShape(deck.path + ": element " + std::to_string(solids[k].number) +
+                                  ", a " + type + ", " + wrong +
+                                  "; are its nodes in CalculiX's order? Mend the mesh.");
         });
     }
 }

@@ -11,11 +11,11 @@
 namespace simflex {
 namespace {
 
-constexpr double SameNormal = 0.939693;   // cosine of 20°, CalculiX's digits
-constexpr double SameAsGiven = 0.999962;  // of half a degree, from a *NORMAL
-constexpr double SameThickness = 1e-10;   // thicknesses [m] and offsets, CalculiX's too
-constexpr double NearlyParallel = 1e-4;   // sine of the angle between normals of a knot
-constexpr double Flat = 1e-8;             // share of the largest moment that counts as none
+constexpr double SameNormal = 0.939693;    // cosine of 20°, CalculiX's digits
+constexpr double SameAsGiven = 0.999962;   // of half a degree, from a *NORMAL
+constexpr double SameThickness = 1e-10;    // thicknesses [m] and offsets, CalculiX's too
+constexpr double NearlyParallel = 0.0087;  // sine of half a degree between normals of a knot
+constexpr double Flat = 1e-8;              // share of the largest moment that counts as none
 
 const std::map<std::string, ThinType> Thin = {
     {"S3", {false, 3, "C3D6"}},  {"S4", {false, 4, "C3D8I"}}, {"S4R", {false, 4, "C3D8R"}},
@@ -194,7 +194,8 @@ private:
             expansion.normal = lead.isGiven ? lead.normal : unit(expansion.normal);
             expansion.thickness = lead.thickness;
             expansion.offset = lead.element->offset;
-            // A knot whose nodes lie on a line but for the digits of the mesh has them on it.
+            // A knot whose nodes lie nearly on a line has them on it: a step in thickness of what
+            // else is smooth, as in CalculiX.
             if (index > 0) {
                 const Vec3d& other = m_expansions[node][0].normal;
                 if (normOf(cross(expansion.normal, other)) < NearlyParallel)

@@ -240,12 +240,12 @@ void ModelRun::describePath(const std::string& name,
             remarks.push_back("limit point: the path turns at " + percent(point.fraction) +
                               " of the loads");
         if (point.kind == Kind::Bifurcation)
-            remarks.push_back(
-                "bifurcation: another path crosses at " + percent(point.fraction) +
-                " of the loads, and stability changes" +
-                (point.numChanging > 1 ? " in " + std::to_string(point.numChanging) + " motions"
-                                       : std::string()) +
-                "; only this one is followed");
+            remarks.push_back("bifurcation: another path crosses at " + percent(point.fraction) +
+                              " of the loads, and stability changes" +
+                              (point.numChanging > 1
+                                   ? " in " + std::to_string(point.numChanging) + " motions"
+                                   : std::string()) +
+                              "; only this one is followed");
     }
     const double last = path.back().fraction;
     if (last != 1)
@@ -283,6 +283,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         throw std::runtime_error("analysis '" + name + "': " + error.what());
     }
     warnOfUnevenDamping(name, about);
+    checkElements(name, {about});
     stopIfAsked();
     const auto firstElastic = std::find_if(
         modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
@@ -490,6 +491,7 @@ void ModelRun::runLinear(const ModelValue& analysis) {
     const ModalForm form = readModalForm(analysis);
     const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name),
                                       [this] { stopIfAsked(); });
+    checkElements(name, {about});
     LinearSystem linear;
     try {
         linear = linearizeModel(
@@ -522,10 +524,26 @@ void ModelRun::runLinear(const ModelValue& analysis) {
 
 namespace {
 
+/** As it may stand in a model file. **/
+std::string writeFlow(const ModelValue& value) {
+    std::string text;
+    if (value.isMap()) {
+        for (const std::string& key : value.getKeys())
+            text += (text.empty() ? "" : ", ") + key + ": " + writeFlow(value.get(key));
+        return "{" + text + "}";
+    }
+    if (value.isList()) {
+        for (int i = 0; i < value.getSize(); ++i)
+            text += (i > 0 ? ", " : "") + writeFlow(value.at(i));
+        return "[" + text + "]";
+    }
+    return '"' + value.getText() + '"';
+}
+
 std::optional<Unbalance> readUnbalance(const ModelValue& analysis) {
     const ModelValue value = analysis.get("unbalance");
     if (!value.isGiven()) return {};
-    return Unbalance{value.get("on").getText(), value.get("moment").getNumber(),
+    return Unbalance{writeFlow(value.get("on")), value.get("moment").getNumber(),
                      int(std::string("xyz").find(value.get("axis").getText()))};
 }
 
@@ -716,10 +734,11 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
                 return transfers;
             };
         } else {
-            model.emplace(
-                m_text, m_modelOptions, m_model, m_probes,
-                assembleState(*m_model, findNamedState(analysis.get("about"), name), observe),
-                inputs, outputs, unbalance, effectiveStress, observe);
+            const State about =
+                assembleState(*m_model, findNamedState(analysis.get("about"), name), observe);
+            checkElements(name, {about});
+            model.emplace(m_text, m_modelOptions, m_model, m_probes, about, inputs, outputs,
+                          unbalance, effectiveStress, observe);
             calcTransfers = [&](const std::vector<double>& wanted, const auto& tell) {
                 return model->calcTransfers(wanted, tell);
             };

@@ -32,6 +32,9 @@ void dropErrors(Results& results) {
 /** Of the error that is allowed, what modes are advised for: what they leave is an estimate. **/
 constexpr double AdvisedShare = 0.7;
 
+/** Of the largest value of its unit, what no run resolves. **/
+constexpr double Unresolved = 1e-6;
+
 bool isLinear(const Results::Analysis& analysis) {
     return analysis.type == "linear";
 }
@@ -207,7 +210,8 @@ std::vector<ModeAdvice> ErrorBarRun::advise(const ModelRun& run, const Results& 
         for (const auto& [name, leftOut] : parts) largest = std::max(largest, leftOut.calcRest(0));
         for (const ColumnDifference& column : comparison.columns) {
             const double error = column.getRelative();
-            if (column.analysis != analysis.name || !(error > TrustedError) || column.unit == "J")
+            if (column.analysis != analysis.name || !(error > TrustedError) || column.unit == "J" ||
+                column.largest <= Unresolved * findUnitScale(analysis, column.unit))
                 continue;
             for (const auto& [name, leftOut] : parts) {
                 // A part that has hardly a share in the error needs no more modes.

@@ -105,7 +105,7 @@ private:
 
 /** A force moment·ω² that turns about an axis of Ground, at the frequency of the response. **/
 struct Unbalance {
-    std::string on;     ///< frame
+    std::string on;     ///< frame, as a model file has it
     double moment = 0;  ///< mass times distance from the axis [kg m]
     int axis = 0;       ///< 0 x, 1 y, 2 z: it turns from the next one to the one after
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
@@ -121,13 +122,24 @@ void ModelRun::leaveOut(const std::string& analysis, const std::string& reason) 
                                 "' is left out of the rigid model: " + reason);
 }
 
-void ModelRun::checkLinearRange(const std::string& analysis, const std::vector<State>& states) {
+void ModelRun::checkRanges(const std::string& analysis, const std::vector<State>& states) {
     const LinearRangeReporter reporter(
         m_model->getFlexibleBodies(), 1,
         [&](const std::string& message) { warn(analysis, message); });
     for (const State& state : states) {
         m_model->getSystem().realize(state, SimTK::Stage::Velocity);
         reporter.handleEvent(state);
+    }
+    checkElements(analysis, states);
+}
+
+void ModelRun::checkElements(const std::string& analysis, const std::vector<State>& states) {
+    std::set<int> told;
+    for (const State& state : states) {
+        m_model->getSystem().realize(state, SimTK::Stage::Velocity);
+        for (const auto& [element, text] :
+             m_model->getFlexibleBodies().describeElementsOutOfRange(state))
+            if (told.insert(element).second) warn(analysis, text);
     }
 }
 
@@ -440,7 +452,7 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
     std::vector<State> states{equilibrium.state};
     for (const StaticEquilibrium::PathPoint& point : equilibrium.path)
         states.push_back(point.state);
-    checkLinearRange(analysis.getName(), states);
+    checkRanges(analysis.getName(), states);
     return equilibrium;
 }
 

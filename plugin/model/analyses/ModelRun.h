@@ -84,8 +84,11 @@ private:
     /** Tells that an analysis of a rigid model has no meaning. **/
     void leaveOut(const std::string& analysis, const std::string& reason);
     bool isRigidTwin() const { return m_modelOptions.bodies == ModelOptions::Bodies::Rigid; }
-    /** Warns of flexible bodies that are bent beyond what modes describe. **/
-    void checkLinearRange(const std::string& analysis, const std::vector<SimTK::State>& states);
+    /** Warns of flexible bodies that are bent beyond what modes describe, and of what
+    checkElements() warns of. **/
+    void checkRanges(const std::string& analysis, const std::vector<SimTK::State>& states);
+    /** Warns of connectors that have left the range in which their force means something. **/
+    void checkElements(const std::string& analysis, const std::vector<SimTK::State>& states);
 
     /** An equilibrium that later analyses may begin at. **/
     struct Equilibrium {

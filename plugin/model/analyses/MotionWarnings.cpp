@@ -35,6 +35,7 @@ const char* MotionWarnings::getAdviceAtStart() {
 void MotionWarnings::check(const SimTK::State& state, const std::vector<double>& values) {
     m_linearRange.handleEvent(state);
     checkTurning(state);
+    checkElements(state);
     checkFinite(state.getTime(), values);
     m_isAtStart = false;
 }
@@ -70,6 +71,17 @@ void MotionWarnings::checkTurning(const SimTK::State& state) {
     }
 }
 
+bool MotionWarnings::hasElementsWithRange() const {
+    return m_model.getFlexibleBodies().hasElementsWithRange();
+}
+
+void MotionWarnings::checkElements(const SimTK::State& state) {
+    for (const auto& [element, text] :
+         m_model.getFlexibleBodies().describeElementsOutOfRange(state))
+        if (m_outOfRange.insert(element).second)
+            m_warn("at t = " + writeGeneral(state.getTime(), 4) + " s " + text);
+}
+
 void MotionWarnings::checkFinite(double time, const std::vector<double>& values) {
     for (size_t k = 0; k < values.size(); ++k) {
         const size_t probe = size_t(m_probeOfColumn[k]);
@@ -83,7 +95,8 @@ void MotionWarnings::checkFinite(double time, const std::vector<double>& values)
 }
 
 std::vector<double> MotionWarnings::save() const {
-    std::vector<double> saved{double(m_isAtStart)};
+    std::vector<double> saved{double(m_isAtStart), double(m_outOfRange.size())};
+    saved.insert(saved.end(), m_outOfRange.begin(), m_outOfRange.end());
     for (const bool isTold : m_isNotFinite) saved.push_back(isTold);
     for (const bool isTold : m_turnsFast) saved.push_back(isTold);
     for (const auto& [body, isRotation] : m_linearRange.getWarned())
@@ -92,16 +105,21 @@ std::vector<double> MotionWarnings::save() const {
 }
 
 void MotionWarnings::restore(const std::vector<double>& saved) {
-    const size_t numProbes = m_isNotFinite.size(), numBodies = m_turnsFast.size(),
-                 numFlags = numProbes + numBodies;
-    if (saved.size() < 1 + numFlags || (saved.size() - numFlags) % 2 != 1)
-        throw std::invalid_argument("its warnings are of another model");
-    m_isAtStart = saved[0] != 0;
-    for (size_t k = 0; k < numProbes; ++k) m_isNotFinite[k] = saved[1 + k] != 0;
-    for (size_t k = 0; k < numBodies; ++k) m_turnsFast[k] = saved[1 + numProbes + k] != 0;
+    size_t at = 0;
+    const auto take = [&] {
+        if (at == saved.size()) throw std::invalid_argument("its warnings are of another model");
+        return saved[at++];
+    };
+    m_isAtStart = take() != 0;
+    m_outOfRange.clear();
+    for (double rest = take(); rest > 0; --rest) m_outOfRange.insert(int(take()));
+    for (size_t k = 0; k < m_isNotFinite.size(); ++k) m_isNotFinite[k] = take() != 0;
+    for (size_t k = 0; k < m_turnsFast.size(); ++k) m_turnsFast[k] = take() != 0;
     std::set<std::pair<int, bool>> warned;
-    for (size_t k = 1 + numFlags; k < saved.size(); k += 2)
-        warned.emplace(int(saved[k]), saved[k + 1] != 0);
+    while (at < saved.size()) {
+        const int body = int(take());
+        warned.emplace(body, take() != 0);
+    }
     m_linearRange.setWarned(warned);
 }
 

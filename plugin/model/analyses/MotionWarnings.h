@@ -2,9 +2,11 @@
 /** @file
 Warnings of a motion, each told once: flexible bodies that are bent beyond what modes describe, or
 turn so fast that they want geometric stiffening and have none, probes without a finite value,
-torsion springs that have been turned too far. What `simflex run` and the prompt tell alike. **/
+connectors that have left the range in which their force means something. What `simflex run` and the
+prompt tell alike. **/
 
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,6 +31,9 @@ public:
     **/
     static constexpr double LargestStiffening = 0.03;
     void checkTurning(const SimTK::State& state);
+    /** Connectors, between rows of results too. @pre Stage::Velocity. **/
+    void checkElements(const SimTK::State& state);
+    bool hasElementsWithRange() const;
     /** @param values  of all probes **/
     void checkFinite(double time, const std::vector<double>& values);
 
@@ -47,6 +52,7 @@ private:
     std::vector<int> m_probeOfColumn;
     LinearRangeReporter m_linearRange;
     const Model& m_model;
+    std::set<int> m_outOfRange;       ///< force elements
     std::vector<bool> m_turnsFast;    ///< by body
     std::vector<bool> m_isNotFinite;  ///< by probe
     bool m_isAtStart = true;

@@ -75,6 +75,7 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
                                  writeGeneral(m_frameInterval, 4) +
                                  " s, so there are only those of the start and the end");
     }
+    m_watchesElements = m_warnings.hasElementsWithRange();
     m_integrator = makeIntegrator(*run.m_model);
     // What happens between two rows is to be seen.
     const ModelValue solver = run.m_model->getFile().get("solver");
@@ -230,6 +231,7 @@ void TransientRun::noteEvents() {
 bool TransientRun::watchStep(double time) {
     m_reached = time;
     m_run.m_model->forgetLawFailure();
+    if (m_watchesElements) m_warnings.checkElements(m_integrator->copyAdvancedState());
     return m_run.m_options.listener.tellProgress(m_name, (time - m_startTime) / m_duration, [&] {
         char text[120];
         std::snprintf(text, sizeof text, "t = %.5g s, h = %.2g s, order %d", time,

@@ -68,6 +68,7 @@ private:
 
     std::unique_ptr<ImplicitIntegrator> m_integrator;
     MotionWarnings m_warnings;
+    bool m_watchesElements = false;  ///< at every step
     RunCheckpoint m_progress;
     std::vector<std::string> m_redundant;  ///< constraints that follow from others, at the start
     Clock::time_point m_kept;

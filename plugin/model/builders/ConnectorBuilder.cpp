@@ -87,7 +87,8 @@ void addConnectors(const ModelValue& file, const ModelFrames& frames, const Plac
         withPlace(value.get("between"), [&] {
             const Attachment F = frames.attach(pair.F, system), M = frames.attach(pair.M, system);
             if (type == "bushing") {
-                Bushing(system.flexible, F, M, readDiagonal(stiffness), readDiagonal(damping));
+                Bushing(system.flexible, F, M, readDiagonal(stiffness), readDiagonal(damping),
+                        name);
                 return;
             }
             if (value.has("law")) {
@@ -99,15 +100,15 @@ void addConnectors(const ModelValue& file, const ModelFrames& frames, const Plac
             const double k = stiffness.getNumber();
             if (type == "stop") {
                 if (!(k > 0)) stiffness.fail("the stiffness of a stop must be more than 0");
-                ContactStop(system.flexible, F, M, k, value.get("dissipation").getNumber());
+                ContactStop(system.flexible, F, M, k, value.get("dissipation").getNumber(), name);
             } else if (type == "torsion_spring") {
                 TorsionSpring(system.flexible, F, M, k, damping.getNumber(),
-                              value.get("free_angle").getNumber());
+                              value.get("free_angle").getNumber(), name);
             } else {
                 const ModelValue length = value.get("free_length");
                 const Vec3 apart = placement.calcPose(pair.F).p() - placement.calcPose(pair.M).p();
                 TwoPointSpringDamper(system.flexible, F, M, k, damping.getNumber(),
-                                     length.isGiven() ? length.getNumber() : apart.norm());
+                                     length.isGiven() ? length.getNumber() : apart.norm(), name);
             }
         });
     }

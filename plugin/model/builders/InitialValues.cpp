@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simflex/base/NumberText.h"
 #include "simflex/body/JointGoals.h"
+#include "simflex/body/StateCopy.h"
 #include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
@@ -88,6 +90,48 @@ Joint findStartingJoint(const JointStart& start, const ModelValue& file,
                                      : ": 'place' its bodies as they should be"));
     withPlace(start.joint, [&] { checkCoordinate(joint, start.coordinate); });
     return joint;
+}
+
+/** The largest displacement that some of a body's modes can add up to anywhere. **/
+double calcLargestSum(const FlexibleBody& body, const Vector& xi) {
+    const ReducedBody& part = body.getPart();
+    double sum = 0;
+    for (int mode = 0; mode < xi.size(); ++mode) {
+        double largest = 0;
+        for (int node = 0; node < part.mesh.numNodes(); ++node) {
+            const double* shape =
+                &part.Phi[3 * size_t(node) + 3 * size_t(part.mesh.numNodes()) * size_t(mode)];
+            largest = std::max(largest, std::hypot(shape[0], shape[1], shape[2]));
+        }
+        sum += std::abs(xi[mode]) * largest;
+    }
+    return sum;
+}
+
+/** Of bodies that do not have in `now` the shapes, and rates of them, of `before`. **/
+std::vector<std::string> describeBending(const ModelSystem& system, const State& before,
+                                         const State& now) {
+    constexpr double Bent = 1e-9, Fast = 1e-6;  // [m], [m/s]
+    std::vector<std::string> texts;
+    for (const Model::BodyEntry& body : system.bodies) {
+        if (!body.flexible || body.flexible->getNumModes() == 0) continue;
+        const FlexibleBody& flexible = *body.flexible;
+        const double bend = calcLargestSum(flexible, flexible.getModalCoordinates(now) -
+                                                         flexible.getModalCoordinates(before)),
+                     speed = calcLargestSum(
+                         flexible, flexible.getModalSpeeds(now) - flexible.getModalSpeeds(before));
+        if (bend > Bent)
+            texts.push_back("'" + body.name + "' is bent from the start, by up to " +
+                            writeGeneral(bend, 2) +
+                            " m: with its shape held the joints do not close with the coordinates "
+                            "under 'initial'");
+        if (speed > Fast)
+            texts.push_back("'" + body.name + "' vibrates from the start, with up to " +
+                            writeGeneral(speed, 2) +
+                            " m/s: with its shape held the joints do not allow the rates under "
+                            "'initial'");
+    }
+    return texts;
 }
 
 }  // namespace
@@ -176,7 +220,9 @@ void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placem
     system.system.realize(state, Stage::Velocity);
 }
 
-void setJointStarts(const ModelValue& file, const ModelSystem& system, State& state) {
+std::vector<std::string> setJointStarts(const ModelValue& file, const ModelSystem& system,
+                                        State& state) {
+    const State given = copyState(state);
     const std::vector<JointStart> starts = readJointStarts(file);
     std::vector<JointGoal> coordinates, rates;
     for (const JointStart& start : starts) {
@@ -197,6 +243,7 @@ void setJointStarts(const ModelValue& file, const ModelSystem& system, State& st
             error.what());
     }
     system.system.realize(state, Stage::Velocity);
+    return describeBending(system, given, state);
 }
 
 }  // namespace model

@@ -27,8 +27,12 @@ void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placem
                  const ModelSystem& system, SimTK::State& state);
 
 /** Gives joints the coordinates and rates that the file has for them, and leaves the State realized
-to Stage::Velocity. @throws ModelError if it cannot. **/
-void setJointStarts(const ModelValue& file, const ModelSystem& system, SimTK::State& state);
+to Stage::Velocity.
+@returns what is to be said of it: bodies that could not keep their shapes, or vibrate from the
+start
+@throws ModelError if it cannot. **/
+std::vector<std::string> setJointStarts(const ModelValue& file, const ModelSystem& system,
+                                        SimTK::State& state);
 
 }  // namespace model
 }  // namespace simflex

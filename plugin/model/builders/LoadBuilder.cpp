@@ -64,7 +64,8 @@ void addForce(const ModelValue& value, const ModelFrames& frames, SignalBuilder&
             [force, torque](Real t) {
                 return SpatialVec(calcVector(torque, t), calcVector(force, t));
             },
-            turns ? AttachmentForce::Axes::Attachment : AttachmentForce::Axes::Ground);
+            turns ? AttachmentForce::Axes::Attachment : AttachmentForce::Axes::Ground,
+            value.getName());
     });
 }
 

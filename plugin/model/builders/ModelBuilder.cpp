@@ -115,7 +115,8 @@ void ModelBuilder::warnOfAccuracy(const ModelSystem& system, double size) const 
 
 void ModelBuilder::setStarts(const ModelSystem& system, State& state) const {
     if (m_file.get("initial").has("joints") || m_file.get("initial").has("rates"))
-        setJointStarts(m_file, system, state);
+        for (const std::string& text : setJointStarts(m_file, system, state))
+            m_options.listener.tellWarning(text);
 }
 
 void ModelBuilder::noteOpenCoupler(const Model::JointEntry& coupler, const State& placed) const {

@@ -61,7 +61,7 @@ PolygonalMesh readMesh(const ModelValue& file, double scale) {
         if (mesh.getNumVerticesForFace(face) < 3)
             file.fail("face " + std::to_string(face + 1) + " of '" + path + "' has " +
                       std::to_string(mesh.getNumVerticesForFace(face)) +
-                      " vertices; it must have at least three");
+                      " vertices; a face has three or more");
         for (int k = 0; k < mesh.getNumVerticesForFace(face); ++k) {
             const int vertex = mesh.getFaceVertex(face, k);
             if (vertex < 0 || vertex >= mesh.getNumVertices())

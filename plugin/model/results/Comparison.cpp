@@ -620,6 +620,20 @@ private:
 
 }  // namespace
 
+double findUnitScale(const Results::Analysis& analysis, const std::string& unit) {
+    if (unit.empty()) return 0;
+    double scale = 0;
+    const auto energy = analysis.statistics.find("largest_kinetic_energy");
+    if (unit == "J" && energy != analysis.statistics.end()) scale = energy->second;
+    for (const Results::Series& series : analysis.probes) {
+        if (series.column.unit != unit) continue;
+        for (const std::vector<double>& row : series.rows)
+            for (const double value : row)
+                if (std::isfinite(value)) scale = std::max(scale, std::abs(value));
+    }
+    return scale;
+}
+
 double ColumnDifference::getRelative() const {
     if (largest == 0) return 0;
     return range > 0 ? largest / range : INFINITY;

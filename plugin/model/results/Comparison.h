@@ -62,5 +62,9 @@ ResultComparison compareResults(const Results& a, const Results& b,
                                 const std::vector<std::string>& patterns, const std::string& nameA,
                                 const std::string& nameB);
 
+/** The largest |value| that probes of a unit have in an analysis: beside it, round-off of others of
+the unit is small. Of joules the largest kinetic energy counts, too; 0 of no unit. **/
+double findUnitScale(const Results::Analysis& analysis, const std::string& unit);
+
 }  // namespace model
 }  // namespace simflex

@@ -194,7 +194,7 @@ SchemaForm analysis() {
                 "unbalance",
                 {map("an unbalance",
                      {
-                         SchemaKey("on", {name("a frame")}, "Frame that carries the unbalance.")
+                         SchemaKey("on", frame(), "Frame that carries the unbalance.")
                              .required()
                              .such("rotor.disc"),
                          SchemaKey("moment", {positive()}, "Mass times its distance from the axis.")
@@ -364,7 +364,9 @@ SchemaForm probe() {
                     .required()
                     .such("rod"),
                 SchemaKey("node", {integer(0)}, "Node of its part.").such("4711"),
-                SchemaKey("worst", {boolean()}, "The largest of all nodes; of components (what: xx), the largest in size.")
+                SchemaKey(
+                    "worst", {boolean()},
+                    "The largest of all nodes; of components (what: xx), the largest in size.")
                     .orElse("false")
                     .such("true"),
                 SchemaKey("what",

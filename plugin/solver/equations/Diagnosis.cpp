@@ -135,7 +135,7 @@ std::string findNonFinite(Evaluation& equations, double time, const double* q, c
     for (int e = 0; e < int(topology.elements.size()); ++e)
         for (const SpatialVec& force : equations.getLoads().getForces(e))
             if (!isFinite(force))
-                return topology.elements[size_t(e)].describe() + " is not" + at.str();
+                return topology.elements[size_t(e)].element->describe() + " is not" + at.str();
     for (FlexibleBlock* block : equations.getBlocks().flexible) {
         if (!block->hasLoads()) continue;
         std::vector<double> r(size_t(block->numU), 0);
@@ -217,7 +217,7 @@ std::string findLargestElement(Evaluation& equations, double time, const double*
             if (elements[e].frames[k].block != block || size <= largest) continue;
             largest = size;
             text.str("");
-            text << elements[e].describe() << ", " << size << " N or N m";
+            text << elements[e].element->describe() << ", " << size << " N or N m";
         }
     return text.str();
 }
@@ -253,6 +253,8 @@ std::string findMassless(Block& block) {
     // ones do not.
     const int n = block.numU;
     Eigen::MatrixXd M = Eigen::Map<const Eigen::MatrixXd>(values.matrix.data(), n, n);
+    // Where positions are lost, no mass is to blame.
+    if (!M.allFinite()) return "";
     for (int i = 0; i < n; ++i) {
         const double scale = values.matrix[size_t(i) + size_t(i) * size_t(n)];
         if (!(M(i, i) > 1e-13 * scale) || !(scale > 0)) return block.describeSpeed(i);

@@ -40,33 +40,12 @@ void LoadTerms::calcForces(int e, const TimeValues& values, const Array_<FrameMo
                            Forces& forces) const {
     const Topology::Element& element = m_topology.elements[size_t(e)];
     for (SpatialVec& force : forces) force = SpatialVec(Vec3(0), Vec3(0));
-    element.element->addInForces(inputsAt(values.time, size_t(e)), motions, forces);
+    element.element->addInForces(inputsAt(values.time), motions, forces);
     element.element->addInTimedForce(values.forces[size_t(element.timedForce)], motions, forces);
 }
 
 void LoadTerms::setStates(const double* z) {
     std::copy_n(z + m_topology.firstZ, m_states.size(), m_states.begin());
-}
-
-ElementInputs LoadTerms::inputsAt(double time, size_t place) const {
-    ElementInputs inputs(time, m_states.data());
-    if (!m_hasTangent) return inputs;
-    inputs.tangentFrames = &m_tangentFrames[place];
-    inputs.tangentStates = m_tangentStates.data();
-    return inputs;
-}
-
-void LoadTerms::takeTangent() {
-    m_tangentFrames.clear();
-    for (const Topology::Element& element : m_topology.elements) {
-        m_tangentFrames.emplace_back();
-        for (const FrameRef& frame : element.frames)
-            m_tangentFrames.back().push_back(m_blocks.motionOf(frame));
-    }
-    for (const Topology::StateEquationRef& state : m_topology.states)
-        m_tangentFrames.push_back(findFrames(state));
-    m_tangentStates = m_states;
-    m_hasTangent = true;
 }
 
 const Array_<FrameMotion>& LoadTerms::findFrames(const Topology::StateEquationRef& state) {
@@ -80,8 +59,7 @@ void LoadTerms::startStates(double* z) {
     for (size_t i = 0; i < m_states.size(); ++i) {
         double& value = z[size_t(m_topology.firstZ) + i];
         const Topology::StateEquationRef& state = m_topology.states[i];
-        value = m_states[i] = state.equation->calcStart(
-            inputsAt(m_functions.get().time, m_workspaces.size() + i), value, findFrames(state));
+        value = m_states[i] = state.equation->calcStart(inputsNow(), value, findFrames(state));
     }
 }
 
@@ -91,17 +69,15 @@ void LoadTerms::countTurns(double* z) {
         const Topology::StateEquationRef& state = m_topology.states[i];
         double& value = z[size_t(m_topology.firstZ) + i];
         if (state.equation->countsTurns())
-            value =
-                state.equation->calcStart(inputsAt(m_functions.get().time, m_workspaces.size() + i),
-                                          value, findFrames(state));
+            value = state.equation->calcStart(inputsNow(), value, findFrames(state));
     }
 }
 
 void LoadTerms::calcStateRates(double* zDot) {
     for (size_t i = 0; i < m_states.size(); ++i) {
         const Topology::StateEquationRef& state = m_topology.states[i];
-        zDot[size_t(m_topology.firstZ) + i] = state.equation->calcRate(
-            inputsAt(m_functions.get().time, m_workspaces.size() + i), findFrames(state));
+        zDot[size_t(m_topology.firstZ) + i] =
+            state.equation->calcRate(inputsNow(), findFrames(state));
     }
 }
 
@@ -112,8 +88,7 @@ void LoadTerms::calcStateSlopes(Eigen::MatrixXd& F) {
     for (size_t i = 0; i < count; ++i) {
         std::fill(slopes.begin(), slopes.end(), 0.0);
         const Topology::StateEquationRef& state = m_topology.states[i];
-        state.equation->addInStateSlopes(inputsAt(m_functions.get().time, m_workspaces.size() + i),
-                                         findFrames(state), slopes.data());
+        state.equation->addInStateSlopes(inputsNow(), findFrames(state), slopes.data());
         for (size_t j = 0; j < count; ++j) F(Eigen::Index(i), Eigen::Index(j)) = slopes[j];
     }
 }
@@ -166,8 +141,8 @@ void LoadTerms::subtractForcesAt(const TimeValues& values, const double* q, doub
 
 void LoadTerms::addInPower(double& power) const {
     for (size_t e = 0; e < m_workspaces.size(); ++e)
-        power += m_topology.elements[e].element->calcPower(
-            inputsAt(m_functions.get().time, e), m_workspaces[e].motions, m_workspaces[e].forces);
+        power += m_topology.elements[e].element->calcPower(inputsNow(), m_workspaces[e].motions,
+                                                           m_workspaces[e].forces);
 }
 
 void LoadTerms::balancePairs(const Topology::Element& element, Forces& directions) {
@@ -194,8 +169,8 @@ void LoadTerms::formColumns(const NewtonFactors& factors, NewtonSystem& system) 
         const Topology::Element& element = m_topology.elements[e];
         Workspace& workspace = m_workspaces[e];
         if (element.isLoad()) continue;
-        element.element->calcJacobian(inputsAt(m_functions.get().time, e), workspace.motions,
-                                      factors.stiffness, workspace.signs, workspace.directions);
+        element.element->calcJacobian(inputsNow(), workspace.motions, factors.stiffness,
+                                      workspace.signs, workspace.directions);
         balancePairs(element, workspace.directions);
         for (unsigned i = 0; i < workspace.signs.size(); ++i)
             system.compliance[size_t(element.firstRow) + i] = workspace.signs[i];

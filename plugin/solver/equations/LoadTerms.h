@@ -44,19 +44,6 @@ public:
     void subtractForcesAt(const TimeValues& values, const double* q, double* r);
     void addInPower(double& power) const;
 
-    /** As long as it lives, laws are replaced by their tangents where the blocks are now: what is
-    differenced then knows no saturation that is near. **/
-    class Tangent {
-    public:
-        explicit Tangent(LoadTerms& loads) : m_loads(loads) { loads.takeTangent(); }
-        ~Tangent() { m_loads.m_hasTangent = false; }
-        Tangent(const Tangent&) = delete;
-        Tangent& operator=(const Tangent&) = delete;
-
-    private:
-        LoadTerms& m_loads;
-    };
-
     void formColumns(const NewtonFactors& factors, NewtonSystem& system);
     /** Springs and dampers have no part in accelerations. **/
     void clearColumns(NewtonSystem& system) const;
@@ -76,9 +63,8 @@ private:
         Forces directions;
     };
     const SimTK::Array_<FrameMotion>& findFrames(const Topology::StateEquationRef& state);
-    void takeTangent();
-    /** @param place  of the element, or of the equation after all elements **/
-    ElementInputs inputsAt(double time, size_t place) const;
+    ElementInputs inputsAt(double time) const { return {time, m_states.data()}; }
+    ElementInputs inputsNow() const { return inputsAt(m_functions.get().time); }
     void calcForces(int element, const TimeValues& values,
                     const SimTK::Array_<FrameMotion>& motions, Forces& forces) const;
     /** Makes l and r of every pair of one length; their product stays. **/
@@ -95,9 +81,6 @@ private:
     std::vector<Workspace> m_workspaces;  ///< by element
     Forces m_trial;                       ///< of one element
     std::vector<double> m_states;
-    bool m_hasTangent = false;
-    std::vector<SimTK::Array_<FrameMotion>> m_tangentFrames;  ///< by element, then by equation
-    std::vector<double> m_tangentStates;
     SimTK::Array_<FrameMotion> m_stateFrames;  ///< of one equation
     /** What loaded blocks share, one after the other. **/
     struct {

@@ -13,17 +13,6 @@ bool Topology::hasModes() const {
                        [](int size) { return size > 6; });
 }
 
-std::string Topology::Element::describe() const {
-    if (!element->getName().empty()) return "force '" + element->getName() + "'";
-    std::string text = isLoad() ? "the load" : "the spring, damper or stop";
-    const char* separator = element->getAttachments().size() > 1 ? " between " : " on ";
-    for (const Attachment& attachment : element->getAttachments()) {
-        text += separator + ("'" + attachment.getName() + "'");
-        separator = " and ";
-    }
-    return text;
-}
-
 std::vector<int> Topology::listOwnStates() const {
     std::vector<int> list;
     for (const auto& state : states)

@@ -63,8 +63,6 @@ struct Topology {
 
         int numRows() const { return numTerms + 2 * numPairs; }
         bool isLoad() const { return numRows() == 0; }
-
-        std::string describe() const;
     };
     /** A joint's or force element's side that acts on a block, and its columns of the block's Gᵀ.
      * **/

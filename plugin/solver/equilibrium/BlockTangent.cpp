@@ -743,7 +743,7 @@ std::vector<KinkedElement> listKinkedElements(Evaluation& equations, const Coord
     const Topology& topology = equations.getTopology();
     std::vector<KinkedElement> elements;
     for (int e = 0; e < int(topology.elements.size()); ++e) {
-        KinkedElement own{topology.elements[size_t(e)].describe(), false, 0, 0, false};
+        KinkedElement own{topology.elements[size_t(e)].element->describe(), false, 0, 0, false};
         double largest = -1;
         // A force by a displacement says more than a torque by a turning.
         const auto take = [&](const Kink& kink, bool isForce) {

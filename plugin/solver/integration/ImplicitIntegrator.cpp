@@ -269,6 +269,11 @@ const SimTK::State& ImplicitIntegrator::getAdvancedState() const {
     return updImpl().updAdvancedState();
 }
 
+SimTK::State ImplicitIntegrator::copyAdvancedState() const {
+    updImpl().requireInitialized("copyAdvancedState");
+    return updImpl().copyAdvancedState();
+}
+
 Real ImplicitIntegrator::getAdvancedTime() const {
     return getAdvancedState().getTime();
 }

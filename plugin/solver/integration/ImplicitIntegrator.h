@@ -335,6 +335,8 @@ public:
     the integrator lives. **/
     SimTK::State& updAdvancedState();
     const SimTK::State& getAdvancedState() const;
+    /** A copy of it to look at, from which nothing is taken over; realized to Stage::Velocity. **/
+    SimTK::State copyAdvancedState() const;
     SimTK::Real getAdvancedTime() const;
 
     /** @name At getState()

@@ -52,6 +52,7 @@ public:
     bool isStateInterpolated() const;
     const SimTK::State& getReturnedState();
     SimTK::State& updAdvancedState();
+    SimTK::State copyAdvancedState();
     SimTK::Real getPredictedNextStepSize() const {
         return m_stepper ? m_stepper->getNextLength() : 0;
     }

@@ -156,6 +156,12 @@ State& ImplicitIntegrator::Implementation::updAdvancedState() {
     return *m_advanced;
 }
 
+State ImplicitIntegrator::Implementation::copyAdvancedState() {
+    State state = makeFreshState(m_system, m_state);
+    writeState(m_stepper->getNewest(), state);
+    return state;
+}
+
 void ImplicitIntegrator::Implementation::refreshAdvancedState() {
     if (!m_advanced) return;
     if (isStateInterpolated()) {

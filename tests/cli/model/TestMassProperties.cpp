@@ -235,6 +235,16 @@ bodies:
     EXPECT_EQ(messageOf("bodies: {a: {shape: {mesh: open.obj}, mass: 1, inertia: [1, 1, 1]}}"), "");
     EXPECT_THAT(messageOf("bodies: {a: {shape: {mesh: none.obj}, density: 1}}"),
                 HasSubstr("no file"));
+    const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    const std::pair<const char*, const char*> faces[] = {
+        {"f 1 2 9\n", "/bad.obj' names vertex 9; there are 3"},
+        {"f 1 2 3\nf 0 1 2\n", "/bad.obj' names vertex 0; there are 3"},
+        {"f 1 2\n", "/bad.obj' has 2 vertices; a face has three or more"}};
+    for (const auto& [face, message] : faces) {
+        testing::writeText(folder / "bad.obj", triangle + face);
+        EXPECT_THAT(messageOf("bodies: {a: {shape: {mesh: bad.obj}, density: 1}}"),
+                    AllOf(HasSubstr("bodies.a.shape.mesh: face "), HasSubstr(message)));
+    }
 }
 
 }  // namespace

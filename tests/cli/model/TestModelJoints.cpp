@@ -256,6 +256,24 @@ joints:
     EXPECT_TRUE(warnings.empty()) << warnings[0];
 }
 
+TEST_F(BuiltModelTest, RatesThatABodyCanOnlyMeetByBendingAreSaid) {
+    const std::string hung =
+        "bodies: {bar: {part: bar}}\n"
+        "joints:\n"
+        "  a: {type: pin, axis: z, as_placed: true, between: [bar.A, ground]}\n";
+    const std::string held = "  b: {type: ball, as_placed: true, between: [bar.B, ground]}\n";
+    // A bar on a pin turns as it is, one that is held at both ends bends.
+    build(hung + "initial: {rates: {a: 1}}\n");
+    EXPECT_TRUE(warnings.empty()) << warnings[0];
+    build(hung + held + "initial: {rates: {a: 0}}\n");
+    EXPECT_TRUE(warnings.empty()) << warnings[0];
+    const auto model = build(hung + held + "initial: {rates: {a: 1}}\n");
+    const FlexibleBody& bar = *model->getBodies()[0].flexible;
+    EXPECT_GT(bar.getModalSpeeds(model->makeInitialState()).normInf(), 1e-3);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_THAT(warnings[0], AllOf(HasSubstr("'bar' vibrates from the start"), HasSubstr("m/s")));
+}
+
 class ModelMechanisms : public BuiltModelTest {
 protected:
     static constexpr double r = 0.1, l = 0.3;

@@ -83,7 +83,7 @@ TEST_F(PathTest, EveryPointHasARowAndTheLastIsTheResult) {
 
     // The table of the summary and modes are of the last one.
     char text[100];
-    std::snprintf(text, sizeof text, "place.y [m]     %.6g\n", place.rows.back()[1]);
+    std::snprintf(text, sizeof text, "place.y [m]  %.6g\n", place.rows.back()[1]);
     EXPECT_THAT(out, HasSubstr(text));
     const double slope =
         (calcForce(place.rows.back()[1] + 1e-6) - calcForce(place.rows.back()[1] - 1e-6)) / -2e-6;

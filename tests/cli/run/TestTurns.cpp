@@ -72,6 +72,66 @@ TEST_F(RunTest, TorsionSpringsWindOverTurns) {
     }
 }
 
+TEST_F(RunTest, ABushingThatIsTurnedTooFarIsNamed) {
+    // There and back between two rows.
+    writeModel(makeWheel(
+        "motions: {drive: {joint: bearing, position: \"3*sin(pi*t)\"}}\n"
+        "connectors:\n"
+        "  mount: {type: bushing, between: [ground, wheel], stiffness: [1, 1, 1, 9, 9, 9]}\n"
+        "  slide: {type: bushing, between: [ground, wheel], stiffness: [0, 0, 0, 9, 9, 9]}\n"
+        "analyses:\n"
+        "  run: {type: transient, duration: 1, interval: 1}\n"));
+    ASSERT_EQ(runModel("--only run"), 0) << err;
+    const Results::Analysis run = read("run");
+    ASSERT_EQ(run.warnings.size(), 1u);
+    EXPECT_THAT(
+        run.warnings[0],
+        ::testing::ContainsRegex("at t = 0\\.[23][0-9]* s force 'mount' is turned by 2\\.[3-9]"));
+    EXPECT_THAT(err, HasSubstr("warning: run: at t = 0."));
+    ASSERT_EQ(runModel("--only run --set 'motions.drive.position=2.3*sin(pi*t)'"), 0) << err;
+    EXPECT_TRUE(read("run").warnings.empty());
+}
+
+TEST_F(RunTest, EquilibriaAndModesNameABushingThatIsTurnedTooFar) {
+    writeModel(
+        "simflex: 1\n"
+        "bodies: {wheel: {mass: 1, inertia: [0.01, 0.01, 0.01]}}\n"
+        "joints: {bearing: {type: cylinder, between: [ground, wheel], axis: z}}\n"
+        "motions: {drive: {joint: bearing, position: 3}}\n"
+        "connectors:\n"
+        "  mount: {type: bushing, between: [ground, wheel], stiffness: [1, 1, 1, 9, 9, 9]}\n"
+        "analyses: {rest: {type: static}, modes: {type: eigen, about: rest, count: 1}}\n");
+    ASSERT_EQ(runModel(), 0) << err;
+    for (const char* name : {"rest", "modes"}) {
+        const Results::Analysis analysis = read(name);
+        ASSERT_EQ(analysis.warnings.size(), 1u) << name;
+        EXPECT_THAT(analysis.warnings[0], HasSubstr("force 'mount' is turned by 3 rad")) << name;
+    }
+}
+
+TEST_F(RunTest, AWarningIsPrintedOnceWhereBothStreamsGoToOnePlace) {
+    writeModel(makeWheel(
+        "motions: {drive: {joint: bearing, position: 3*t}}\n"
+        "connectors:\n"
+        "  mount: {type: bushing, between: [ground, wheel], stiffness: [1, 1, 1, 9, 9, 9]}\n"
+        "analyses: {run: {type: transient, duration: 1, interval: 1}}\n"));
+    const auto count = [](const std::string& text) {
+        int found = 0;
+        for (size_t at = 0; (at = text.find("is turned by", at)) != std::string::npos; ++at)
+            ++found;
+        return found;
+    };
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_EQ(count(out), 1);
+    EXPECT_EQ(count(err), 1);
+    ASSERT_EQ(
+        runProgram("sh -c \"'" SIMFLEX_PROGRAM "' run model.yaml --quiet --verify 2>&1\"", ""), 0)
+        << out;
+    EXPECT_EQ(count(out), 1) << out;
+    // The results keep it all the same.
+    EXPECT_EQ(read("run").warnings.size(), 1u);
+}
+
 /** Joints that turn freely and joints that motions lead, by several turns between two rows; a foot
 carries what a law knows of an angle. **/
 class TurnsTest : public RunTest {
