@@ -12,6 +12,7 @@
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/base/TemporaryFolder.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/fmi/FmuDescription.h"
 #include "simflex/fmu/LibraryCopy.h"
 #include "simflex/model/file/ModelNode.h"
