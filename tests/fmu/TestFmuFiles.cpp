@@ -142,6 +142,7 @@ TEST_F(FmuFileTest, BrokenUnitsAreRefusedByName) {
     EXPECT_THAT(findMistake(), HasSubstr("model.fmu': there is no such file"));
     testing::writeText(folder / "model.fmu", "nothing of the kind");
     EXPECT_THAT(findMistake(), HasSubstr("model.fmu' is no ZIP archive"));
+    std::filesystem::remove(folder / "model.fmu");
     const std::string good = describe(2), bytes = testing::readText(folder / "model.fmu");
     EXPECT_EQ(findMistake(), "");
     std::string damaged = bytes;

@@ -96,12 +96,6 @@ std::string FailureDiagnosis::explainSingularBlock(int block, const NewtonSystem
         return "the Newton matrix of '" + name +
                "' is not finite: check the mass of its bodies, and forces and motions that may "
                "return numbers that are not";
-    // Of what has flown far away the mass is lost in round-off: where the run began it is not.
-    const Topology& topology = m_equations.getTopology();
-    const SimTK::State& start = m_equations.getSimbody().getState();
-    std::vector<double> q(size_t(topology.numQ)), u(size_t(topology.numU));
-    m_equations.getBlocks().getFromState(start, q.data(), u.data());
-    m_equations.realize(start.getTime(), q.data(), u.data());
     const std::string culprit = findMassless(*m_equations.updBlocks().all[size_t(block)]);
     if (!culprit.empty())
         return "the mass matrix of '" + name + "' is singular: " + culprit +
