@@ -7,7 +7,7 @@ import numpy as np
 from .runs import Run
 
 WINDOW = 1e-5  # [s] between the looks at speeds before and after an event
-WINDOW_OF_FLEXIBLE = 1e-6  # of what vibrates
+WINDOW_OF_FLEXIBLE = 1e-7  # of what vibrates, from impacts before too
 
 
 # ---- rigid bodies
