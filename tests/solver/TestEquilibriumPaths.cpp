@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -175,6 +176,47 @@ TEST(EquilibriumPaths, PathsGoOnBeyondStops) {
         EXPECT_EQ(path.back().fraction, 1);
         EXPECT_LT(path.size(), 200u);
     }
+}
+
+/** An arm on a pin with a torsion spring, pulled along and a little across: k q = f (e cos q − P
+sin q), whose f has a pole right behind its end. **/
+TEST(EquilibriumPaths, PullsThatHardlyMoveAnythingAreFollowedToTheirEnd) {
+    for (const auto& [k, P, e] : {std::array<Real, 3>{1, 1000, 0.01},
+                                  {1e-5, 20, 0.3},
+                                  {1e-6, 300, 0.3},
+                                  {1e-7, 300, 3},
+                                  {1e-3, 20, 0.3},
+                                  {1, 981, 0.1},
+                                  {1, 1, 0.5}})
+        for (const Real step : {0.01, 0.05, 0.1, 2.0}) {
+            SCOPED_TRACE(std::to_string(k) + " " + std::to_string(P) + " " + std::to_string(e) +
+                         ", step " + std::to_string(step));
+            MultibodySystem system;
+            SimbodyMatterSubsystem matter(system);
+            FlexibleBodySubsystem flexible(system, matter);
+            MobilizedBody::Pin arm(matter.Ground(), Transform(),
+                                   Body::Rigid(MassProperties(2, Vec3(0), Inertia(0.1))),
+                                   Transform(Vec3(-0.5, 0, 0)));
+            TorsionSpring(flexible, Attachment(matter.Ground()), Attachment(arm, Vec3(-0.5, 0, 0)),
+                          k);
+            AttachmentForce(flexible, Attachment(arm, Vec3(0.5, 0, 0)),
+                            SpatialVec(Vec3(0), Vec3(P, e, 0)));
+            StaticEquilibrium equilibrium(system);
+            StaticEquilibrium::PathSettings settings;
+            settings.step = step;
+            const auto path = equilibrium.followPath(system.realizeTopology(), settings);
+            Real before = 0;
+            for (const auto& point : path) {
+                const Real q = point.state.getQ()[0], f = point.fraction;
+                EXPECT_NEAR(k * q, f * (e * std::cos(q) - P * std::sin(q)), 1e-7 * (k * q + f * e));
+                EXPECT_EQ(point.kind, Kind::Regular);
+                EXPECT_EQ(point.numUnstable, 0);
+                EXPECT_GE(f, before);
+                before = f;
+            }
+            EXPECT_EQ(path.back().fraction, 1);
+            EXPECT_LT(path.back().state.getQ()[0], std::atan(e / P));
+        }
 }
 
 TEST(EquilibriumPaths, PathsThatEndEarlySayWhere) {

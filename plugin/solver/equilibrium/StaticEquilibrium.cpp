@@ -80,9 +80,10 @@ constexpr double MostPathCurve = 1.5, LeastPathStep = 1e-6, PathSharpness = 1e-6
 /** By how much the loads may grow otherwise than the slopes at both ends of a step foretell, of
 what the steeper one alone does; and how flat it may be, of the steepest so far, to count so. **/
 constexpr double LargestSurprise = 0.05, FlatPath = 0.05;
-/** What all loads turn and move at least, of bodies' sizes, that a path goes along it; and turning
-beside moves that is no round-off. **/
-constexpr double LeastTurning = 1e-7, LeastTurn = 1e-6;
+/** Where all loads would turn bodies by less than this [rad], or move them by less, of their sizes,
+the loads lead along a path; where else they have to, how much more may be turned until bodies lead
+again; turning beside moves that is no round-off. **/
+constexpr double LeastTurning = 1e-7, MoreTurning = 2, LeastTurn = 1e-6;
 /** Of a path's step: over which stiffness is differenced; by which a bifurcation is at its end,
 where no direction is known; about a bifurcation, the first and the last way to places on both
 sides; and how far, of the step asked for, it is shortened to tell what changes sign within. **/
@@ -241,10 +242,20 @@ private:
     struct Direction {
         VectorXd delta, lambda;
         double fraction = 0;
-        bool isByLoad = false;  ///< all but nothing moves: the loads themselves lead
+        double turning = 0;     ///< by all loads
+        bool isByLoad = false;  ///< bodies move little: a step is one of the loads
         int numUnstable = 0;
         double softest = 0;
         std::vector<CriticalMotion> motions;
+
+        void leadByLoad() {
+            const double size = 1 / std::abs(fraction);
+            delta *= size;
+            lambda *= size;
+            fraction *= size;
+            for (CriticalMotion& motion : motions) motion.slope *= size;
+            isByLoad = true;
+        }
     };
     /** A place of the path. **/
     struct Place {
@@ -379,6 +390,7 @@ private:
     const BlockGraph m_graph;
     const std::vector<char>& m_isHeld;
     const bool m_hasOwnStates;  ///< others than turns that springs count
+    double m_leadingTurn = LeastTurning;
     std::vector<int> m_places;  ///< first speed of a body's place, where bodies are free in Ground
     std::vector<std::pair<int, double>> m_turns;  ///< rigid bodies' speeds, and radians of a unit
     SolutionPoint m_point;
@@ -1142,7 +1154,8 @@ StaticEquilibrium::Search::Direction StaticEquilibrium::Search::calcDirection(
         throw std::runtime_error(
             "no path of equilibria can be followed: there are no loads, or they act on what "
             "nothing holds");
-    direction.isByLoad = turning < LeastTurning;
+    direction.turning = turning;
+    direction.isByLoad = turning < m_leadingTurn;
     const bool isFirst = before.delta.size() == 0;
     const bool turnsBack =
         !isFirst &&
@@ -1357,6 +1370,7 @@ auto StaticEquilibrium::Search::findSpecials(const Place& start, const Direction
 void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit& visit) {
     if (!converge(0)) fail(0);
     m_goesDownhill = false;
+    m_leadingTurn = LeastTurning;
     Place from{0, 0, m_point};
     double length = settings.step, steepest = 0;
     Direction direction = calcDirection({});
@@ -1367,6 +1381,13 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
         const auto shorten = [&](const std::string& reason) {
             length /= 4;
             if (length >= LeastPathStep * settings.step) return;
+            if (!direction.isByLoad) {
+                // What loads stiffen, as a pull does, turns less and less: they lead from here.
+                direction.leadByLoad();
+                m_leadingTurn = MoreTurning * direction.turning;
+                length = settings.step;
+                return;
+            }
             std::ostringstream text;
             text << "the path of equilibria cannot be followed beyond " << 100 * from.fraction
                  << " % of the loads, " << numPoints << " points from its beginning: " << reason;
@@ -1388,8 +1409,12 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
         const double surprise = std::abs(reached.fraction - from.fraction -
                                          0.5 * length * (direction.fraction + next.fraction)) /
                                 (length * slope);
-        // A stop that is reached bends the path however short the step is.
-        const bool isKink = surprise > LargestSurprise && length < ShortestLook * settings.step;
+        // A stop that is reached bends the path however short the step is, between both slopes.
+        const auto [low, high] = std::minmax(direction.fraction, next.fraction);
+        const double gain = (reached.fraction - from.fraction) / length,
+                     slack = LargestSurprise * slope;
+        const bool isKink = surprise > LargestSurprise && gain >= low - slack &&
+                            gain <= high + slack && length < ShortestLook * settings.step;
         if (!(surprise <= LargestSurprise) && !isKink) {
             shorten("the loads turn too sharply along it");
             continue;
