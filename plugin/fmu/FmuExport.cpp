@@ -117,10 +117,10 @@ public:
         : m_options(options), m_text(text), m_file(readModel(text)) {}
 
     FmuExportReport pack(const std::string& path) {
+        checkReplaceable(path, "PK", "FMU");
         const ModelOptions modelOptions = makeModelOptions();
         const Session session(m_text, modelOptions);
         listVariables(session);
-        checkReplaceable(path, "PK", "FMU");
         ZipWriter zip(path);
         m_manifest.model = fs::path(m_text.path).filename().string();
         if (m_manifest.model.empty()) m_manifest.model = "model.yaml";

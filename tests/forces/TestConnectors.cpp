@@ -428,18 +428,19 @@ TEST(CoordinateForces, KeepTheEnergyOverTurnsAndAtStops) {
     }
 }
 
+std::string messageOf(const std::function<void()>& action) {
+    try {
+        action();
+    } catch (const std::invalid_argument& error) {
+        return error.what();
+    }
+    return "";
+}
+
 TEST(CoordinateForces, WrongParametersAreNamed) {
     RigidPair pair;
     FlexibleBodySubsystem flexible(pair.system, pair.matter);
     Joint::Pin pin(flexible, pair.first, pair.second, "pin");
-    const auto messageOf = [](const std::function<void()>& make) -> std::string {
-        try {
-            make();
-        } catch (const std::invalid_argument& error) {
-            return error.what();
-        }
-        return "";
-    };
     EXPECT_THAT(messageOf([&] { CoordinateSpring(flexible, pin, -1, 0, "return"); }),
                 HasSubstr("'return': stiffness is -1"));
     EXPECT_THAT(messageOf([&] { CoordinateDamper(flexible, pin, NaN); }), HasSubstr("damping"));
@@ -632,14 +633,6 @@ TEST(Connectors, BadParametersAreNamed) {
     SimbodyMatterSubsystem matter(system);
     FlexibleBodySubsystem flexible(system, matter);
     const Attachment ground(matter.Ground());
-    const auto messageOf = [](const std::function<void()>& action) -> std::string {
-        try {
-            action();
-        } catch (const std::invalid_argument& error) {
-            return error.what();
-        }
-        return "";
-    };
     EXPECT_THAT(messageOf([&] { TwoPointSpringDamper(flexible, ground, ground, -1, 0, 0); }),
                 HasSubstr("TwoPointSpringDamper between ground and ground: stiffness is -1"));
     EXPECT_THAT(messageOf([&] { TorsionSpring(flexible, ground, ground, 1, NaN); }),
@@ -718,14 +711,6 @@ TEST(Connectors, AreCalledByTheirNames) {
     SimbodyMatterSubsystem matter(system);
     FlexibleBodySubsystem flexible(system, matter);
     const Attachment ground(matter.Ground());
-    const auto messageOf = [](const std::function<void()>& action) -> std::string {
-        try {
-            action();
-        } catch (const std::invalid_argument& error) {
-            return error.what();
-        }
-        return "";
-    };
     EXPECT_THAT(messageOf([&] { TwoPointSpringDamper(flexible, ground, ground, -1, 0, 0, "a"); }),
                 ::testing::StartsWith("'a': stiffness is -1"));
     EXPECT_THAT(messageOf([&] { TorsionSpring(flexible, ground, ground, -1, 0, 0, "b"); }),

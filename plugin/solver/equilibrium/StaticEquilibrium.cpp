@@ -1381,7 +1381,7 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
         const auto shorten = [&](const std::string& reason) {
             length /= 4;
             if (length >= LeastPathStep * settings.step) return;
-            if (!direction.isByLoad) {
+            if (!direction.isByLoad && direction.fraction != 0) {
                 // What loads stiffen, as a pull does, turns less and less: they lead from here.
                 direction.leadByLoad();
                 m_leadingTurn = MoreTurning * direction.turning;
