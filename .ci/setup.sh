@@ -28,12 +28,17 @@ use_preset() {
     build=$root/build/$preset
 }
 
-# The names in the lists of packages that are not installed, one a line.
+# The names in the lists of packages that are not installed, one a line; of "optional" ones those that apt knows.
 missing_packages() {
     local wanted installed
     local -a lists=("$root/.ci/apt-packages.txt")
     [ ! -f "$root/.ci/apt-packages-$preset.txt" ] || lists+=("$root/.ci/apt-packages-$preset.txt")
-    wanted=$(sed 's/#.*//' "${lists[@]}" | xargs -n1 | sort -u)
+    if [ "${1-}" = optional ]; then
+        wanted=$(comm -12 <(sed -n 's/^#optional: *//p' "${lists[@]}" | sort -u) <(apt-cache pkgnames | sort))
+        [ -n "$wanted" ] || return 0
+    else
+        wanted=$(sed 's/#.*//' "${lists[@]}" | xargs -n1 | sort -u)
+    fi
     # dpkg-query fails for a name it has never heard of, and lists the others.
     # shellcheck disable=SC2086
     installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n' $wanted 2>/dev/null |
@@ -56,7 +61,7 @@ install_packages() {
     fi
     say "installing by apt: ${missing[*]}"
     log=$(mktemp)
-    if ! { "${as_root[@]}" apt-get update -q &&
+    if ! { "${as_root[@]}" apt-get update -q && mapfile -t -O "${#missing[@]}" missing < <(missing_packages optional) &&
         "${as_root[@]}" apt-get install -y -q --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
         tail -n 30 "$log" >&2
         rm -f "$log"

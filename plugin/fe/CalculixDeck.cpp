@@ -2,42 +2,20 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
+#include <memory>
 #include <stdexcept>
 
 #include "simflex/base/Archive.h"
 #include "simflex/base/Hash.h"
-#include "simflex/fe/calculix/CalculixRun.h"
 #include "simflex/fe/decks/DeckBuilder.h"
-#include "simflex/fe/decks/IncompatibleModes.h"
-#include "simflex/fe/decks/IntegratedSolids.h"
+#include "simflex/fe/decks/DeckElements.h"
+#include "simflex/fe/elements/ElementAssembly.h"
 
 namespace simflex {
 namespace {
 
-/** Has ccx assemble all but the solids that are integrated here. **/
-void assembleByCalculix(const DeckModel& deck, const std::string& program,
-                        const ProgressCallback& progress, FeModel& model) {
-    const std::string job = "part";
-    const TemporaryFolder folder;
-    {
-        std::ofstream out(folder.path() / (job + ".inp"));
-        out.imbue(std::locale::classic());
-        deck.writeClean(out);
-        if (!out.flush())
-            throw std::runtime_error("cannot write to " + folder.path().string() +
-                                     "; is the disk full?");
-    }
-    std::vector<char> expected(size_t(deck.mesh.numNodes()), 0);
-    for (const auto& [type, solids] : deck.solids)
-        for (const auto& solid : solids)
-            for (const int node : solid.nodes)
-                if (!isIntegratedSolid(type)) expected[size_t(deck.mesh.indexOf(node))] = 1;
-    std::fill(expected.end() - deck.mesh.numInternalNodes, expected.end(), char(1));
-    runCalculix(program, folder.path(), job, progress);
-    readCalculixMatrices(folder.path(), job, expected, model, progress);
-    turnToInternalNodes(deck, model);
-}
+/** What has assembled the matrices; it changes when the same deck gives others. **/
+constexpr const char* Program = "simflex, elements of 2026";
 
 void addPointMasses(const DeckModel& deck, FeModel& model) {
     for (const auto& [number, mass] : deck.masses) {
@@ -55,16 +33,9 @@ void addPointMasses(const DeckModel& deck, FeModel& model) {
     }
 }
 
-/** K and m of the deck's elements. **/
-void assemble(const DeckModel& deck, const std::string& program, const ProgressCallback& progress,
-              FeModel& model) {
-    if (deck.isForCalculix()) {
-        assembleByCalculix(deck, program, progress, model);
-    } else {
-        model.K = SymmetricMatrix::fromEntries(3 * model.mesh.numNodes(), {}, {}, {});
-        model.m = SymmetricMatrix::fromEntries(model.mesh.numNodes(), {}, {}, {});
-    }
-    addIntegratedSolids(deck, model);
+/** K and m of all that the deck has. **/
+void assemble(const DeckModel& deck, const ProgressCallback& progress, FeModel& model) {
+    assembleElements(*model.elements, model.mesh, model.K, model.m, progress);
     addHingedElements(deck, model);
     addPointMasses(deck, model);
     addSprings(deck, model);
@@ -104,10 +75,9 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     if (options.warn)
         for (const std::string& warning : deck.warnings) options.warn(warning);
 
-    const std::string program = chooseCalculixProgram(options.program);
     FeModel model;
     model.source = path;
-    model.program = readCalculixVersion(program);
+    model.program = Program;
     hash.add(model.program);
     model.mesh = deck.mesh;
     model.constraints = deck.constraints;
@@ -119,9 +89,10 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
         visitMatrix(archive, model.m);
     };
     try {
+        model.elements = std::make_shared<const FeElements>(makeElements(deck));
         if (!options.checkpoint || !options.checkpoint->load("matrices", hash.get(), visit)) {
             const auto start = std::chrono::steady_clock::now();
-            assemble(deck, program, options.progress, model);
+            assemble(deck, options.progress, model);
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
             if (options.checkpoint)
                 options.checkpoint->save("matrices", hash.get(), spent.count(), visit);

@@ -66,8 +66,6 @@ namespace simflex {
 struct CalculixOptions {
     /** Contact pairs and gaps are left out with a warning; else they are refused. **/
     bool leavesContactOut = false;
-    /** The ccx program; if empty, $SIMFLEX_CCX, else `ccx` on the PATH. **/
-    std::string program;
     /** Called with each thing left out or changed; FeModel::notes holds them too. **/
     std::function<void(const std::string&)> note;
     /** The same with FeModel::warnings: never to be hidden. **/

@@ -15,6 +15,7 @@ free, so that its null space is exactly the six rigid motions. SI units. Standar
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,8 @@ struct NodalConstraints {
     bool empty() const { return rowStarts.empty(); }
 };
 
+class FeElements;  // internal
+
 /** Stiffness and mass of one free part on its mesh. **/
 struct FeModel {
     std::string source;              ///< the deck or matrix file it was read from
@@ -66,6 +69,9 @@ struct FeModel {
     SymmetricMatrix K;               ///< 3·numNodes, dof = 3·node + axis [N/m]
     SymmetricMatrix m;               ///< numNodes, M = m ⊗ 1₃ [kg]
     NodalConstraints constraints;    ///< what ties nodes to each other; K and m are without them
+    /** What K and m are made of; null where they were read, so that there is neither stress nor
+    geometric stiffness. **/
+    std::shared_ptr<const FeElements> elements;
     std::vector<std::string> notes;  ///< what the reader left out or changed without consequence
     /** What may change K, M or the meaning of a result; a part made of the model keeps them. **/
     std::vector<std::string> warnings;

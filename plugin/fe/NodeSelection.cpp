@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "SolidElements.h"
+#include "simflex/fe/elements/SolidElements.h"
 #include "Vec3d.h"
 #include "simflex/part/MeshFaces.h"
 

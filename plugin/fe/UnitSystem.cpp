@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/elements/FeElements.h"
 
 namespace simflex {
 namespace {
@@ -151,6 +152,11 @@ void convertToSI(FeModel& model, const UnitSystem& units) {
     for (double& x : model.mesh.positions) x *= units.length;
     for (double& k : model.K.values) k *= units.mass / (units.time * units.time);
     for (double& m : model.m.values) m *= units.mass;
+    if (model.elements) {
+        auto elements = std::make_shared<FeElements>(*model.elements);
+        elements->convertUnits(units.length, units.stress(), units.density());
+        model.elements = std::move(elements);
+    }
     if (units.name != "m-kg-s")
         model.notes.push_back("converted from " + units.name + " to metres, kilograms and seconds");
 }

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "simflex/fe/NodeSelection.h"
-#include "simflex/fe/decks/ElementStress.h"
+#include "simflex/fe/elements/ElementStress.h"
 #include "simflex/part/MeshFaces.h"
 
 namespace simflex {
@@ -62,7 +62,6 @@ ReducedBody::ModalStress calcModalStress(const FeModel& model, const ReducedBody
     ReducedBody::ModalStress modal;
     modal.nodes = findStressNodes(body.name, model.mesh, options);
     const ElementStress elements(model);
-    elements.checkAgainstStiffness();
     modal.stress.resize(6 * modal.nodes.size() * size_t(body.numModes));
     modal.strain.resize(modal.stress.size());
     elements.calcAtNodes(modal.nodes, body.Phi.data(), body.numModes, modal.stress.data(),

@@ -11,6 +11,8 @@
 #include "ModalInvariants.h"
 #include "ModalStress.h"
 #include "Stiffening.h"
+#include "simflex/fe/elements/ElementStress.h"
+#include "simflex/fe/elements/GeometricStiffness.h"
 
 namespace simflex {
 namespace {
@@ -71,13 +73,17 @@ ReducedBody::Further calcFurther(const FeProducts& products, const ModeBasis& ba
     return further;
 }
 
-/** Geometric stiffness is made by CalculiX on the model's deck, which knows no constraints. **/
-void checkStiffening(const FeModel& model, const ReductionOptions& options) {
-    if (options.stiffening && !model.constraints.empty())
+/** What stress and geometric stiffness need is asked for before all work. **/
+void checkElements(const FeModel& model, const ReductionOptions& options) {
+    if (options.stress) ElementStress{model};
+    if (!options.hasStiffening) return;
+    checkStressesAreKnown(model);
+    // Forces on rigid bodies turn with them to second order, which is not taken into account.
+    if (model.elements->beside.hasRigidBodies)
         throw std::invalid_argument("part '" + options.name +
-                                    "': geometric stiffness of a model with constraints (ties, "
-                                    "equations, shells or beams) is not possible; mesh it with "
-                                    "solids that share their nodes");
+                                    "': geometric stiffness of a part with rigid bodies (*RIGID "
+                                    "BODY, *COUPLING, RBE2, point inertias) is not possible; make "
+                                    "them interfaces, or leave stiffening out");
 }
 
 }  // namespace
@@ -90,7 +96,7 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     time.numDofs = model.K.size;
     auto start = std::chrono::steady_clock::now(), lap = start;
     model.validate();
-    checkStiffening(model, options);
+    checkElements(model, options);
 
     const InterfaceTies ties(model, options);
     Eigen::Matrix3Xd masters(3, ties.ties().size());
@@ -124,9 +130,9 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
         body.provenance.source = model.source;
         body.provenance.program = model.program;
         time.invariants += lapTime(lap);
-        if (options.stiffening)
+        if (options.hasStiffening)
             body.stiffening =
-                calcStiffening(model, products, rigid, ties, of, modes, options, progress);
+                calcStiffening(model, products, rigid, ties, of, modes, progress);
         time.stiffening += lapTime(lap);
         if (options.stress)
             body.modalStress = calcModalStress(model, body, *options.stress, progress);

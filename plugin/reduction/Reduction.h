@@ -57,16 +57,9 @@ struct LoadPoint {
     std::string axes = "xyz";  ///< directions, of the deck
 };
 
-/** How geometric stiffness is made: by a static run of CalculiX for each of its 6 + 6·interfaces
-loads, on the model's own deck. **/
-struct StiffeningOptions {
-    std::string program;   ///< of CalculiX; if empty, $SIMFLEX_CCX, else `ccx` on the PATH
-    int numProcesses = 0;  ///< CalculiX runs at a time, if memory holds them; 0: one a processor
-};
-
-/** Where stress and strain of the modes are kept. They come from the displacements by the elements
-and materials of the model's own deck, as CalculiX has them (averaged at a node over its elements,
-different materials too); nothing is run. **/
+/** Where stress and strain of the modes are kept. They come from the displacements by the
+model's elements, as CalculiX has them (averaged at a node over its elements, different materials
+too). **/
 struct StressOptions {
     enum class Nodes { Skin, All, Sets };
     Nodes nodes = Nodes::Skin;      ///< Skin: those of faces of one element only
@@ -95,8 +88,7 @@ struct ReductionOptions {
     full accuracy for this: ReductionReport::fullFrequencies; and ReductionReport::staticErrors
     is found. **/
     int numCheckedModes = 0;
-    /** Asks for ReducedBody::stiffening. **/
-    std::optional<StiffeningOptions> stiffening;
+    bool hasStiffening = false;  ///< asks for ReducedBody::stiffening
     /** So many normal modes more, and inertia relief, has ReducedBody::finer; 0: there is none. **/
     int numFurtherModes = 0;
     /** Memory that the reduction may take beyond the model; what it will take is known before K is
@@ -120,7 +112,7 @@ struct ReductionTimings {
     double orthonormalize = 0;   ///< small pencil, projection, second pencil
     double check = 0;            ///< frequencies of the full model
     double invariants = 0;
-    double stiffening = 0;  ///< loads, CalculiX, products
+    double stiffening = 0;  ///< loads, assembly, products
     double stress = 0;      ///< of the modes
     double total = 0;
     int numDofs = 0;            ///< of the finite element model
@@ -133,12 +125,10 @@ struct ReductionTimings {
 @throws std::invalid_argument naming part, interface or number, and the cure: an interface with
     an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface, a
     master point more than ten times the part's size away from them; a load point without nodes or
-on a rigid interface; too few or too many modes; K singular beyond its six rigid motions; stiffening
-of a model with constraints; more memory than there is.
-@throws std::invalid_argument for stress, if the model was read from no deck, or has materials that
-    are not understood (they do not make K), or if its nodes do not exist.
-@throws std::runtime_error for stiffening, if CalculiX fails (names the load) or the deck has
-    changed since the model was read; so for stress.
+on a rigid interface; too few or too many modes; K singular beyond its six rigid motions; more memory than
+there is.
+@throws std::invalid_argument for stress and stiffening, if the model was read as matrices or has
+    elements that have none.
 @throws Cancelled if progress asks to stop. **/
 ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
                    const ProgressCallback& progress = {}, ReductionTimings* timings = nullptr);

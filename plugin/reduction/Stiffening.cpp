@@ -1,14 +1,8 @@
 #include "Stiffening.h"
 
-#include <cmath>
-#include <sstream>
-#include <stdexcept>
-#include <thread>
-
 #include "FixedInterfaces.h"
-#include "Memory.h"
 #include "StaticLoads.h"
-#include "simflex/fe/calculix/GeometricStiffness.h"
+#include "simflex/fe/elements/GeometricStiffness.h"
 
 namespace simflex {
 namespace {
@@ -23,66 +17,37 @@ std::vector<double> toVector(const MatrixXd& A) {
     return {A.data(), A.data() + A.size()};
 }
 
-/** Memory of a run of CalculiX 2.20 with SPOOLES, 1.4 times what was measured on boxes of 7000 to
-52000 degrees of freedom: for an entry of the factor (by CHOLMOD's order) and of K, and for each
-degree of freedom. **/
-constexpr double BytesPerFactorEntry = 12, BytesPerStiffness = 40, BytesPerDof = 500;
+/** Adds the forces by which a distributing interface puts unit forces and moments on its nodes, six
+columns from `first` on. **/
+void addSharedForces(const FeModel& model, const InterfaceTies::Tie& tie, const InterfaceTies& ties,
+                     Eigen::Index first, Shapes& forces) {
+    const MatrixXd mean = ties.calcMean(model.mesh, tie);
+    for (size_t i = 0; i < tie.nodes.size(); ++i)
+        forces.block<3, 6>(3 * tie.nodes[i], first) +=
+            mean.middleCols<3>(3 * Eigen::Index(i)).transpose();
+}
 
 }  // namespace
-
-double predictCalculixMemory(double numFactorEntries, double numDofs, double numStiffnessEntries) {
-    return BytesPerFactorEntry * numFactorEntries + BytesPerDof * numDofs +
-           BytesPerStiffness * numStiffnessEntries;
-}
-
-int chooseNumProcesses(int wanted, double bytesPerRun, double available) {
-    const int most = wanted > 0 ? wanted : int(std::max(1u, std::thread::hardware_concurrency()));
-    const double fitting = std::floor(available / bytesPerRun);
-    if (fitting >= 1) return fitting < most ? int(fitting) : most;
-    std::ostringstream text;
-    text << "geometric stiffness needs about " << formatMemory(bytesPerRun)
-         << " of memory for a run of CalculiX, but there are " << formatMemory(available)
-         << "; take a coarser mesh or a larger machine, or set the memory limit (--memory) if you "
-            "know better";
-    throw std::invalid_argument(text.str());
-}
 
 ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& products,
                                        const RigidMotion& rigid, const InterfaceTies& ties,
                                        const ModeBasis& basis, const MeanAxisModes& modes,
-                                       const ReductionOptions& options,
                                        const ProgressCallback& progress) {
-    const double available =
-        options.memoryLimit ? *options.memoryLimit : double(calcAvailableMemory());
-    const int numProcesses = chooseNumProcesses(
-        options.stiffening->numProcesses,
-        predictCalculixMemory(double(basis.held->numFactorEntries()), double(model.K.size),
-                              double(model.K.numEntries())),
-        available);
     reportProgress(progress, "loads that stiffen", -1);
     const EquilibriumLoads loads = makeEquilibriumLoads(model, products, rigid, ties);
-    Shapes tieForces = Shapes::Zero(model.K.size, loads.applied.cols());  // c, on tied nodes alone
-    if (!ties.ties().empty()) {
-        tieForces =
-            products.K.multiply(solveEquilibrium(products, ties, basis, loads).u) - loads.applied;
-        for (int node = 0; node < model.mesh.numNodes(); ++node)
-            if (ties.rigidTieOf(node) < 0) tieForces.middleRows<3>(3 * node).setZero();
-    }
-    const Shapes total = loads.applied + tieForces;
+    const Shapes u = solveEquilibrium(products, ties, basis, loads).u;
+    // Forces on the nodes of interfaces: c, and those that distributing ones share out.
+    Shapes tieForces = products.K.multiply(u) - loads.applied;
+    for (int node = 0; node < model.mesh.numNodes(); ++node)
+        if (ties.rigidTieOf(node) < 0) tieForces.middleRows<3>(3 * node).setZero();
+    for (size_t j = 0; j < ties.ties().size(); ++j)
+        if (ties.ties()[j].type == TieType::Distributing)
+            addSharedForces(model, ties.ties()[j], ties, 6 + 6 * Eigen::Index(j), tieForces);
 
-    const Eigen::Index count = total.cols();
-    std::vector<PrestressLoad> prestress;
-    for (Eigen::Index c = 0; c < count; ++c) {
-        const Eigen::VectorXd force = total.col(c);
-        prestress.push_back({loads.names[size_t(c)], {force.data(), force.data() + force.size()}});
-    }
+    const Eigen::Index count = u.cols();
     std::vector<MatrixXd> K{size_t(count)};
-    PrestressOptions prestressOptions;
-    prestressOptions.program = options.stiffening->program;
-    prestressOptions.numProcesses = numProcesses;
-    prestressOptions.progress = progress;
     calcGeometricStiffness(
-        model, prestress, prestressOptions, [&](int load, const SymmetricMatrix& k) {
+        model, u.data(), int(count), progress, [&](int load, const SymmetricMatrix& k) {
             K[size_t(load)] = modes.Phi.transpose() * FullRows(k).multiplyPerAxis(modes.Phi);
         });
 
@@ -90,7 +55,6 @@ ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& p
         MatrixXd& ofLoad = K[size_t(c)];
         for (size_t j = 0; j < ties.ties().size(); ++j) {
             const auto& tie = ties.ties()[j];
-            if (tie.type == TieType::Distributing) continue;
             Matrix3d S = Matrix3d::Zero();
             for (const int node : tie.nodes) {
                 const Vector3d arm =

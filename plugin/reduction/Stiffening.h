@@ -10,29 +10,17 @@ the forces c by which rigid interfaces hold their nodes: K u = f + c. Under that
 
 the second term because a node at r from the master of a rigid interface J that turns by θ = Ψ_Jξ
 moves by ½ θ×(θ×r) to second order. The load of a distributing interface is shared out among its
-nodes. Then f·u₂ = −½ ξᵀKξ for the displacement u₂ that modes cause to second order, as rotations
+nodes, and those forces turn with it likewise. Then f·u₂ = −½ ξᵀKξ for the displacement u₂ that modes cause to second order, as rotations
 shorten a beam. **/
 
 #include "MeanAxis.h"
 
 namespace simflex {
 
-/** What a run of CalculiX takes, about [bytes]. **/
-double predictCalculixMemory(double numFactorEntries, double numDofs, double numStiffnessEntries);
-
-/** How many runs of CalculiX go at the same time: at most `wanted` (0: one a processor), and no
-more than fit into memory.
-@throws std::invalid_argument if not one fits. **/
-int chooseNumProcesses(int wanted, double bytesPerRun, double available);
-
-/** Runs CalculiX for each load, as many at a time as memory allows.
-@pre options.stiffening
-@throws std::invalid_argument naming both numbers if memory is too small for one run.
-@throws as calcGeometricStiffness(). **/
+/** @throws as calcGeometricStiffness(). **/
 ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& products,
                                        const RigidMotion& rigid, const InterfaceTies& ties,
                                        const ModeBasis& basis, const MeanAxisModes& modes,
-                                       const ReductionOptions& options,
                                        const ProgressCallback& progress);
 
 }  // namespace simflex

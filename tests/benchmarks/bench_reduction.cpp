@@ -2,8 +2,7 @@
 Reduction of boxes of hexahedra with two interfaces: time and peak memory by phase, the floor beside
 them, and SciPy's eigsh with the same matrices.
 
-    bench_reduction [--dof N ...] [--shape brick|bar|plate] [--modes 50] [--assemble ccx|here]
-                    [--rival SECONDS]
+    bench_reduction [--dof N ...] [--shape brick|bar|plate] [--modes 50] [--rival SECONDS]
 
 The floor is what a reduction by one factorization cannot do without: ordering and factoring K_ii
 (CHOLMOD), the solves for the constraint modes, and one L and one Lᵀ solve for each block of the
@@ -42,7 +41,7 @@ double secondsSince(Clock::time_point start) {
 
 struct Arguments {
     std::vector<long> dofs;
-    std::string shape = "brick", assemble;
+    std::string shape = "brick";
     int numModes = 50;
     double rivalSeconds = 300;
 };
@@ -98,116 +97,11 @@ struct Box {
                "*SOLID SECTION, ELSET=BODY, MATERIAL=ALUMINIUM\n";
     }
 
-    /** The same with matrices made here: trilinear hexahedra, 2×2×2 points. **/
-    FeModel assemble() const;
-
     static constexpr int kCorners[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                            {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
 };
 
 constexpr int Box::kCorners[8][3];
-
-/** Stiffness (24×24) and nodal mass (8×8) of a cube. **/
-void calcElement(double h, Eigen::MatrixXd& K, Eigen::MatrixXd& m) {
-    const double E = 70e9, nu = 0.3, rho = 2700, shear = E / (2 * (1 + nu)),
-                 lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
-    K = Eigen::MatrixXd::Zero(24, 24);
-    m = Eigen::MatrixXd::Zero(8, 8);
-    for (int p = 0; p < 8; ++p) {
-        double at[3];
-        for (int a = 0; a < 3; ++a) at[a] = 0.5 + (Box::kCorners[p][a] - 0.5) / std::sqrt(3.0);
-        Eigen::VectorXd N(8);
-        Eigen::MatrixXd G(3, 8);
-        for (int c = 0; c < 8; ++c) {
-            double value[3], slope[3];
-            for (int a = 0; a < 3; ++a) {
-                value[a] = Box::kCorners[c][a] ? at[a] : 1 - at[a];
-                slope[a] = (Box::kCorners[c][a] ? 1 : -1) / h;
-            }
-            N[c] = value[0] * value[1] * value[2];
-            G.col(c) << slope[0] * value[1] * value[2], value[0] * slope[1] * value[2],
-                value[0] * value[1] * slope[2];
-        }
-        const double volume = h * h * h / 8;
-        m += rho * volume * N * N.transpose();
-        for (int c = 0; c < 8; ++c)
-            for (int d = 0; d < 8; ++d) {
-                const Eigen::Vector3d g = G.col(c), f = G.col(d);
-                K.block<3, 3>(3 * c, 3 * d) +=
-                    volume * (lambda * g * f.transpose() + shear * f * g.transpose() +
-                              shear * g.dot(f) * Eigen::Matrix3d::Identity());
-            }
-    }
-}
-
-FeModel Box::assemble() const {
-    Eigen::MatrixXd Ke, me;
-    calcElement(h, Ke, me);
-    int cornerAt[2][2][2];
-    for (int c = 0; c < 8; ++c) cornerAt[kCorners[c][0]][kCorners[c][1]][kCorners[c][2]] = c;
-    FeModel model;
-    model.source = "box";
-    model.program = "bench_reduction";
-    model.K.size = 3 * numNodes();
-    model.m.size = numNodes();
-    ElementBlock block;
-    block.type = ElementType::Hex8;
-    std::vector<std::pair<int, std::array<double, 10>>> column;  // row node; 3×3 block, mass
-    for (int i = 0; i <= n[0]; ++i)
-        for (int j = 0; j <= n[1]; ++j)
-            for (int k = 0; k <= n[2]; ++k) {
-                const int node = indexOf(i, j, k);
-                model.mesh.nodeNumbers.push_back(node + 1);
-                for (const int at : {i, j, k}) model.mesh.positions.push_back(h * at);
-                if (i == 0) model.mesh.nodeSets["LEFT"].push_back(node);
-                if (i == n[0]) model.mesh.nodeSets["RIGHT"].push_back(node);
-                if (i < n[0] && j < n[1] && k < n[2])
-                    for (const auto& c : kCorners)
-                        block.nodes.push_back(indexOf(i + c[0], j + c[1], k + c[2]));
-                column.clear();
-                for (int di = 0; di <= 1 && i + di <= n[0]; ++di)
-                    for (int dj = -1; dj <= 1; ++dj)
-                        for (int dk = -1; dk <= 1; ++dk) {
-                            const int I = i + di, J = j + dj, L = k + dk;
-                            if (J < 0 || J > n[1] || L < 0 || L > n[2]) continue;
-                            const int row = indexOf(I, J, L);
-                            if (row < node) continue;
-                            std::array<double, 10> sum{};
-                            for (int e = 0; e < 8; ++e) {  // elements that begin at i−a, j−b, k−c
-                                const int a = e >> 2, b = (e >> 1) & 1, c = e & 1;
-                                const int x = i - a, y = j - b, z = k - c;
-                                if (x < 0 || x >= n[0] || y < 0 || y >= n[1] || z < 0 || z >= n[2])
-                                    continue;
-                                const int p = I - x, q = J - y, r = L - z;
-                                if (p < 0 || p > 1 || q < 0 || q > 1 || r < 0 || r > 1) continue;
-                                const int to = cornerAt[p][q][r], from = cornerAt[a][b][c];
-                                for (int s = 0; s < 9; ++s)
-                                    sum[size_t(s)] += Ke(3 * to + s / 3, 3 * from + s % 3);
-                                sum[9] += me(to, from);
-                            }
-                            column.emplace_back(row, sum);
-                        }
-                std::sort(column.begin(), column.end(),
-                          [](const auto& a, const auto& b) { return a.first < b.first; });
-                model.m.columnStarts.push_back(model.m.numEntries());
-                for (const auto& [row, sum] : column) {
-                    model.m.rows.push_back(row);
-                    model.m.values.push_back(sum[9]);
-                }
-                for (int b = 0; b < 3; ++b) {
-                    model.K.columnStarts.push_back(model.K.numEntries());
-                    for (const auto& [row, sum] : column)
-                        for (int a = row == node ? b : 0; a < 3; ++a) {
-                            model.K.rows.push_back(3 * row + a);
-                            model.K.values.push_back(sum[size_t(3 * a + b)]);
-                        }
-                }
-            }
-    model.K.columnStarts.push_back(model.K.numEntries());
-    model.m.columnStarts.push_back(model.m.numEntries());
-    model.mesh.elements.push_back(std::move(block));
-    return model;
-}
 
 /** Rows and columns of the nodes that no interface holds, out of a matrix with so many rows a node.
  **/
@@ -349,7 +243,6 @@ print('%.2f s, lowest %.6g Hz, peak %.2f GiB (SciPy %s)' % (time.time() - start,
 
 std::string runSize(const Arguments& arguments, long dofs) {
     const Box box(arguments.shape, dofs);
-    const bool here = arguments.assemble.empty() ? dofs > 400000 : arguments.assemble == "here";
     std::string pattern =
         std::string(std::getenv("TMPDIR") ? std::getenv("TMPDIR") : "/tmp") + "/bench-XXXXXX";
     if (!mkdtemp(pattern.data())) throw std::runtime_error("cannot make " + pattern);
@@ -359,9 +252,9 @@ std::string runSize(const Arguments& arguments, long dofs) {
         ~Remover() { fs::remove_all(path); }
     } remover{folder};
 
-    std::printf("\n%s of %d×%d×%d hexahedra, %d DOF, 2 interfaces, %d modes; K and M by %s\n",
+    std::printf("\n%s of %d×%d×%d hexahedra, %d DOF, 2 interfaces, %d modes\n",
                 arguments.shape.c_str(), box.n[0], box.n[1], box.n[2], 3 * box.numNodes(),
-                arguments.numModes, here ? "this program" : "ccx");
+                arguments.numModes);
     PhaseTable assembly, phases;
     const auto show = [](PhaseTable& table) {
         return [&table](const std::string& phase, double) {
@@ -369,20 +262,14 @@ std::string runSize(const Arguments& arguments, long dofs) {
             return true;
         };
     };
-    FeModel model;
-    if (here) {
-        assembly.enter("assembling K and M");
-        model = box.assemble();
-    } else {
-        {
-            std::ofstream deck(folder / "box.inp");
-            box.write(deck);
-        }
-        CalculixOptions options;
-        options.progress = show(assembly);
-        model = readCalculixDeck((folder / "box.inp").string(), options);
-        fs::remove(folder / "box.inp");
+    {
+        std::ofstream deck(folder / "box.inp");
+        box.write(deck);
     }
+    CalculixOptions reading;
+    reading.progress = show(assembly);
+    FeModel model = readCalculixDeck((folder / "box.inp").string(), reading);
+    fs::remove(folder / "box.inp");
     assembly.leave();
     assembly.print();
 
@@ -432,13 +319,11 @@ Arguments parse(int argc, char** argv) {
             arguments.shape = next();
         } else if (option == "--modes") {
             arguments.numModes = std::stoi(next());
-        } else if (option == "--assemble") {
-            arguments.assemble = next();
         } else if (option == "--rival") {
             arguments.rivalSeconds = std::stod(next());
         } else {
             throw std::invalid_argument("unknown option " + option +
-                                        "; there are --dof, --shape, --modes, --assemble, --rival");
+                                        "; there are --dof, --shape, --modes, --rival");
         }
     }
     if (arguments.dofs.empty()) arguments.dofs = {100000};

@@ -1,5 +1,4 @@
 #include <gmock/gmock.h>
-#include <sys/stat.h>
 
 #include <cmath>
 #include <functional>
@@ -42,14 +41,6 @@ protected:
         return message;
     }
 
-    /** A program that runs ccx and then a shell command in its folder. **/
-    std::string makeProgram(const std::string& afterwards) {
-        testing::writeText(folder / "fake-ccx",
-                           "#!/bin/sh\nccx \"$@\" || exit\n" + afterwards + "\n");
-        chmod((folder / "fake-ccx").c_str(), 0755);
-        return folder / "fake-ccx";
-    }
-
     TestFolder folder;
     Brick brick;
 };
@@ -63,14 +54,13 @@ TEST_P(EverySolidElement, GivesTheMassOfTheBoxAndAFreeStiffness) {
     EXPECT_NEAR(model.calcMass(), brick.mass(), 1e-10 * brick.mass());
     EXPECT_EQ(model.K.size, 3 * model.mesh.numNodes());
     EXPECT_EQ(model.m.size, model.mesh.numNodes());
-    EXPECT_THAT(model.program, ContainsRegex("CalculiX [0-9]"));
     EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());
 }
 
 INSTANTIATE_TEST_SUITE_P(Bricks, EverySolidElement,
                          ::testing::Values("C3D8", "C3D8I", "C3D8R", "C3D20", "C3D20R"));
 
-TEST_F(CalculixDeckTest, IncompatibleModesHaveCalculixFrequenciesInDistortedElements) {
+TEST_F(CalculixDeckTest, IncompatibleModesOfElementsInAnyOrderAreTheirOwn) {
     // Numbers of elements do not ascend, so that neither do those of the internal nodes.
     read(
         "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1.1,0\n4,0,1,0\n5,0,0,1\n6,1,0.1,1\n7,1.2,1,1\n8,0,1,1.3\n"
@@ -83,9 +73,14 @@ TEST_F(CalculixDeckTest, IncompatibleModesHaveCalculixFrequenciesInDistortedElem
     const FeModel model = readCalculixDeck(folder / "deck.inp");
     EXPECT_EQ(model.mesh.numInternalNodes, 9);
     EXPECT_THROW(selectNodes(model.mesh, "sphere:0.5,0.5,0.5,0.2"), std::invalid_argument);
-    const auto own = testing::calcFreeFrequencies(model, 12);
-    const auto reference = testing::calcCalculixFrequencies(folder, folder / "deck.inp", {}, 12);
-    for (size_t i = 6; i < 12; ++i) EXPECT_NEAR(own[i], reference[i], 1e-5 * reference[i]);
+    // Whichever nodes they are, K and M are those of the elements in another order.
+    std::string text = testing::readText(folder / "deck.inp");
+    const std::string second = "2,2,21,22,3,6,23,24,7\n";
+    text.erase(text.find(second), second.size());
+    text.insert(text.find("5,1,2,3,4,5,6,7,8"), second);
+    const auto own = testing::calcFreeFrequencies(model, 12),
+               other = testing::calcFreeFrequencies(read(text), 12);
+    for (size_t i = 6; i < 12; ++i) EXPECT_NEAR(own[i], other[i], 1e-9 * own[i]);
 }
 
 TEST_F(CalculixDeckTest, AnyEncodingAndEndOfLineAreRead) {
@@ -325,14 +320,6 @@ INSTANTIATE_TEST_SUITE_P(
         BadCard{"SectionOfNothing", "*SOLID SECTION,ELSET=GONE,MATERIAL=METAL\n", "GONE"}),
     [](const auto& card) { return card.param.name; });
 
-TEST_F(CalculixDeckTest, CalculixOwnErrorTextIsReported) {
-    CalculixOptions options;
-    options.program =
-        makeProgram("[ -f part.inp ] && echo ' *ERROR in e_c3d: no wood' && exit 201");
-    EXPECT_THAT(errorOf(brick.text(), options),
-                AllOf(HasSubstr("CalculiX refused"), HasSubstr("*ERROR in e_c3d: no wood")));
-}
-
 TEST_F(CalculixDeckTest, AMaterialThatIsNotThereIsNamedWithItsSection) {
     std::string text = brick.text();
     const auto line = std::count(text.begin(), text.end(), '\n');
@@ -548,6 +535,7 @@ TEST_F(CalculixDeckTest, AnInertiaOfAPointIsThatOfMassesWhichHaveIt) {
 }
 
 TEST_F(CalculixDeckTest, ElementsHaveTheAxesOfTheirDistribution) {
+    SIMFLEX_NEEDS_CALCULIX();
     const std::string ply =
         "*MATERIAL, NAME=PLY\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
         "140e9,10e9,9e9,.3,.25,.4,5e9,4e9,\n3e9\n*DENSITY\n1600\n";
@@ -744,24 +732,6 @@ TEST_F(CalculixDeckTest, TwoLoosePiecesAreAnError) {
                 AllOf(HasSubstr("2 pieces"), HasSubstr("nodes 1, 1000")));
 }
 
-TEST_F(CalculixDeckTest, NotANumberInTheStiffnessFileIsAnError) {
-    CalculixOptions options;
-    options.program = makeProgram("[ -f part.sti ] && sed -i '5s/[^ ]*$/NaN/' part.sti; true");
-    EXPECT_THAT(errorOf(brick.text(), options), AllOf(HasSubstr("part.sti"), HasSubstr("nan")));
-}
-
-TEST_F(CalculixDeckTest, GarbageInAMatrixFileIsAnError) {
-    CalculixOptions options;
-    options.program = makeProgram("[ -f part.mas ] && echo '1 2 oops' >> part.mas; true");
-    EXPECT_THAT(errorOf(brick.text(), options), AllOf(HasSubstr("part.mas"), HasSubstr("line")));
-}
-
-TEST_F(CalculixDeckTest, AMassMatrixThatDiffersBetweenAxesIsAnError) {
-    CalculixOptions options;
-    options.program = makeProgram("[ -f part.mas ] && sed -i '1s/[^ ]*$/1.0/' part.mas; true");
-    EXPECT_THAT(errorOf(brick.text(), options), HasSubstr("differs between the directions"));
-}
-
 /** An entry of tests/decks/mistakes.txt. **/
 struct Mistake {
     std::string name, out, in, message;
@@ -801,13 +771,6 @@ TEST_F(CalculixDeckTest, MistakesAreAnsweredWithWhatAPersonNeeds) {
         answer += errorOf(text, options);
         EXPECT_THAT(answer, HasSubstr(mistake.message)) << mistake.name;
     }
-}
-
-TEST_F(CalculixDeckTest, AMissingProgramIsAnErrorThatSaysHowToGetIt) {
-    CalculixOptions options;
-    options.program = "no-such-ccx";
-    EXPECT_THAT(errorOf(brick.text(), options),
-                AllOf(HasSubstr("no-such-ccx"), HasSubstr("calculix-ccx")));
 }
 
 TEST_F(CalculixDeckTest, AMissingDeckOrIncludeIsAnError) {
@@ -900,7 +863,7 @@ TEST_F(CalculixDeckTest, ReadingTellsHowFarItIs) {
 TEST_F(CalculixDeckTest, ProgressCanStopTheWork) {
     CalculixOptions options;
     options.progress = [](const std::string& phase, double) {
-        return phase.find("CalculiX") == std::string::npos;
+        return phase != "K and M";
     };
     EXPECT_THROW(read(brick.text(), options), Cancelled);
     EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());

@@ -113,6 +113,7 @@ TEST_F(ConstraintsTest, ANodeSetKeepsItsNameBesideASurface) {
 }
 
 TEST_F(ConstraintsTest, BoxesJoinedByEquationsHaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     std::string text = twoBricks("C3D8", "C3D8");
     // Corners and the middle of the faces' edges coincide in no other node: join the four corners.
     const int end[4] = {5, 15, 35, 45}, begin[4] = {1001, 1013, 1049, 1061};
@@ -125,6 +126,7 @@ TEST_F(ConstraintsTest, BoxesJoinedByEquationsHaveCalculixFrequencies) {
 }
 
 TEST_F(ConstraintsTest, EquationsThatCascadeHaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     // 20 follows 2 and 11, 2 follows 1 and 3 (a straight edge): nodes 1, 2, 3 lie on a line.
     std::string text = Brick().text() + "*EQUATION\n";
     for (int a = 1; a <= 3; ++a) {
@@ -173,6 +175,7 @@ TEST_F(ConstraintsTest, EquationsOfRotationsAndUnfinishedOnesAreRefused) {
 // CalculiX itself takes *MPC for a nonlinear analysis, which it cannot do of a free part: compare
 // with the same written as equations.
 TEST_F(ConstraintsTest, MultiPointConstraintsAreTheirLinearEquations) {
+    SIMFLEX_NEEDS_CALCULIX();
     std::ostringstream equations;
     equations << "*EQUATION\n";
     for (const char* d : {",2,", ",3,"})  // nodes 1…9 along x
@@ -201,6 +204,7 @@ TEST_F(ConstraintsTest, NodesOffTheirLineOrUnknownKindsAreRefused) {
 }
 
 TEST_F(ConstraintsTest, EquationsInTheAxesOfTheirNodesHaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     // Node 55 at (0, −0.015, 0.01), 81 at (0.2, 0.015, 0.01): their distance stays.
     expectCalculixFrequencies(Brick().text() +
                               "*NSET,NSET=TURNED\n55,81\n"
@@ -239,6 +243,7 @@ struct TiePair {
 class TiedBoxes : public ConstraintsTest, public ::testing::WithParamInterface<TiePair> {};
 
 TEST_P(TiedBoxes, HaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     expectCalculixFrequencies(twoBricks(GetParam().first, GetParam().second) + facingSurfaces() +
                               "*TIE, NAME=SEAM\nEND, BEGIN\n");
 }
@@ -252,6 +257,7 @@ INSTANTIATE_TEST_SUITE_P(Types, TiedBoxes,
                          });
 
 TEST_F(ConstraintsTest, ATiePullsSlaveNodesOntoTheMasterAsCalculixDoes) {
+    SIMFLEX_NEEDS_CALCULIX();
     const std::string tie = "*TIE, NAME=SEAM, POSITION TOLERANCE=1e-3\nEND, BEGIN\n";
     expectCalculixFrequencies(twoBricks("C3D8I", "C3D8I", 2e-4) + facingSurfaces() + tie);
     const std::string text = twoBricks("C3D8", "C3D8", 2e-4) + facingSurfaces() + tie;
@@ -288,18 +294,21 @@ TEST_F(ConstraintsTest, ATieNamesASurfaceOrFaceThatIsNotThere) {
 
 // Where CalculiX is compared with, the deck's own *RIGID BODY, *COUPLING are what it solves.
 TEST_F(ConstraintsTest, ARigidBodyHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     expectCalculixFrequencies(Brick().text() +
                               "*NODE\n5000,-0.05,0.01,0\n5001,0,0,0\n"
                               "*RIGID BODY, NSET=LEFT, REF NODE=5000, ROT NODE=5001\n");
 }
 
 TEST_F(ConstraintsTest, ARigidBodyOfElementsHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     expectCalculixFrequencies(Brick().text() +
                               "*ELSET, ELSET=TIP\n1,9,17,25\n*NODE\n5000,0,0,0\n5001,0,0,0\n"
                               "*RIGID BODY, ELSET=TIP, REF NODE=5000, ROT NODE=5001\n");
 }
 
 TEST_F(ConstraintsTest, BoxesJoinedByRigidBodiesOfOneReferenceHaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     const std::string boxes = twoBricks("C3D8", "C3D8", 0.01) +
                               "*NODE\n5000,0.105,0,0\n5001,0.105,0,0\n5002,0.105,0,0\n"
                               "*RIGID BODY, NSET=RIGHT, REF NODE=5000, ROT NODE=5001\n";
@@ -322,6 +331,7 @@ TEST_F(ConstraintsTest, ABallOfTwoRigidBodiesLeavesThreeTurnsMore) {
 }
 
 TEST_F(ConstraintsTest, AKinematicCouplingHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     const std::string surface =
         "*SURFACE, NAME=TIP\n1,S6\n9,S6\n17,S6\n25,S6\n*NODE\n5000,-0.03,0,0\n"
         "*ORIENTATION, NAME=TURNED\n1,1,0,-1,1,0\n";
@@ -391,6 +401,7 @@ TEST_F(ConstraintsTest, RigidBodiesThatCannotBeAreRefusedWithTheirLine) {
 }
 
 TEST_F(ConstraintsTest, AMaterialAtTheTemperatureOfItsNodesHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     std::string text = Brick().text();
     text.replace(text.find("7e+10,0.3"), 9, "70e9,0.3,20\n35e9,0.25,120\n20e9,0.2,500");
     expectCalculixFrequencies(text + "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 260\n");

@@ -17,11 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 constexpr int kTieNode = 100001;  // beyond every mesh; ccx reserves room for all numbers
 
-void runOrThrow(const std::string& command, const std::string& log) {
-    if (std::system((command + " >'" + log + "' 2>&1").c_str()) != 0)
-        throw std::runtime_error(command + " failed:\n" + readText(log));
-}
-
 /** Nodes REF and ROT of tie `index` and the *RIGID BODY card. **/
 std::string tieText(int index, const std::string& set, const std::array<double, 3>& point) {
     std::ostringstream text;
@@ -54,6 +49,16 @@ std::string withoutSkin(const TestFolder& folder, const std::string& deck) {
 }
 
 }  // namespace
+
+bool hasCalculix() {
+    static const bool isThere = std::system("command -v ccx >/dev/null") == 0;
+    return isThere;
+}
+
+void runOrThrow(const std::string& command, const std::string& log) {
+    if (std::system((command + " >'" + log + "' 2>&1").c_str()) != 0)
+        throw std::runtime_error(command + " failed:\n" + readText(log));
+}
 
 std::string Brick::meshText(int firstNode, int firstElement) const {
     const bool quadratic = type.compare(0, 5, "C3D20") == 0;

@@ -3,6 +3,8 @@
 Decks for tests: bricks written node by node, example parts meshed coarsely by Gmsh, and CalculiX's
 own answers to them. **/
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <map>
 #include <string>
@@ -49,6 +51,16 @@ private:
 @returns the path of the deck. **/
 std::string meshExamplePart(const TestFolder& folder, const std::string& name,
                             const std::string& elementType, double h);
+
+/** Whether CalculiX is there to compare with. **/
+bool hasCalculix();
+
+/** First line of a test that compares with it. **/
+#define SIMFLEX_NEEDS_CALCULIX() \
+    if (!::simflex::testing::hasCalculix()) GTEST_SKIP() << "CalculiX (ccx) is not installed"
+
+/** Runs a shell command. @throws std::runtime_error with its output if it fails. **/
+void runOrThrow(const std::string& command, const std::string& log);
 
 /** CalculiX's own frequencies [Hz] of a deck whose node sets are tied as *RIGID BODY to the given
 points, everything else free; the six rigid modes among them.

@@ -531,6 +531,7 @@ TEST_F(ModelSource, SpringsTrussesAndMembranesOfAnsysAreThoseOfADeck) {
 }
 
 TEST_F(ModelSource, SurfacesWithAThicknessAreTheShellsOfADeck) {
+    SIMFLEX_NEEDS_CALCULIX();
     SourceOptions options;
     options.path = write("bracket.geo",
                          "SetFactory(\"OpenCASCADE\");\n"
@@ -720,6 +721,7 @@ TEST_F(ModelSource, ShellsRigidBodiesAndMassesOfNastranAreThoseOfTheDeck) {
 }
 
 TEST_F(ModelSource, MassesInNodesOfSolidsHaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     SourceOptions deck;
     deck.path =
         write("brick.inp", Brick().text() +

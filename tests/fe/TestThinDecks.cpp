@@ -62,6 +62,7 @@ protected:
 class EveryShell : public ThinDecks, public ::testing::WithParamInterface<const char*> {};
 
 TEST_P(EveryShell, AsAFlatPlateHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch(GetParam(), "PLATE", 6, 4, flat);
     deck.addShellSection("PLATE", 0.004);
     const FeModel model = expectCalculixFrequencies();
@@ -89,6 +90,7 @@ TEST_P(EveryShell, OfFirstOrderIsToldOf) {
 class EveryCurvedShell : public EveryShell {};
 
 TEST_P(EveryCurvedShell, AsACylinderHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch(GetParam(), "SHELL", 24, 3, [](double u, double v) -> Point {
         const double angle = 2 * M_PI * (u == 1 ? 0 : u);
         return {0.1 * std::cos(angle), 0.1 * std::sin(angle), 0.15 * v};
@@ -98,6 +100,7 @@ TEST_P(EveryCurvedShell, AsACylinderHasCalculixFrequencies) {
 }
 
 TEST_P(EveryShell, AsAnAngleWithAKnotHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch(GetParam(), "A", 4, 3, [](double u, double v) -> Point {
         return {0.2 * u, 0.15 * v, 0};
     });
@@ -121,6 +124,7 @@ TEST_F(ThinDecks, CurvedS4RIsRefusedForItResistsTurning) {
 }
 
 TEST_F(ThinDecks, PlatesOfTwoThicknessesMeetInAKnotOnALine) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch("S8R", "THIN", 3, 3, [](double u, double v) -> Point {
         return {0.1 * u, 0.15 * v, 0};
     });
@@ -133,12 +137,14 @@ TEST_F(ThinDecks, PlatesOfTwoThicknessesMeetInAKnotOnALine) {
 }
 
 TEST_F(ThinDecks, AnOffsetPlateHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch("S8R", "PLATE", 6, 4, flat);
     deck.addShellSection("PLATE", 0.004, 0.5);
     expectCalculixFrequencies();
 }
 
 TEST_F(ThinDecks, NodalThicknessHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch("S8R", "PLATE", 6, 4, flat);
     deck.add("*NODAL THICKNESS\nALL, 0.003\n1, 0.005\n");
     deck.add("*SHELL SECTION, ELSET=PLATE, MATERIAL=METAL, NODAL THICKNESS\n0.1\n");
@@ -157,6 +163,7 @@ Point bowl(double u, double v) {
 }
 
 TEST_P(EveryShell, OfPlyHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     const bool isLinear = GetParam()[1] == '4' || GetParam()[1] == '3';  // S4R must lie flat
     deck.addPatch(GetParam(), "PLATE", 6, 4, isLinear ? flat : bowl);
     deck.add(kPly);
@@ -165,6 +172,7 @@ TEST_P(EveryShell, OfPlyHasCalculixFrequencies) {
 }
 
 TEST_F(ThinDecks, ShellsOfPlyWithoutAxesAndWithRoundOnesHaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch("S8R", "PLATE", 4, 3, [](double u, double v) -> Point {
         return {0.1 + 0.2 * u, 0.2 * v, 0};
     });
@@ -179,6 +187,7 @@ TEST_F(ThinDecks, ShellsOfPlyWithoutAxesAndWithRoundOnesHaveCalculixFrequencies)
 }
 
 TEST_F(ThinDecks, BeamsOfPlyHaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addBeam("B32", "A", 6, {0, 0, 0}, {0.2, 0.1, 0.05});
     deck.addBeam("B32R", "B", 6, {0.2, 0.1, 0.05}, {0.4, 0, 0});
     deck.add(kPly);
@@ -191,6 +200,7 @@ TEST_F(ThinDecks, BeamsOfPlyHaveCalculixFrequencies) {
 class LayeredShell : public ThinDecks, public ::testing::WithParamInterface<const char*> {};
 
 TEST_P(LayeredShell, HasCalculixFrequenciesAndTheMassOfItsLayers) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch(GetParam(), "PLATE", 6, 4, flat);
     deck.add(kPly);
     deck.add(
@@ -201,6 +211,7 @@ TEST_P(LayeredShell, HasCalculixFrequenciesAndTheMassOfItsLayers) {
 }
 
 TEST_P(LayeredShell, ThatIsCurvedHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch(GetParam(), "PLATE", 6, 4, bowl);
     deck.addPatch(GetParam(), "MORE", 4, 4, [](double u, double v) { return bowl(1 + u, v); });
     deck.add(kPly);
@@ -236,6 +247,7 @@ TEST_F(ThinDecks, AnAngleTurnsALayerAboutTheNormal) {
 }
 
 TEST_F(ThinDecks, NormalsAreAsTheyAreGiven) {
+    SIMFLEX_NEEDS_CALCULIX();
     const auto left = [](double u, double v) -> Point { return {0.2 * u, 0.15 * v, 0.02 * u}; };
     deck.addPatch("S8R", "ROOF", 3, 2, left);
     deck.addPatch("S8R", "ROOF", 3, 2, [](double u, double v) -> Point {
@@ -255,6 +267,7 @@ TEST_F(ThinDecks, NormalsAreAsTheyAreGiven) {
 }
 
 TEST_F(ThinDecks, NormalsOfBeamsAreAsTheyAreGiven) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addBeam("B32", "BEAM", 8, {0, 0, 0}, {0.4, 0.1, 0});
     deck.addBeamSection("BEAM", "RECT", 0.012, 0.004, "0,0,1");
     const std::string node = std::to_string(deck.addNode({0.1, 0.025, 0}));
@@ -273,12 +286,14 @@ struct BeamType {
 class EveryBeam : public ThinDecks, public ::testing::WithParamInterface<BeamType> {};
 
 TEST_P(EveryBeam, StraightHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addBeam(GetParam().type, "BEAM", 12, {0, 0, 0}, {0.4, 0.1, 0.05});
     deck.addBeamSection("BEAM", GetParam().shape, 0.012, 0.008, "0,1,0");
     expectCalculixFrequencies();
 }
 
 TEST_P(EveryBeam, AsATeeWithAKnotHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addBeam(GetParam().type, "BEAM", 8, {0, 0, 0}, {0.4, 0, 0});
     deck.addBeam(GetParam().type, "BEAM", 4, {0.2, 0, 0}, {0.2, 0.2, 0});
     deck.addBeamSection("BEAM", GetParam().shape, 0.012, 0.008, "0,0,1");
@@ -286,6 +301,7 @@ TEST_P(EveryBeam, AsATeeWithAKnotHasCalculixFrequencies) {
 }
 
 TEST_P(EveryBeam, AsAFrameInSpaceHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     const char* type = GetParam().type;
     deck.addBeam(type, "X", 4, {0, 0, 0}, {0.4, 0, 0});
     deck.addBeam(type, "X", 4, {0, 0.3, 0}, {0.4, 0.3, 0});
@@ -330,6 +346,7 @@ TEST_F(ThinDecks, NodeSetsAreFoundWhateverTheirCase) {
 }
 
 TEST_F(ThinDecks, AShellThatEndsAtASolidIsHingedThereAsInCalculix) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch("S8R", "PLATE", 4, 3, [](double u, double v) -> Point {
         return {0.2 * u, 0.15 * v, 0};
     });
@@ -341,6 +358,7 @@ TEST_F(ThinDecks, AShellThatEndsAtASolidIsHingedThereAsInCalculix) {
 }
 
 TEST_F(ThinDecks, AShellThatReachesIntoASolidHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch("S8R", "PLATE", 5, 3, [](double u, double v) -> Point {
         return {-0.05 + 0.25 * u, 0.15 * v, 0};
     });
@@ -351,6 +369,7 @@ TEST_F(ThinDecks, AShellThatReachesIntoASolidHasCalculixFrequencies) {
 }
 
 TEST_F(ThinDecks, BeamStiffenedShellHasCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch("S8R", "PLATE", 6, 4, flat);
     deck.addBeam("B32R", "RIB", 6, {0, 0.1, 0}, {0.3, 0.1, 0});
     deck.addShellSection("PLATE", 0.004);
@@ -360,6 +379,7 @@ TEST_F(ThinDecks, BeamStiffenedShellHasCalculixFrequencies) {
 }
 
 TEST_F(ThinDecks, EquationsOfShellNodesHaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     const auto right = [](double u, double v) -> Point { return {0.1 + 0.1 * u, 0.15 * v, 0}; };
     deck.addPatch("S8R", "PLATE", 3, 3, [](double u, double v) -> Point {
         return {0.1 * u, 0.15 * v, 0};
@@ -379,6 +399,7 @@ TEST_F(ThinDecks, EquationsOfShellNodesHaveCalculixFrequencies) {
 }
 
 TEST_F(ThinDecks, PlatesWhoseNormalsDifferByTheirDigitsMeetInAKnotOnALine) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch("S8R", "THIN", 3, 3, [](double u, double v) -> Point {
         return {0.1 * u, 0.15 * v, 0};
     });
@@ -391,6 +412,7 @@ TEST_F(ThinDecks, PlatesWhoseNormalsDifferByTheirDigitsMeetInAKnotOnALine) {
 }
 
 TEST_F(ThinDecks, FoldedPlatesOfTwoThicknessesHaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     // Up to half a degree CalculiX takes the fold for smooth.
     for (const double degrees : {0.02, 0.1, 0.4, 0.7, 5.0}) {
         SCOPED_TRACE(degrees);

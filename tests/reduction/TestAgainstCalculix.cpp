@@ -91,6 +91,7 @@ protected:
 
 // One test, since the reduction is what takes the time.
 TEST_P(ExamplePartTest, FrequenciesAndTipDeflectionMatchCalculixWithin1e3) {
+    SIMFLEX_NEEDS_CALCULIX();
     const ExamplePart& part = GetParam();
     const std::pair<std::string, std::array<double, 3>> first{part.firstSet, {0, 0, 0}},
         second{part.secondSet, {part.length, 0, 0}};
@@ -177,6 +178,7 @@ std::string splitBarText(const std::string& type) {
 class SplitBarTest : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SplitBarTest, FrequenciesAndTipDeflectionMatchCalculix) {
+    SIMFLEX_NEEDS_CALCULIX();
     TestFolder folder;
     testing::writeText(folder / "bar.inp", splitBarText(GetParam()));
     ReductionOptions options;
@@ -209,6 +211,7 @@ TEST_P(SplitBarTest, FrequenciesAndTipDeflectionMatchCalculix) {
 INSTANTIATE_TEST_SUITE_P(Types, SplitBarTest, ::testing::Values("C3D4", "C3D10", "C3D6", "C3D15"));
 
 TEST(CrankPartFile, OfOneMillimetreMeshMatchesCalculix) {
+    SIMFLEX_NEEDS_CALCULIX();
     const std::string parts = SIMFLEX_BINARY_DIR "/parts/";
     const ReducedBody crank = readReducedBody(parts + "crank.h5");
     TestFolder folder;

@@ -126,6 +126,7 @@ void PrintTo(const HeldPart& part, std::ostream* out) {
 class InertiaReliefTest : public ::testing::TestWithParam<HeldPart> {};
 
 TEST_P(InertiaReliefTest, WithoutAnyNormalModeWeightAndTurningBendThePartAsInCalculix) {
+    SIMFLEX_NEEDS_CALCULIX();
     const HeldPart& part = GetParam();
     const TestFolder folder;
     const std::string deck = testing::meshExamplePart(folder, part.name, part.elementType, part.h);

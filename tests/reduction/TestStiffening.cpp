@@ -2,6 +2,7 @@
 // shapes.
 
 #include <gmock/gmock.h>
+#include <omp.h>
 
 #include <Eigen/Dense>
 #include <filesystem>
@@ -12,7 +13,6 @@
 #include "simflex/fe/CalculixDeck.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
-#include "simflex/reduction/Stiffening.h"
 
 namespace simflex {
 namespace {
@@ -38,7 +38,7 @@ ReducedBody reduceDeck(const TestFolder& folder, const std::string& text, int nu
     ReductionOptions options;
     options.interfaces = {{"left", "LEFT"}, {"right", "RIGHT"}};
     options.numModes = numModes;
-    options.stiffening.emplace();
+    options.hasStiffening = true;
     return reduce(readCalculixDeck(folder / "bar.inp"), options);
 }
 
@@ -225,92 +225,37 @@ TEST_F(StiffeningTest, PartFileKeepsGeometricStiffnessAndOlderFilesHaveNone) {
     EXPECT_FALSE(readReducedBody(folder / "plain.h5").stiffening);
 }
 
-TEST_F(StiffeningTest, TheSameBitsForAnyNumberOfProcesses) {
-    testing::writeText(folder / "bar.inp", makeBar().text());
-    const FeModel model = readCalculixDeck(folder / "bar.inp");
+TEST_F(StiffeningTest, TheSameBitsForAnyNumberOfThreads) {
+    Brick bar = makeBar();
+    bar.elements = {60, 4, 4};  // many chunks of elements
+    testing::writeText(folder / "bar.inp", bar.text());
     ReductionOptions options;
     options.interfaces = {{"left", "LEFT"}};
     options.numModes = 12;
+    options.hasStiffening = true;
+    std::vector<FeModel> models;
     std::vector<ReducedBody> parts;
-    for (int processes : {1, 3}) {
-        options.stiffening = StiffeningOptions{"", processes};
-        parts.push_back(reduce(model, options));
-    }
-    EXPECT_EQ(parts[0].stiffening->turning, parts[1].stiffening->turning);
-    EXPECT_EQ(parts[0].stiffening->interfaces, parts[1].stiffening->interfaces);
-    EXPECT_TRUE(folder.listTemporaryFiles().empty());
-}
-
-TEST_F(StiffeningTest, NoMoreRunsOfCalculixGoAtATimeThanMemoryHolds) {
-    EXPECT_EQ(chooseNumProcesses(8, 1e9, 3.5e9), 3);
-    EXPECT_EQ(chooseNumProcesses(2, 1e9, 3.5e9), 2);
-    EXPECT_EQ(chooseNumProcesses(0, 1e9, 1.5e9), 1);
-    EXPECT_GE(chooseNumProcesses(0, 1, 1e12), 1);
-    try {
-        chooseNumProcesses(8, 2147483648.0, 1073741824.0);
-        FAIL() << "no exception";
-    } catch (const std::invalid_argument& error) {
-        EXPECT_STREQ(
-            error.what(),
-            "geometric stiffness needs about 2.0 GiB of memory for a run of CalculiX, but "
-            "there are 1.0 GiB; take a coarser mesh or a larger machine, or set the memory "
-            "limit (--memory) if you know better");
+    for (int threads : {1, 2, 3}) {
+        omp_set_num_threads(threads);
+        models.push_back(readCalculixDeck(folder / "bar.inp"));
+        parts.push_back(reduce(models.back(), options));
+        EXPECT_EQ(models[0].K.values, models.back().K.values) << threads;
+        EXPECT_EQ(models[0].m.values, models.back().m.values) << threads;
+        EXPECT_EQ(parts[0].stiffening->turning, parts.back().stiffening->turning) << threads;
+        EXPECT_EQ(parts[0].stiffening->interfaces, parts.back().stiffening->interfaces) << threads;
     }
 }
 
-TEST_F(StiffeningTest, ThePartsMemoryLimitBoundsTheRunsAtATime) {
+TEST_F(StiffeningTest, AModelOfMatricesIsRefused) {
     testing::writeText(folder / "bar.inp", makeBar().text());
-    const FeModel model = readCalculixDeck(folder / "bar.inp");
-    // Each run counts those that have begun and not ended.
-    testing::writeText(folder / "ccx",
-                       "#!/bin/sh\ncase $1 in -v) exec ccx -v;; esac\n"
-                       "mkdir -p '" +
-                           folder.path() + "/runs'; touch '" + folder.path() + "/runs/'$$\nls '" +
-                           folder.path() + "/runs' | wc -l >> '" + folder.path() +
-                           "/counts'\nccx \"$@\"; code=$?\nrm '" + folder.path() +
-                           "/runs/'$$\nexit $code\n");
-    std::filesystem::permissions(folder / "ccx", std::filesystem::perms::owner_all);
-    ReductionOptions options;
-    options.interfaces = {{"left", "LEFT"}};
-    options.numModes = 12;
-    options.stiffening = StiffeningOptions{folder / "ccx", 4};
-    options.memoryLimit =
-        1.5 * predictCalculixMemory(0, double(model.K.size), double(model.K.numEntries()));
-    reduce(model, options);
-    std::istringstream counts(testing::readText(folder / "counts"));
-    int number = 0;
-    for (int count; counts >> count; ++number) EXPECT_EQ(count, 1);
-    EXPECT_EQ(number, 12);
-}
-
-TEST_F(StiffeningTest, AFailingCalculixIsNamedWithItsLoadAndOutput) {
-    testing::writeText(folder / "bar.inp", makeBar().text());
-    const FeModel model = readCalculixDeck(folder / "bar.inp");
-    testing::writeText(folder / "ccx", "#!/bin/sh\necho about to fail\nexit 3\n");
-    std::filesystem::permissions(folder / "ccx", std::filesystem::perms::owner_all);
+    FeModel model = readCalculixDeck(folder / "bar.inp");
+    model.elements = nullptr;
     ReductionOptions options;
     options.numModes = 12;
-    options.stiffening = StiffeningOptions{folder / "ccx", 1};
-    try {
-        reduce(model, options);
-        FAIL() << "no exception";
-    } catch (const std::runtime_error& error) {
-        EXPECT_THAT(error.what(), AllOf(HasSubstr("bar.inp"), HasSubstr("turning xx"),
-                                        HasSubstr("exit status 3"), HasSubstr("about to fail")));
-    }
-    EXPECT_TRUE(folder.listTemporaryFiles().empty());
-}
-
-TEST_F(StiffeningTest, ADeckChangedMeanwhileIsRefused) {
-    testing::writeText(folder / "bar.inp", makeBar().text());
-    const FeModel model = readCalculixDeck(folder / "bar.inp");
-    Brick other = makeBar();
-    other.size[0] = 0.9;
-    testing::writeText(folder / "bar.inp", other.text());
-    ReductionOptions options;
-    options.numModes = 12;
-    options.stiffening.emplace();
-    EXPECT_THROW(reduce(model, options), std::runtime_error);
+    options.hasStiffening = true;
+    EXPECT_THAT([&] { reduce(model, options); },
+                ::testing::ThrowsMessage<std::invalid_argument>(
+                    HasSubstr("geometric stiffness needs the elements of the part")));
 }
 
 }  // namespace

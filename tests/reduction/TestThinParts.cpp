@@ -119,6 +119,7 @@ TEST_F(ThinParts, OneTooThinForTheDigitsOfItsStiffnessIsRefusedAsThat) {
 }
 
 TEST_F(ThinParts, ShellsBeamsAndSolidsTiedTogetherHaveCalculixFrequencies) {
+    SIMFLEX_NEEDS_CALCULIX();
     deck.addPatch("S8R", "PLATE", 5, 3, [](double u, double v) -> Point {
         return {-0.05 + 0.25 * u, 0.15 * v, 0};
     });
@@ -143,6 +144,7 @@ TEST_F(ThinParts, ShellsBeamsAndSolidsTiedTogetherHaveCalculixFrequencies) {
 }
 
 TEST_F(ThinParts, AnInterfaceThatIsABeamsNodeIsNamedWhereItStiffensTheBeam) {
+    SIMFLEX_NEEDS_CALCULIX();
     constexpr int Bays = 8;
     for (int k = 0; k < Bays; ++k)
         deck.addBeam("B32R", "GIRDER", 1, {0.2 * k, 0, 0}, {0.2 * (k + 1), 0, 0});

@@ -21,7 +21,7 @@ std::shared_ptr<const ReducedBody> makeBeam(const BeamOptions& options) {
     reduction.name = "beam";
     reduction.interfaces = {{"root", "LEFT"}, {"tip", "RIGHT"}};
     reduction.numModes = options.numModes;
-    reduction.stiffening.emplace();
+    reduction.hasStiffening = true;
     return std::make_shared<const ReducedBody>(
         reduce(readCalculixDeck(folder / "beam.inp"), reduction));
 }

@@ -42,6 +42,7 @@ TEST(Cantilever, FrequenciesMatchEulerBernoulli) {
 }
 
 TEST(Cantilever, SagsUnderItsWeightAsInCalculix) {
+    SIMFLEX_NEEDS_CALCULIX();
     const Brick brick;
     const simflex::testing::TestFolder folder;
     simflex::testing::writeText(folder / "brick.inp", brick.text());

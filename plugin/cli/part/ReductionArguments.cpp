@@ -98,7 +98,7 @@ void SourceArguments::addTo(CLI::App& command) {
         ->group(gmsh);
     addScriptsFlag(command, m_options.gmsh.allowsScripts);
     add(gmsh, "--keep-deck", m_options.gmsh.keepDeck,
-        "Keep the CalculiX deck that is made, to reduce it with --stiffening", "DECK.inp");
+        "Keep the deck that is made of the mesh", "DECK.inp");
 }
 
 SourceOptions SourceArguments::parse() const {

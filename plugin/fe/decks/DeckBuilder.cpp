@@ -23,10 +23,9 @@
 #include "DeckParameters.h"
 #include "DeckRigidBodies.h"
 #include "DeckVocabulary.h"
-#include "ElasticLaw.h"
+#include "DeckElasticity.h"
 #include "ElementShapes.h"
 #include "IncompatibleModes.h"
-#include "IntegratedSolids.h"
 #include "NastranDeck.h"
 #include "PointElements.h"
 #include "ThinSections.h"
@@ -217,6 +216,7 @@ public:
         std::vector<char> hasElement(m_model.mesh.nodeNumbers.size(), 0);
         for (const ElementBlock& block : m_model.mesh.elements)
             for (const int node : block.nodes) hasElement[size_t(node)] = 1;
+        m_model.hasRigidBodies = !m_constraints.bodies.empty();
         m_model.constraints = applyConstraints(m_constraints, hasElement, m_model.mesh,
                                                m_model.notes, m_model.warnings);
         placeInternalNodes(m_model);
@@ -610,7 +610,7 @@ private:
             refuseCard(card, card.title + " names node set " + card.get("NSET") +
                                  ", which the deck does not define before it");
         for (const int node : set->second) m_axesOf[node] = m_transforms.size();
-        m_transforms.emplace_back(axes);
+        m_transforms.push_back(parseOrientation(axes));
         noteLeftOut(card.title + " but for equations", card);
     }
 
@@ -854,7 +854,7 @@ private:
         std::vector<Vec3d> positions;
         for (const int node : m_thin[thin->second].nodes) positions.push_back(m_nodes.at(node));
         Axes axes = turnIntoShell(positions, [&](const Vec3d& place) {
-            return card ? Orientation(*card).calcAxes(place)
+            return card ? parseOrientation(*card).calcAxes(place)
                         : Axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
         });
         for (auto& row : axes)
@@ -1449,7 +1449,7 @@ private:
         if (!card.has("ORIENTATION")) return {};
         for (const DeckCard& section : m_model.sections)
             if (section.keyword == "ORIENTATION" && section.get("NAME") == card.get("ORIENTATION"))
-                return Orientation(section).calcAxes(place);
+                return parseOrientation(section).calcAxes(place);
         refuseCard(card, "the deck has no *ORIENTATION " + card.get("ORIENTATION"));
     }
 
@@ -1614,7 +1614,7 @@ private:
         std::optional<Orientation> orientation;
         for (const DeckCard& section : m_model.sections)
             if (section.keyword == "ORIENTATION" && section.get("NAME") == card.orientation)
-                orientation.emplace(section);
+                orientation = parseOrientation(section);
         if (!card.orientation.empty() && !orientation)
             refuseCard(card.card, "the deck has no *ORIENTATION " + card.orientation);
         for (const int node : body.nodes) {

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "ElasticLaw.h"
+#include "DeckElasticity.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -209,7 +209,7 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
     const auto checkOrientation = [&](const DeckCard& section) {
         for (const DeckCard& card : deck.sections)
             if (card.keyword == "ORIENTATION" && card.get("NAME") == section.get("ORIENTATION"))
-                return void(Orientation(card));
+                return void(parseOrientation(card));
         refuseCard(section, "the deck has no *ORIENTATION " + section.get("ORIENTATION"));
     };
     for (const DeckCard& card : deck.sections) {

@@ -4,8 +4,6 @@ What a CalculiX deck means to simflex: solid elements, sets, materials. Read by
 buildDeckModel(). Internal to fe. **/
 
 #include <map>
-#include <ostream>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -13,7 +11,7 @@ buildDeckModel(). Internal to fe. **/
 #include "InpCards.h"
 #include "PointElements.h"
 #include "simflex/fe/FeModel.h"
-#include "simflex/fe/SolidElements.h"
+#include "simflex/fe/elements/SolidElements.h"
 
 namespace simflex {
 
@@ -44,22 +42,11 @@ struct DeckModel {
     std::map<int, size_t> wallsOf;                   ///< … that beams are, by number
     std::map<int, std::vector<DeckLayer>> layersOf;  ///< of layered shells, from below; by number
     NodalConstraints constraints;                    ///< what ties nodes to each other
+    bool hasRigidBodies = false;                     ///< among them
     std::vector<DeckCard> materials;                 ///< *MATERIAL with its properties
     std::vector<DeckCard> sections;                  ///< *ORIENTATION, *SOLID SECTION, "LAYERS"
     std::vector<std::string> notes;                  ///< see FeModel
     std::vector<std::string> warnings;               ///< see FeModel
-
-    /** Writes nodes, elements, sets, materials and sections; the solids of B32R beams as C3D20,
-    none of layered shells. No field is longer than the 20 characters that ccx reads. **/
-    void writeModel(std::ostream& out) const;
-    /** The same without the solids of IntegratedSolids.h, and a step that stores K and M. **/
-    void writeClean(std::ostream& out) const;
-
-    /** True if there are elements whose matrices CalculiX assembles. **/
-    bool isForCalculix() const;
-
-private:
-    void write(std::ostream& out, const std::set<int>& leftOut) const;
 };
 
 }  // namespace simflex

@@ -18,7 +18,7 @@ where the first is along n; e₂ = n × e₁. **/
 #include <unordered_map>
 #include <vector>
 
-#include "ElasticLaw.h"
+#include "DeckElasticity.h"
 #include "InpCards.h"
 #include "simflex/fe/Vec3d.h"
 

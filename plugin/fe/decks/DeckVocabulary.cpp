@@ -3,7 +3,6 @@
 #include <map>
 #include <set>
 
-#include "IntegratedSolids.h"
 #include "ThinElements.h"
 #include "simflex/base/NameDistance.h"
 
@@ -244,17 +243,6 @@ const std::map<std::string, std::string> Consequences = {
     {"MOHRCOULOMB", NeverYields},
     {"MOHRCOULOMBHARDENING", NeverYields}};
 
-/** The solids of the deck, and their place in Mesh. **/
-const std::map<std::string, ElementType> SolidElements = {
-    {"C3D4", ElementType::Tet4},          {"C3D6", ElementType::Wedge6},
-    {"C3D8", ElementType::Hex8},          {"C3D8R", ElementType::Hex8},
-    {"C3D8I", ElementType::Hex8},         {"C3D10", ElementType::Tet10},
-    {"C3D10T", ElementType::Tet10},       {"C3D15", ElementType::Wedge15},
-    {"C3D20", ElementType::Hex20},        {"C3D20R", ElementType::Hex20},
-    {BeamSolid, ElementType::Hex20},      {LayeredHex, ElementType::Hex20},
-    {LayeredWedge, ElementType::Wedge15},
-};
-
 /** Elements that are refused, and why. **/
 const std::map<std::string, std::string> RefusedElements = {
     {"B31R",
@@ -342,15 +330,6 @@ const std::set<std::string>* findParameters(const std::string& keyword) {
     return found == Parameters.end() ? nullptr : &found->second;
 }
 
-const ElementType* findSolid(const std::string& calculixType) {
-    const auto found = SolidElements.find(calculixType);
-    return found == SolidElements.end() ? nullptr : &found->second;
-}
-
-ElementType getSolid(const std::string& calculixType) {
-    return SolidElements.at(calculixType);
-}
-
 int numSkinNodesOf(const std::string& calculixType) {
     const auto found = SkinElements.find(calculixType);
     return found == SkinElements.end() ? 0 : found->second;
@@ -367,8 +346,8 @@ std::string findElementRefusal(const std::string& type) {
                    " are not known to simflex: " + family->second.second;
     }
     std::vector<std::string> known;
-    for (const auto& solid : SolidElements)
-        if (!isIntegratedSolid(solid.first)) known.push_back(solid.first);
+    for (const std::string& solid : listSolids())
+        if (solid[0] == 'C') known.push_back(solid);
     for (const std::string& thin : listThinTypes()) known.push_back(thin);
     const std::string nearest = findNearestName(type, known);
     std::string text = "element type " + type + " is none that simflex knows";

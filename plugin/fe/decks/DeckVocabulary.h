@@ -36,12 +36,6 @@ const std::string* findConsequence(const std::string& keyword);
  **/
 const std::set<std::string>* findParameters(const std::string& keyword);
 
-/** The solid that an element type is, or null: "C3D8R" is ElementType::Hex8. **/
-const ElementType* findSolid(const std::string& calculixType);
-
-/** The same. @throws std::out_of_range for a type that is no solid. **/
-ElementType getSolid(const std::string& calculixType);
-
 /** Number of nodes of an element that meshers write along the skin of a solid; 0 for others. **/
 int numSkinNodesOf(const std::string& calculixType);
 

@@ -5,10 +5,9 @@
 #include <stdexcept>
 
 #include "DeckVocabulary.h"
-#include "IntegratedSolids.h"
 #include "simflex/base/ParallelFor.h"
 #include "simflex/fe/FaceShapes.h"
-#include "simflex/fe/SolidElements.h"
+#include "simflex/fe/elements/SolidElements.h"
 
 namespace simflex {
 namespace {

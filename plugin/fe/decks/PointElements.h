@@ -15,7 +15,7 @@ DASHPOT1, DASHPOT2) is no part of it. **/
 #include <string>
 #include <vector>
 
-#include "ElasticLaw.h"
+#include "DeckElasticity.h"
 #include "InpCards.h"
 #include "simflex/fe/FeModel.h"
 #include "simflex/fe/Vec3d.h"

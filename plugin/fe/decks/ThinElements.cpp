@@ -5,8 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "IntegratedSolids.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/elements/SolidElements.h"
 
 namespace simflex {
 namespace {

@@ -7,7 +7,7 @@ x + (½−o) t n. Its normals n are averaged at each node over elements of the s
 offset whose normals are within 20° of that of the lowest element number. A beam becomes a
 hexahedron about its axis, its section spanned by n₁ (as given) and n₂ = tangent × n₁, averaged
 likewise; a circle becomes a quadratic hexahedron with its sides on the circle. A pipe or box fills
-the square or rectangle about it, of which its walls alone are integrated (IntegratedSolids.h). A
+the square or rectangle about it, of which its walls alone are integrated (FeElements.h). A
 *NORMAL stands as it is given for its element, and for those whose normals are within half a degree
 (of beams CalculiX 2.20 then loses n₁, and with it mass; here it is what the others have).
 
@@ -53,7 +53,7 @@ struct ThinElement {
 struct ThinType {
     bool isBeam;
     int numNodes;
-    const char* solid;  ///< "C3D20R"; "B32R" for the hexahedron of B32R, see IntegratedSolids.h
+    const char* solid;  ///< "C3D20R"; "B32R" for the hexahedron of B32R, see FeElements.h
 };
 /** Null if it is none that simflex expands. **/
 const ThinType* findThinType(const std::string& type);

@@ -6,7 +6,7 @@ What a *SHELL SECTION or *BEAM SECTION says of its elements. Internal to fe. **/
 
 #include "InpCards.h"
 #include "ThinElements.h"
-#include "simflex/fe/SolidElements.h"
+#include "simflex/fe/elements/SolidElements.h"
 
 namespace simflex {
 

@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "simflex/base/NumberText.h"
-#include "simflex/base/TemporaryFolder.h"
 #include "simflex/fe/ModelSource.h"
 #include "simflex/fe/NodeSelection.h"
 #include "simflex/model/builders/ModelGeometry.h"
@@ -137,7 +136,7 @@ ReductionOptions readReduction(const ModelValue& part, ModelOptions::Bodies bodi
         reduction.frequencies = frequencies.isScalar() ? std::vector{frequencies.getNumber()}
                                                        : frequencies.getNumbers();
     }
-    if (part.has("stiffening") && part.get("stiffening").getBool()) reduction.stiffening.emplace();
+    if (part.has("stiffening") && part.get("stiffening").getBool()) reduction.hasStiffening = true;
     reduction.stress = readStress(part.get("stress"));
     if (bodies == ModelOptions::Bodies::Finer) reduction.numFurtherModes = FurtherModes;
     return reduction;
@@ -179,7 +178,7 @@ void addToKey(const Request& request, PartKey& key) {
     for (const LoadPoint& point : reduction.loadPoints) key.add(point.nodes), key.add(point.axes);
     key.add(double(reduction.numModes));
     key.add(reduction.highestFrequency.value_or(0));
-    key.add(double(bool(reduction.stiffening)));
+    key.add(double(reduction.hasStiffening));
     if (reduction.hasInertiaRelief) key.add(std::string("inertia relief"));
     for (const double hertz : reduction.frequencies) {
         key.add(std::string("frequency"));
@@ -212,10 +211,10 @@ Request readRequest(const ModelValue& part, ModelOptions::Bodies bodies) {
         withPlace(part.get("units"), [&] { findUnitSystem(source.units); });
     }
     request.reduction = readReduction(part, bodies);
-    const bool needsDeck = request.reduction.stiffening || request.reduction.stress;
-    if (needsDeck && !part.has("geometry") && !isCalculixDeck(source))
-        part.get(request.reduction.stiffening ? "stiffening" : "stress")
-            .fail("it needs a deck (.inp) or bulk data (.bdf) in SI units");
+    const ReductionOptions& reduction = request.reduction;
+    if ((reduction.hasStiffening || reduction.stress) && part.has("matrices"))
+        part.get(reduction.hasStiffening ? "stiffening" : "stress")
+            .fail("it needs the elements of a deck or geometry, and matrices are without them");
     withPlace(part, [&] { addToKey(request, request.key); });
     return request;
 }
@@ -262,18 +261,6 @@ PartCache::Kept runReduction(const ModelValue& part, Request& request,
     source.calculix.note = note;
     source.calculix.progress = progress;
     source.gmsh.allowsScripts = options.code.scripts;
-    std::optional<TemporaryFolder> folder;
-    const bool isGeometry = !source.material.empty();
-    if (isGeometry && (request.reduction.stiffening || request.reduction.stress)) {
-        // These come from the deck that Gmsh made, which must be there while it is reduced.
-        folder.emplace();
-        source.gmsh.keepDeck = (folder->path() / "part.inp").string();
-        checkAllNodes(part, readModelSource(source).mesh);
-        SourceOptions deck;
-        deck.path = source.gmsh.keepDeck;
-        deck.calculix = source.calculix;
-        return reduceModel(readModelSource(deck), request.reduction, progress);
-    }
     if (isCalculixDeck(source)) checkAllNodes(part, readCalculixMesh(source.path));
     const FeModel model = readModelSource(source);
     checkAllNodes(part, model.mesh);

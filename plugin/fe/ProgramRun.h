@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Runs CalculiX and Gmsh: on one thread, in a folder of their own, with their output in a file.
+Runs Gmsh: on one thread, in a folder of their own, with their output in a file.
 Internal to fe. **/
 
 #include <filesystem>
@@ -31,7 +31,7 @@ struct ProgramRun {
 ChildProcess startProgram(const ProgramRun& run);
 
 /** Of programs that go on where they cannot write.
-@param consequence  "CalculiX cannot write its matrices"
+@param consequence  "Gmsh cannot write its mesh"
 @throws std::runtime_error if the disk of a temporary folder is full **/
 void checkSpace(const std::filesystem::path& folder, const std::string& consequence);
 

@@ -1,4 +1,4 @@
-#include "ElasticLaw.h"
+#include "DeckElasticity.h"
 
 #include <cmath>
 #include <stdexcept>
@@ -14,16 +14,6 @@ constexpr double NoModulus = 1e-12;
 
 [[noreturn]] void refuse(const DeckCard& card, const std::string& why) {
     throw std::invalid_argument(card.where() + card.title + ": " + why);
-}
-
-Vec3d across(const Vec3d& a, const Vec3d& unit) {
-    return minus(a, scaled(unit, dot(a, unit)));
-}
-
-Axes toAxes(const Vec3d& e1, const Vec3d& e2, const Vec3d& e3) {
-    Axes axes;
-    for (size_t i = 0; i < 3; ++i) axes[i] = {e1[i], e2[i], e3[i]};
-    return axes;
 }
 
 /** The constants of the first temperature: so many of each line; what is missing is zero. **/
@@ -127,25 +117,22 @@ ElasticMatrix parseElasticLaw(const DeckCard& elastic) {
                         " is not known; known are ISO, ENGINEERING CONSTANTS, ORTHO and ANISO");
 }
 
-Orientation::Orientation(const DeckCard& orientation) {
+Orientation parseOrientation(const DeckCard& orientation) {
     const char system = orientation.has("SYSTEM") ? orientation.get("SYSTEM")[0] : 'R';
     if (system != 'R' && system != 'C')
         refuse(orientation, "SYSTEM=" + orientation.get("SYSTEM") +
                                 " is not known; known are RECTANGULAR and CYLINDRICAL");
-    m_isCylindrical = system == 'C';
     const auto c = readConstants(orientation, {6});
-    m_a = {c[0], c[1], c[2]};
-    m_b = {c[3], c[4], c[5]};
-    if (m_isCylindrical) {
-        if (!(normOf(minus(m_b, m_a)) > 0)) refuse(orientation, "its two points are the same");
-        return;
+    const Vec3d a = {c[0], c[1], c[2]}, b = {c[3], c[4], c[5]};
+    if (system == 'C') {
+        if (!(normOf(minus(b, a)) > 0)) refuse(orientation, "its two points are the same");
+        return Orientation::makeCylindrical(a, b);
     }
-    if (!(normOf(cross(m_a, m_b)) > 0)) refuse(orientation, "its two points lie on one line");
-    const Vec3d e1 = scaled(m_a, 1 / normOf(m_a)), inPlane = across(m_b, e1),
+    if (!(normOf(cross(a, b)) > 0)) refuse(orientation, "its two points lie on one line");
+    const Vec3d e1 = scaled(a, 1 / normOf(a)), inPlane = sumOf(b, -dot(b, e1), e1),
                 e2 = scaled(inPlane, 1 / normOf(inPlane));
     const Vec3d e[3] = {e1, e2, cross(e1, e2)};
-    m_axes = toAxes(e[0], e[1], e[2]);
-    if (orientation.data.size() < 2) return;
+    if (orientation.data.size() < 2) return {e[0], e[1], e[2]};
 
     // A further turn about one of the local axes, in degrees.
     const DeckLine& line = orientation.data[1];
@@ -161,41 +148,7 @@ Orientation::Orientation(const DeckCard& orientation) {
             turned[k][i] = std::cos(angle) * e[k][i] + std::sin(angle) * side[i] +
                            (1 - std::cos(angle)) * dot(p, e[k]) * p[i];
     }
-    m_axes = toAxes(turned[0], turned[1], turned[2]);
-}
-
-Axes Orientation::calcAxes(const Vec3d& point) const {
-    if (!m_isCylindrical) return m_axes;
-    constexpr double OnAxis = 1e-10;
-    const Vec3d line = minus(m_b, m_a), e3 = scaled(line, 1 / normOf(line));
-    Vec3d radial = across(minus(point, m_a), e3);
-    if (normOf(radial) < OnAxis)  // any direction will do
-        radial = across(std::abs(e3[0]) > 0.5 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}, e3);
-    const Vec3d e1 = scaled(radial, 1 / normOf(radial));
-    return toAxes(e1, cross(e3, e1), e3);
-}
-
-ElasticMatrix turnElasticLaw(const ElasticMatrix& D, const Axes& axes) {
-    double T[6][6];  // local strain of the deck's
-    for (size_t k = 0; k < 6; ++k)
-        for (size_t l = 0; l < 6; ++l) {
-            const auto [a, b] = TensorPairs[k];
-            const auto [i, j] = TensorPairs[l];
-            const auto entry = [&](int row, int column) {
-                return axes[size_t(row)][size_t(column)];
-            };
-            T[k][l] = entry(i, a) * entry(j, b) + (i != j ? entry(j, a) * entry(i, b) : 0);
-            if (k < 3 && l >= 3) T[k][l] /= 2;
-            if (k >= 3 && l < 3) T[k][l] *= 2;
-        }
-    ElasticMatrix DT{}, turned{};
-    for (size_t k = 0; k < 6; ++k)
-        for (size_t l = 0; l < 6; ++l)
-            for (size_t j = 0; j < 6; ++j) DT[k][j] += D[k][l] * T[l][j];
-    for (size_t i = 0; i < 6; ++i)
-        for (size_t k = 0; k < 6; ++k)
-            for (size_t j = 0; j < 6; ++j) turned[i][j] += T[k][i] * DT[k][j];
-    return turned;
+    return {turned[0], turned[1], turned[2]};
 }
 
 }  // namespace simflex

@@ -3,13 +3,24 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <complex>
+#include <map>
 #include <stdexcept>
 
-#include "Vec3d.h"
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/fe/Vec3d.h"
 
 namespace simflex {
 namespace {
+
+const std::map<std::string, ElementType> Solids = {
+    {"C3D4", ElementType::Tet4},          {"C3D6", ElementType::Wedge6},
+    {"C3D8", ElementType::Hex8},          {"C3D8R", ElementType::Hex8},
+    {IncompatibleSolid, ElementType::Hex8}, {"C3D10", ElementType::Tet10},
+    {"C3D10T", ElementType::Tet10},       {"C3D15", ElementType::Wedge15},
+    {"C3D20", ElementType::Hex20},        {"C3D20R", ElementType::Hex20},
+    {BeamSolid, ElementType::Hex20},      {LayeredHex, ElementType::Hex20},
+    {LayeredWedge, ElementType::Wedge15},
+};
 
 using Complex = std::complex<double>;
 using Point = std::array<Complex, 3>;
@@ -91,7 +102,7 @@ std::vector<WeightedPoint> makeHexRule(const std::vector<std::pair<double, doubl
 std::vector<WeightedPoint> makeRule(const std::string& type) {
     const double two = 1 / std::sqrt(3.0), three = std::sqrt(0.6);
     if (type == "C3D8R") return makeHexRule({{0, 2}});
-    if (type == "C3D8" || type == "C3D20R") return makeHexRule({{-two, 1}, {two, 1}});
+    if (type == "C3D8" || type == "C3D8I" || type == "C3D20R") return makeHexRule({{-two, 1}, {two, 1}});
     if (type == "C3D20" || type == "B32R")
         return makeHexRule({{-three, 5.0 / 9}, {0, 8.0 / 9}, {three, 5.0 / 9}});
     if (type == "C3D4") return {{{0.25, 0.25, 0.25}, 1.0 / 6}};
@@ -175,6 +186,7 @@ std::vector<IntegrationPoint> makePoints(const std::vector<WeightedPoint>& rule,
     std::vector<IntegrationPoint> points;
     for (const WeightedPoint& at : rule) {
         IntegrationPoint point;
+        point.xi = at.xi;
         point.weight = at.weight;
         point.gradients.resize(size_t(numNodesOf(type)));
         for (size_t axis = 0; axis < 3; ++axis) {
@@ -191,6 +203,21 @@ std::vector<IntegrationPoint> makePoints(const std::vector<WeightedPoint>& rule,
 }
 
 }  // namespace
+
+const ElementType* findSolid(const std::string& type) {
+    const auto found = Solids.find(type);
+    return found == Solids.end() ? nullptr : &found->second;
+}
+
+ElementType getSolid(const std::string& type) {
+    return Solids.at(type);
+}
+
+std::vector<std::string> listSolids() {
+    std::vector<std::string> types;
+    for (const auto& solid : Solids) types.push_back(solid.first);
+    return types;
+}
 
 std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixType,
                                                     ElementType type) {
@@ -211,7 +238,7 @@ std::vector<SectionPoint> makeFullSection() {
     return points;
 }
 
-std::vector<IntegrationPoint> makeBeamIntegrationPoints(const std::vector<SectionPoint>& section) {
+std::vector<IntegrationPoint> makeBeamPoints(const std::vector<SectionPoint>& section) {
     const double along = 1 / std::sqrt(3.0);
     std::vector<WeightedPoint> rule;
     for (const SectionPoint& at : section)
@@ -237,7 +264,12 @@ std::vector<IntegrationPoint> makeLayerPoints(ElementType type, double from, dou
     return makePoints(rule, type);
 }
 
+bool hasExtrapolation(const std::string& calculixType) {
+    return calculixType != LayeredHex && calculixType != LayeredWedge;
+}
+
 std::vector<double> makeExtrapolation(const std::string& calculixType, ElementType type) {
+    if (calculixType == BeamSolid) return makeExtrapolation("C3D20R", type);
     const auto rule = makeRule(calculixType);
     const auto nodes = getNodes(type);
     const ElementType linear = findLinear(type);

@@ -13,9 +13,21 @@ along their height. **/
 
 namespace simflex {
 
+/** Names of solids beside CalculiX's: hexahedra of B32R beams, and layered shells, which no deck can
+name. **/
+constexpr const char *BeamSolid = "B32R", *LayeredHex = "S8R, COMPOSITE",
+                     *LayeredWedge = "S6, COMPOSITE", *IncompatibleSolid = "C3D8I";
+
+/** The solids that decks can name, and those above; null for others. **/
+const ElementType* findSolid(const std::string& type);
+/** @pre findSolid(type) **/
+ElementType getSolid(const std::string& type);
+std::vector<std::string> listSolids();
+
 /** An integration point: its weight, and the shape functions and their gradients in natural
 coordinates there. **/
 struct IntegrationPoint {
+    std::array<double, 3> xi{};
     double weight = 0;
     std::vector<double> values;                    ///< of the shape functions
     std::vector<std::array<double, 3>> gradients;  ///< of each node
@@ -33,7 +45,7 @@ struct SectionPoint {
 
 /** The points of the hexahedra of 20 nodes that B32R beams become: 2 along the first natural
 coordinate, and those of the section across. **/
-std::vector<IntegrationPoint> makeBeamIntegrationPoints(const std::vector<SectionPoint>& section);
+std::vector<IntegrationPoint> makeBeamPoints(const std::vector<SectionPoint>& section);
 
 /** The points of a layer of a Hex20 or Wedge15, from…to along its last natural coordinate: 2×2 or 3
 in its plane, 2 through it. **/
@@ -65,8 +77,9 @@ std::vector<std::array<int, 2>> getEdgeEnds(ElementType type);
 nodes×points, row by row. C3D8, C3D20R: trilinear to the corners. C3D10: linear to the corners.
 C3D15: linear to the corners, along the height by least squares. C3D20: least squares by its own
 shape functions. C3D8R, C3D4: constant. C3D6: constant in the triangle, linear along the height.
-Middles of edges, but for C3D20, lie between their corners.
+Middles of edges, but for C3D20, lie between their corners. C3D8I as C3D8, B32R as C3D20R.
 @throws std::invalid_argument for another type. **/
+bool hasExtrapolation(const std::string& calculixType);
 std::vector<double> makeExtrapolation(const std::string& calculixType, ElementType type);
 
 }  // namespace simflex

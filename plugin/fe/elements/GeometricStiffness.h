@@ -1,0 +1,28 @@
+#pragma once
+/** @file
+Geometric (stress) stiffness of a part under given displacements. Internal to fe and reduction.
+
+    K_σ = k ⊗ 1₃,    k_ij = Σ v G_iᵀ σ G_j,    σ = D B u
+
+Linear in u: what displacements change of K itself, and loads that follow, are not in it. **/
+
+#include <functional>
+
+#include "simflex/base/Progress.h"
+#include "simflex/fe/FeModel.h"
+
+namespace simflex {
+
+/** @throws std::invalid_argument if the model was read as matrices, or if it has springs, trusses or
+membranes, whose forces are not in σ. **/
+void checkStressesAreKnown(const FeModel& model);
+
+/** Calls `take` with the index of each field and its k (numNodes), in order.
+@param fields  3·numNodes×count displacements, column-major [m]
+@throws as checkStressesAreKnown().
+@throws Cancelled if progress asks to stop. **/
+void calcGeometricStiffness(const FeModel& model, const double* fields, int count,
+                            const ProgressCallback& progress,
+                            const std::function<void(int, const SymmetricMatrix&)>& take);
+
+}  // namespace simflex
