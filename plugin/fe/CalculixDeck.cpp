@@ -69,7 +69,9 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     if (options.checkpoint) hash = hashCards(cards);
     DeckModel deck =
         buildDeckModel(path, std::move(cards),
-                       options.leavesContactOut ? ContactUse::LeftOut : ContactUse::Refused);
+                       options.leavesContactOut ? ContactUse::LeftOut : ContactUse::Refused,
+                       options.hasCalculixShells ? ShellUse::CalculixSolids : ShellUse::Shells);
+    if (options.hasCalculixShells) hash.add(std::string("CalculiX's shells"));
     if (options.note)
         for (const std::string& note : deck.notes) options.note(note);
     if (options.warn)

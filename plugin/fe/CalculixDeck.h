@@ -66,6 +66,8 @@ namespace simflex {
 struct CalculixOptions {
     /** Contact pairs and gaps are left out with a warning; else they are refused. **/
     bool leavesContactOut = false;
+    /** S3, S4 and S4R are the solids that CalculiX makes of them, which lock, and no shells. **/
+    bool hasCalculixShells = false;
     /** Called with each thing left out or changed; FeModel::notes holds them too. **/
     std::function<void(const std::string&)> note;
     /** The same with FeModel::warnings: never to be hidden. **/

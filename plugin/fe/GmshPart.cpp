@@ -676,13 +676,6 @@ FeModel meshPart(const std::string& path, const GmshOptions& options) {
             model.warnings.push_back(warning);
             if (options.calculix.warn) options.calculix.warn(warning);
         }
-    for (const ElementBlock& block : model.mesh.elements)
-        if (block.type == ElementType::Tet4 || block.type == ElementType::Wedge6) {
-            const std::string warning =
-                "linear tetrahedra and wedges are far too stiff in bending: use order 2";
-            model.warnings.push_back(warning);
-            if (options.calculix.warn) options.calculix.warn(warning);
-        }
     return model;
 }
 

@@ -59,6 +59,7 @@ void checkOptions(const SourceOptions& options, Kind kind) {
     forbid(!isMatrix && !options.massMatrix.empty(), "--mass-matrix", ".mtx and .pch");
     forbid(!isMatrix && !options.nodes.empty(), "--nodes", ".mtx and .pch");
     forbid(kind != Kind::MatrixMarket && !options.dofs.empty(), "--dofs", "Matrix Market files");
+    forbid(kind != Kind::Deck && options.calculix.hasCalculixShells, "--calculix-shells", "decks");
     forbid(kind != Kind::Deck && options.calculix.leavesContactOut, "--without-contact", "decks");
     forbid(kind != Kind::Gmsh && !options.material.empty(), "--material",
            "Gmsh meshes; in a deck the material is *ELASTIC and *DENSITY");

@@ -45,9 +45,10 @@ ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& p
             addSharedForces(model, ties.ties()[j], ties, 6 + 6 * Eigen::Index(j), tieForces);
 
     const Eigen::Index count = u.cols();
+    const MatrixXd fields = u;  // column-major
     std::vector<MatrixXd> K{size_t(count)};
     calcGeometricStiffness(
-        model, u.data(), int(count), progress, [&](int load, const SymmetricMatrix& k) {
+        model, fields.data(), int(count), progress, [&](int load, const SymmetricMatrix& k) {
             K[size_t(load)] = modes.Phi.transpose() * FullRows(k).multiplyPerAxis(modes.Phi);
         });
 

@@ -66,6 +66,8 @@ void SourceArguments::addTo(CLI::App& command) {
     command.add_option("--units", m_options.units, "Units of the deck or matrices: " + systems)
         ->capture_default_str()
         ->type_name("SYSTEM");
+    command.add_flag("--calculix-shells", m_options.calculix.hasCalculixShells,
+                     "Take S3, S4 and S4R for the solids that CalculiX makes of them, which lock");
     command.add_flag("--without-contact", m_options.calculix.leavesContactOut,
                      "Leave contact pairs and gaps of a deck out: surfaces in contact there can "
                      "penetrate each other");

@@ -32,6 +32,7 @@
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NameDistance.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/part/MeshFaces.h"
 
 namespace simflex {
 namespace {
@@ -74,8 +75,9 @@ private:
 
 class Builder {
 public:
-    Builder(const std::string& path, std::vector<DeckCard> cards, ContactUse contact)
-        : m_contact(contact) {
+    Builder(const std::string& path, std::vector<DeckCard> cards, ContactUse contact,
+            ShellUse shells)
+        : m_contact(contact), m_shells(shells) {
         m_model.path = path;
         m_cards = flattenAssembly(std::move(cards), m_model.notes);
     }
@@ -221,6 +223,7 @@ public:
                                                m_model.notes, m_model.warnings);
         placeInternalNodes(m_model);
         checkElementShapes(m_model);
+        warnOfStiffSolids();
         for (const auto& [what, leftOut] : m_leftOut) {
             const std::string text =
                 "left out " + what + leftOut.where +
@@ -740,7 +743,9 @@ private:
                     refuseCard(card, "beam " + std::to_string(number) +
                                          " is linear, which can have no section but RECT; use "
                                          "B32R");
-                if (section.isLayered && element.type != "S8R" && element.type != "S6")
+                const bool canHaveLayers = element.type == "S8R" || element.type == "S6" ||
+                                           (element.nodes.size() < 6 && m_shells == ShellUse::Shells);
+                if (section.isLayered && !canHaveLayers)
                     refuseCard(card,
                                "shell " + std::to_string(number) + " is a " + element.type +
                                    ", which has no layers in CalculiX; use S8R or S6, or mesh "
@@ -999,7 +1004,7 @@ private:
     /** Solids for shells and beams; node sets take in the expanded nodes. **/
     void expandThin() {
         if (m_thin.empty()) return;
-        m_constraints.thin = expandThinElements(m_nodes, m_thin, readNodalThickness());
+        m_constraints.thin = expandThinElements(m_nodes, m_thin, readNodalThickness(), m_shells);
         const ThinExpansion& thin = m_constraints.thin;
         noteHinges();
         for (const auto& solid : thin.solids) {
@@ -1015,14 +1020,15 @@ private:
                 numbers.insert(numbers.end(), found->second.begin(), found->second.end());
             }
         m_model.notes.push_back(plural(thin.solids.size(), "shell or beam element") +
-                                " expanded to solids as CalculiX does; the expanded nodes have the "
-                                "numbers from " +
+                                " expanded between nodes on both sides, as CalculiX does; these "
+                                "have the numbers from " +
                                 std::to_string(thin.nodes.begin()->first));
     }
 
-    /** The solids that shells of first order become lock in bending and shear: C3D6 whatever the
-    mesh, C3D8I and C3D8R where they are not rectangular or coarse. **/
+    /** The solids that CalculiX makes of shells of first order lock in bending and shear: C3D6
+    whatever the mesh, C3D8I and C3D8R where they are not rectangular or coarse. **/
     void warnOfLinearShells() {
+        if (m_shells == ShellUse::Shells) return;
         std::map<std::string, size_t> counts;
         const ThinElement* first = nullptr;
         for (const ThinElement& element : m_thin) {
@@ -1038,8 +1044,52 @@ private:
         m_model.warnings.push_back(
             first->where + "shells of first order (" + types +
             ") are too stiff, as in CalculiX: the solids they become lock in bending, and "
-            "frequencies come out up to three times too high; use second-order shells, S8R or S6 "
-            "(of Nastran CQUAD8 or CTRIA6, of Ansys SHELL281)");
+            "frequencies come out up to three times too high; leave --calculix-shells out");
+    }
+
+    /** Solids of first order that cannot bend. **/
+    void warnOfStiffSolids() {
+        constexpr double Many = 0.1;  // of all solids
+        size_t numAll = 0, numPlain = 0, numThrough = 0;
+        for (const auto& [type, solids] : m_model.solids) {
+            numAll += solids.size();
+            const bool isOfShell = !solids.empty() && m_thinIndex.count(solids[0].number);
+            if ((type == "C3D4" || type == "C3D6") && !isOfShell) numPlain += solids.size();
+        }
+        if (double(numPlain) > Many * double(numAll))
+            m_model.warnings.push_back(
+                std::to_string(numPlain) +
+                " linear tetrahedra and wedges (C3D4, C3D6) are far too stiff in bending: use order 2 (C3D10, C3D15)");
+        const auto bricks = m_model.solids.find("C3D8");
+        if (bricks == m_model.solids.end()) return;
+        // Corners of opposite faces.
+        static constexpr int Pairs[3][2][4] = {{{0, 1, 2, 3}, {4, 5, 6, 7}},
+                                               {{0, 1, 5, 4}, {3, 2, 6, 7}},
+                                               {{0, 3, 7, 4}, {1, 2, 6, 5}}};
+        std::set<std::array<int, 4>> skin;
+        for (const MeshFace& face : extractBoundaryFaces(m_model.mesh)) {
+            std::array<int, 4> corners = face.corners;
+            std::sort(corners.begin(), corners.end());
+            skin.insert(corners);
+        }
+        for (const auto& solid : bricks->second) {
+            const auto isFree = [&](const int (&corners)[4]) {
+                std::array<int, 4> face;
+                for (size_t k = 0; k < 4; ++k)
+                    face[k] = m_indexOf.at(solid.nodes[size_t(corners[k])]);
+                std::sort(face.begin(), face.end());
+                return skin.count(face) > 0;
+            };
+            numThrough += std::any_of(std::begin(Pairs), std::end(Pairs), [&](const auto& pair) {
+                return isFree(pair[0]) && isFree(pair[1]);
+            });
+        }
+        if (double(numThrough) > Many * double(numAll))
+            m_model.warnings.push_back(
+                plural(numThrough, "element") +
+                " C3D8 reach through the part from one side to the other: one linear brick "
+                "through a thickness is far too stiff in bending; use C3D8I or C3D20R, or more of "
+                "them");
     }
 
     /** A shell or beam that ends at one row of nodes of a solid turns there freely. **/
@@ -1729,6 +1779,7 @@ private:
     }
 
     const ContactUse m_contact;
+    const ShellUse m_shells;
     std::vector<DeckCard> m_cards;
     DeckModel m_model;
     std::map<int, std::array<double, 3>> m_nodes;
@@ -1774,9 +1825,10 @@ std::vector<DeckCard> readModelCards(const std::string& path, const ProgressCall
     return cards;
 }
 
-DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards, ContactUse contact) {
+DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards, ContactUse contact,
+                         ShellUse shells) {
     try {
-        return Builder(path, std::move(cards), contact).build();
+        return Builder(path, std::move(cards), contact, shells).build();
     } catch (const BadElementShape&) {
         throw;
     } catch (const std::invalid_argument& error) {

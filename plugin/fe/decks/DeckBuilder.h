@@ -6,6 +6,7 @@ Reads the cards of a CalculiX deck into a DeckModel. Internal to fe. **/
 #include <vector>
 
 #include "DeckModel.h"
+#include "ThinElements.h"
 
 namespace simflex {
 
@@ -14,7 +15,8 @@ enum class ContactUse { LeftOut, Refused };
 
 /** @throws std::invalid_argument naming file and line for what cannot be a free solid part. **/
 DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards,
-                         ContactUse contact = ContactUse::LeftOut);
+                         ContactUse contact = ContactUse::LeftOut,
+                         ShellUse shells = ShellUse::Shells);
 
 /** The cards of a deck (.inp), or what stands for them in Nastran bulk data (.bdf, .nas, .dat) or a
 model of Ansys (.cdb).

@@ -78,6 +78,8 @@ void checkElementShapes(const DeckModel& deck) {
         const auto& solids = typed.second;
         const ShapeCheck check(type == LayeredHex     ? "C3D20R"
                                : type == LayeredWedge ? "C3D15"
+                               : type == ShellHex     ? "C3D8"
+                               : type == ShellWedge   ? "C3D6"
                                                       : type,
                                getSolid(type));
         const auto find = [&](size_t k) {

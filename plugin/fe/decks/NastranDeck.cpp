@@ -76,9 +76,8 @@ constexpr const char *Beams =
                          "with *BEAM SECTION, SECTION=RECT, CIRC, PIPE or BOX, or mesh it by "
                          "solids or shells",
                      *Layers =
-                         "in CalculiX shells of 8 and 6 nodes alone have layers: write it as "
-                         "*SHELL SECTION, COMPOSITE of S8R and S6 of a deck, or mesh the layers "
-                         "as solids";
+                         "layers and materials of shells alone are not read of Nastran: write them "
+                         "as *SHELL SECTION, COMPOSITE of a deck, or mesh the layers as solids";
 
 /** Refused, and what to do. **/
 const std::map<std::string, const char*> RefusedEntries = {

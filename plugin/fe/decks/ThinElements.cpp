@@ -18,9 +18,11 @@ constexpr double NearlyParallel = 0.0087;  // sine of half a degree between norm
 constexpr double Flat = 1e-8;              // share of the largest moment that counts as none
 
 const std::map<std::string, ThinType> Thin = {
-    {"S3", {false, 3, "C3D6"}},  {"S4", {false, 4, "C3D8I"}}, {"S4R", {false, 4, "C3D8R"}},
-    {"S6", {false, 6, "C3D15"}}, {"S8", {false, 8, "C3D20"}}, {"S8R", {false, 8, "C3D20R"}},
-    {"B31", {true, 2, "C3D8I"}}, {"B32", {true, 3, "C3D20"}}, {"B32R", {true, 3, "B32R"}}};
+    {"S3", {false, 3, ShellWedge, "C3D6"}},    {"S4", {false, 4, ShellHex, "C3D8I"}},
+    {"S4R", {false, 4, ShellHex, "C3D8R"}},    {"S6", {false, 6, "C3D15", "C3D15"}},
+    {"S8", {false, 8, "C3D20", "C3D20"}},      {"S8R", {false, 8, "C3D20R", "C3D20R"}},
+    {"B31", {true, 2, "C3D8I", "C3D8I"}},      {"B32", {true, 3, "C3D20", "C3D20"}},
+    {"B32R", {true, 3, BeamSolid, BeamSolid}}};
 
 /** Places of a beam's expanded nodes in its section, ξ along n₁ and η along n₂ of −1…1: corners,
 then the middles of the sides. **/
@@ -62,8 +64,8 @@ class Expander {
 public:
     Expander(const std::map<int, std::array<double, 3>>& nodes,
              const std::vector<ThinElement>& elements,
-             const std::map<int, std::array<double, 2>>& nodeThickness)
-        : m_nodes(nodes), m_elements(elements), m_nodeThickness(nodeThickness) {
+             const std::map<int, std::array<double, 2>>& nodeThickness, ShellUse use)
+        : m_nodes(nodes), m_elements(elements), m_nodeThickness(nodeThickness), m_use(use) {
         m_nextNumber = nodes.empty() ? 1 : nodes.rbegin()->first + 1;
     }
 
@@ -277,8 +279,10 @@ private:
                                     return c.element == &element && c.local == int(k);
                                 })->expansion);
         }
-        ThinExpansion::Solid solid{element.number, findThinType(element.type)->solid, {}};
-        if (element.isLayered) solid.type = count == 6 ? LayeredWedge : LayeredHex;
+        const ThinType& type = *findThinType(element.type);
+        ThinExpansion::Solid solid{
+            element.number, m_use == ShellUse::Shells ? type.solid : type.calculix, {}};
+        if (element.isLayered && count > 4) solid.type = count == 6 ? LayeredWedge : LayeredHex;
         const auto add = [&](size_t node, int place) {
             solid.nodes.push_back(numberOf(element.nodes[node], expansion[node], place));
         };
@@ -367,6 +371,7 @@ private:
     const std::map<int, std::array<double, 3>>& m_nodes;
     const std::vector<ThinElement>& m_elements;
     const std::map<int, std::array<double, 2>>& m_nodeThickness;
+    const ShellUse m_use;
     std::map<int, std::vector<Corner>> m_corners;
     std::map<int, std::vector<Expansion>> m_expansions;
     ThinExpansion m_result;
@@ -388,8 +393,9 @@ std::vector<std::string> listThinTypes() {
 
 ThinExpansion expandThinElements(const std::map<int, std::array<double, 3>>& nodes,
                                  const std::vector<ThinElement>& elements,
-                                 const std::map<int, std::array<double, 2>>& nodeThickness) {
-    return Expander(nodes, elements, nodeThickness).expand();
+                                 const std::map<int, std::array<double, 2>>& nodeThickness,
+                                 ShellUse use) {
+    return Expander(nodes, elements, nodeThickness, use).expand();
 }
 
 }  // namespace simflex

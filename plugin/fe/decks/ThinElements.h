@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-Shells and beams as the solids that CalculiX makes of them. Internal to fe.
+Shells and beams as the solids that CalculiX makes of them; linear shells are elements of our own
+between the same nodes. Internal to fe.
 
 A shell of thickness t and offset o (share of t) becomes a solid between x − (½+o) t n and
 x + (½−o) t n. Its normals n are averaged at each node over elements of the same thickness and
@@ -53,8 +54,13 @@ struct ThinElement {
 struct ThinType {
     bool isBeam;
     int numNodes;
-    const char* solid;  ///< "C3D20R"; "B32R" for the hexahedron of B32R, see FeElements.h
+    const char* solid;     ///< "C3D20R"; "B32R" for the hexahedron of B32R, see FeElements.h
+    const char* calculix;  ///< CalculiX's own
 };
+
+/** What linear shells become. **/
+enum class ShellUse { Shells, CalculixSolids };
+
 /** Null if it is none that simflex expands. **/
 const ThinType* findThinType(const std::string& type);
 std::vector<std::string> listThinTypes();
@@ -90,6 +96,7 @@ struct ThinExpansion {
 @throws std::invalid_argument naming file and line. **/
 ThinExpansion expandThinElements(const std::map<int, std::array<double, 3>>& nodes,
                                  const std::vector<ThinElement>& elements,
-                                 const std::map<int, std::array<double, 2>>& nodeThickness);
+                                 const std::map<int, std::array<double, 2>>& nodeThickness,
+                                 ShellUse use);
 
 }  // namespace simflex

@@ -24,10 +24,10 @@ const Eigen::Matrix<double, 8, 4>& getHourglassModes() {
     return modes;
 }
 
-/** Nodes of a hexahedron by columns. **/
-Matrix38 takePositions(const Mesh& mesh, const int* nodes) {
-    Matrix38 x;
-    for (int k = 0; k < 8; ++k)
+/** Nodes by columns. **/
+Eigen::Matrix3Xd takePositions(const Mesh& mesh, const int* nodes, int count) {
+    Eigen::Matrix3Xd x(3, count);
+    for (int k = 0; k < count; ++k)
         x.col(k) = Eigen::Map<const Eigen::Vector3d>(&mesh.positions[3 * size_t(nodes[k])]);
     return x;
 }
@@ -69,16 +69,19 @@ int FeElements::addMakeup(const std::string& type, const std::vector<ElementLaye
     const auto addZone = [&](const ElementLayer& layer, double from, double to, const auto& make) {
         Rule& rule = m_rules[{type, from, to}];
         if (!rule) rule = std::make_shared<const std::vector<IntegrationPoint>>(make());
-        makeup.zones.push_back({rule, layer.material, layer.orientation});
+        makeup.zones.push_back({rule, layer.material, layer.orientation, from, to});
     };
-    if (type == LayeredHex || type == LayeredWedge) {
+    if (isShell(type) || type == LayeredHex || type == LayeredWedge) {
         double total = 0, below = 0;
         for (const ElementLayer& layer : layers) total += layer.thickness;
         for (const ElementLayer& layer : layers) {
             const double from = 2 * below / total - 1;
             below += layer.thickness;
             const double to = 2 * below / total - 1;
-            addZone(layer, from, to, [&] { return makeLayerPoints(shape, from, to); });
+            if (isShell(type))
+                makeup.zones.push_back({nullptr, layer.material, layer.orientation, from, to});
+            else
+                addZone(layer, from, to, [&] { return makeLayerPoints(shape, from, to); });
         }
     } else if (!section.empty()) {
         makeup.zones.push_back(
@@ -123,7 +126,9 @@ ElasticMatrix FeElements::calcLaw(int material, int orientation, const Vec3d& at
 void FeElements::calcPoints(int element, const Mesh& mesh, ElementPoints& points) const {
     const std::string& type = typeOf(element);
     points.hourglass.resize(0, 0);
-    if (type == "C3D8R") {
+    if (isShell(type)) {
+        calcShell(element, mesh, points);
+    } else if (type == "C3D8R") {
         calcUniform(element, mesh, points);
     } else {
         calcAtZones(element, makeupOf(element).zones, mesh, points);
@@ -188,7 +193,7 @@ void FeElements::calcUniform(int element, const Mesh& mesh, ElementPoints& point
     }
     mean.G /= mean.volume;
     mean.N.setConstant(1.0 / 8);
-    const Matrix38 x = takePositions(mesh, nodesOf(element));
+    const Matrix38 x = takePositions(mesh, nodesOf(element), 8);
     const Eigen::Vector3d at = x.rowwise().mean();
     mean.D = calcLaw(own.material, own.orientation, {at[0], at[1], at[2]});
     const std::optional<double> young = m_materials[size_t(own.material)].young;
@@ -206,7 +211,7 @@ void FeElements::addIncompatibleModes(int element, const Mesh& mesh, ElementPoin
     static const IntegrationPoint center =
         makeIntegrationPoints("C3D8R", ElementType::Hex8).front();
     const auto& rule = *makeupOf(element).zones[0].points;
-    const Matrix38 x = takePositions(mesh, nodesOf(element));
+    const Matrix38 x = takePositions(mesh, nodesOf(element), 8);
     const Eigen::Matrix3d J0 = x * naturalGradients(center).transpose();
     const Eigen::Matrix3d rows = J0.inverse();
     const double volume0 = J0.determinant();
@@ -229,7 +234,43 @@ void FeElements::addIncompatibleModes(int element, const Mesh& mesh, ElementPoin
     }
 }
 
+std::vector<ShellLayer> FeElements::makeShellLayers(int element, const Eigen::Matrix3Xd& x) const {
+    const Eigen::Vector3d at = x.rowwise().mean();
+    std::vector<ShellLayer> layers;
+    for (const Zone& zone : makeupOf(element).zones)
+        layers.push_back({zone.from, zone.to,
+                          calcLaw(zone.material, zone.orientation, {at[0], at[1], at[2]}),
+                          m_materials[size_t(zone.material)].density * m_density});
+    return layers;
+}
+
+void FeElements::calcShell(int element, const Mesh& mesh, ElementPoints& points) const {
+    const Eigen::Matrix3Xd x = takePositions(mesh, nodesOf(element), numNodesOf(element));
+    points.hasOneLaw = false;
+    try {
+        points.points = makeShellPoints(x, makeShellLayers(element, x));
+    } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument("shell " + std::to_string(numberOf(element)) + ": " +
+                                    error.what());
+    }
+}
+
+/** On the faces below and above, so that nothing is carried through the thickness. **/
+void FeElements::calcShellStress(int element, const Mesh& mesh, ElementPoints& points) const {
+    const Eigen::Matrix3Xd x = takePositions(mesh, nodesOf(element), numNodesOf(element));
+    const std::vector<ShellLayer> layers = makeShellLayers(element, x);
+    points.points.clear();
+    for (const double zeta : {-1.0, 1.0})
+        for (const auto& [xi, eta] : listShellStressPlaces(typeOf(element))) {
+            ElementPoint point;
+            point.B = calcShellStrainMatrix(x, layers, xi, eta, zeta);
+            point.D = (zeta < 0 ? layers.front() : layers.back()).law;
+            points.points.push_back(std::move(point));
+        }
+}
+
 void FeElements::calcStressPoints(int element, const Mesh& mesh, ElementPoints& points) const {
+    if (isShell(typeOf(element))) return calcShellStress(element, mesh, points);
     if (typeOf(element) != BeamSolid) return calcPoints(element, mesh, points);
     static const Rule rule = std::make_shared<const std::vector<IntegrationPoint>>(
         makeIntegrationPoints("C3D20R", ElementType::Hex20));

@@ -15,6 +15,7 @@ The rules are CalculiX's, named after its elements (SolidElements.h); beyond the
 - C3D8I: three modes 1 − ξ_a² with gradients taken at the centre and scaled by det J₀/det J (Taylor,
   Beresford, Wilson, Int. J. Num. Meth. Eng. 10, 1976, 1211–1219), as three nodes more,
   u = Σ N_k u_k + Σ (1 − ξ_a²)(u_a − ⅛ Σ u_k), so that rigid motions keep their form;
+- shells S3, S4 and S4R: ShellElement.h;
 - B32R, a hexahedron of 20 nodes with 2 points along the beam and 5×5 across it, or those in the
   walls of its section; layered S8R and S6, in each layer 2×2 or 3 points in its plane and 2 through
   it.
@@ -32,23 +33,11 @@ does, for comparison. **/
 #include <vector>
 
 #include "ElasticLaw.h"
+#include "ElementPoint.h"
+#include "ShellElement.h"
 #include "SolidElements.h"
 
 namespace simflex {
-
-/** One integration point. **/
-struct ElementPoint {
-    double volume = 0;    ///< v [m³]; Σ is the element's
-    double density = 0;   ///< ρ [kg/m³]
-    Eigen::VectorXd N;    ///< shape functions, one a node
-    Eigen::Matrix3Xd G;   ///< their gradients in space [1/m]
-    ElasticMatrix D{};    ///< in the deck's axes [Pa]
-    /** Strain of the displacements, 3·node + axis, in the deck's axes; empty: that of G. **/
-    Eigen::Matrix<double, 6, Eigen::Dynamic> B;
-
-    /** B, also where it is that of G. **/
-    void calcStrainMatrix(Eigen::Matrix<double, 6, Eigen::Dynamic>& strain) const;
-};
 
 /** All points of an element. **/
 struct ElementPoints {
@@ -119,8 +108,9 @@ private:
 
     /** Points that share a material. **/
     struct Zone {
-        Rule points;
+        Rule points;  ///< none of shells
         int material, orientation;
+        double from = -1, to = 1;  ///< of the thickness
     };
     struct Makeup {
         std::string type;
@@ -139,6 +129,9 @@ private:
                      ElementPoints& points) const;
     void calcUniform(int element, const Mesh& mesh, ElementPoints& points) const;
     void addIncompatibleModes(int element, const Mesh& mesh, ElementPoints& points) const;
+    void calcShell(int element, const Mesh& mesh, ElementPoints& points) const;
+    void calcShellStress(int element, const Mesh& mesh, ElementPoints& points) const;
+    std::vector<ShellLayer> makeShellLayers(int element, const Eigen::Matrix3Xd& x) const;
 
     std::vector<Material> m_materials;
     std::vector<Orientation> m_orientations;

@@ -19,7 +19,8 @@ const std::map<std::string, ElementType> Solids = {
     {"C3D10T", ElementType::Tet10},       {"C3D15", ElementType::Wedge15},
     {"C3D20", ElementType::Hex20},        {"C3D20R", ElementType::Hex20},
     {BeamSolid, ElementType::Hex20},      {LayeredHex, ElementType::Hex20},
-    {LayeredWedge, ElementType::Wedge15},
+    {LayeredWedge, ElementType::Wedge15}, {ShellHex, ElementType::Hex8},
+    {ShellWedge, ElementType::Wedge6},
 };
 
 using Complex = std::complex<double>;
@@ -213,6 +214,10 @@ ElementType getSolid(const std::string& type) {
     return Solids.at(type);
 }
 
+bool isShell(const std::string& type) {
+    return type == ShellHex || type == ShellWedge;
+}
+
 std::vector<std::string> listSolids() {
     std::vector<std::string> types;
     for (const auto& solid : Solids) types.push_back(solid.first);
@@ -264,12 +269,36 @@ std::vector<IntegrationPoint> makeLayerPoints(ElementType type, double from, dou
     return makePoints(rule, type);
 }
 
+std::vector<std::array<double, 2>> listShellStressPlaces(const std::string& type) {
+    if (type == ShellWedge) return {{1.0 / 3, 1.0 / 3}};
+    const double g = 1 / std::sqrt(3.0);
+    return {{-g, -g}, {g, -g}, {-g, g}, {g, g}};
+}
+
+/** Faces below and above by themselves. **/
+std::vector<double> makeShellExtrapolation(const std::string& type) {
+    const auto places = listShellStressPlaces(type);
+    const size_t count = places.size(), numCorners = type == ShellWedge ? 3 : 4;
+    std::vector<double> result(2 * numCorners * 2 * count, 0);
+    for (size_t corner = 0; corner < numCorners; ++corner)
+        for (size_t p = 0; p < count; ++p) {
+            double share = 1;
+            if (count > 1)
+                for (size_t a = 0; a < 2; ++a)
+                    share *= 0.5 + 1.5 * HexCorners[corner][a] * places[p][a];
+            for (const size_t face : {0, 1})
+                result[(face * numCorners + corner) * 2 * count + face * count + p] = share;
+        }
+    return result;
+}
+
 bool hasExtrapolation(const std::string& calculixType) {
     return calculixType != LayeredHex && calculixType != LayeredWedge;
 }
 
 std::vector<double> makeExtrapolation(const std::string& calculixType, ElementType type) {
     if (calculixType == BeamSolid) return makeExtrapolation("C3D20R", type);
+    if (isShell(calculixType)) return makeShellExtrapolation(calculixType);
     const auto rule = makeRule(calculixType);
     const auto nodes = getNodes(type);
     const ElementType linear = findLinear(type);

@@ -13,10 +13,14 @@ along their height. **/
 
 namespace simflex {
 
-/** Names of solids beside CalculiX's: hexahedra of B32R beams, and layered shells, which no deck can
-name. **/
+/** Names of solids beside CalculiX's: hexahedra of B32R beams; layered shells, which no deck can
+name; and what lies between the expanded nodes of linear shells (ShellElement.h). **/
 constexpr const char *BeamSolid = "B32R", *LayeredHex = "S8R, COMPOSITE",
-                     *LayeredWedge = "S6, COMPOSITE", *IncompatibleSolid = "C3D8I";
+                     *LayeredWedge = "S6, COMPOSITE", *IncompatibleSolid = "C3D8I",
+                     *ShellHex = "S4", *ShellWedge = "S3";
+
+/** Whether it is one of the latter. **/
+bool isShell(const std::string& type);
 
 /** The solids that decks can name, and those above; null for others. **/
 const ElementType* findSolid(const std::string& type);
@@ -77,8 +81,12 @@ std::vector<std::array<int, 2>> getEdgeEnds(ElementType type);
 nodes×points, row by row. C3D8, C3D20R: trilinear to the corners. C3D10: linear to the corners.
 C3D15: linear to the corners, along the height by least squares. C3D20: least squares by its own
 shape functions. C3D8R, C3D4: constant. C3D6: constant in the triangle, linear along the height.
-Middles of edges, but for C3D20, lie between their corners. C3D8I as C3D8, B32R as C3D20R.
+Middles of edges, but for C3D20, lie between their corners. C3D8I as C3D8, B32R as C3D20R. S4 and S3: from the places below, bilinear or
+constant, of each face.
 @throws std::invalid_argument for another type. **/
+/** Natural coordinates in the plane of a shell at which its stress is put out. **/
+std::vector<std::array<double, 2>> listShellStressPlaces(const std::string& type);
+
 bool hasExtrapolation(const std::string& calculixType);
 std::vector<double> makeExtrapolation(const std::string& calculixType, ElementType type);
 

@@ -1,0 +1,25 @@
+#pragma once
+/** @file
+An integration point of an element. Internal to fe. **/
+
+#include <Eigen/Core>
+
+#include "ElasticLaw.h"
+
+namespace simflex {
+
+/** A share of an element of n nodes: K = Σ volume Bᵀ D B, m = Σ volume density N Nᵀ, M = m ⊗ 1₃. **/
+struct ElementPoint {
+    double volume = 0;   ///< [m³]
+    Eigen::VectorXd N;   ///< shape functions, one a node
+    Eigen::Matrix3Xd G;  ///< their gradients in space, a column each [1/m]
+    /** Strain of the displacements, 3·node + axis, in the deck's axes; empty: that of G [1/m]. **/
+    Eigen::Matrix<double, 6, Eigen::Dynamic> B;
+    ElasticMatrix D{};   ///< in the deck's axes [Pa]
+    double density = 0;  ///< [kg/m³]
+
+    /** B, also where it is that of G. **/
+    void calcStrainMatrix(Eigen::Matrix<double, 6, Eigen::Dynamic>& strain) const;
+};
+
+}  // namespace simflex
