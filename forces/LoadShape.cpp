@@ -111,18 +111,13 @@ std::vector<FacePoint> makeFacePoints(const MeshFace& face) {
 
 /** Nodal forces of a load per area on the faces of a set; `loadOf` gives the force of an area
  * vector (outward normal times area). **/
-LoadShape integrate(const ReducedBody& part, std::vector<int> set, const std::string& name,
+LoadShape integrate(const ReducedBody& part, const std::vector<int>& set, const std::string& name,
                     const std::function<Vec3(const Vec3& area)>& loadOf) {
-    std::sort(set.begin(), set.end());
-    const auto isIn = [&](int node) {
-        return node < 0 || std::binary_search(set.begin(), set.end(), node);
-    };
+    std::vector<char> isChosen(size_t(part.mesh.numNodes()), 0);
+    for (const int node : set) isChosen.at(size_t(node)) = 1;
     std::vector<Vec3> forces(size_t(part.mesh.numNodes()), Vec3(0));
     bool isEmpty = true;
-    for (const MeshFace& face : extractBoundaryFaces(part.mesh)) {
-        if (!std::all_of(face.corners.begin(), face.corners.end(), isIn) ||
-            !std::all_of(face.middles.begin(), face.middles.end(), isIn))
-            continue;
+    for (const MeshFace& face : listLoadedFaces(part.mesh, isChosen)) {
         isEmpty = false;
         std::vector<int> nodes(face.corners.begin(), face.corners.begin() + face.numCorners());
         if (face.isQuadratic())

@@ -49,7 +49,7 @@ struct LoadShape {
     /**@}**/
 
     /** Pressure of 1 Pa onto the skin's element faces whose nodes are all in a set: it pushes
-    inwards. Integrated with the elements' shape functions.
+    inwards, and shells that lie in the set wholly against their upper side, along −n. Integrated with the elements' shape functions.
     @throws std::out_of_range that names the set, std::invalid_argument if no face lies in it. **/
     static LoadShape pressure(const ReducedBody& part, const std::string& nodeSet);
 

@@ -2,9 +2,8 @@
 /** @file
 Reads a CalculiX input deck into an FeModel: mesh, node sets and the free matrices K and M.
 
-simflex reads the deck itself, writes a clean one (nodes, solid elements, materials, sections) in
-a temporary folder and runs `ccx` on it with `*FREQUENCY, SOLVER=MATRIXSTORAGE`. K and m are those
-of the solids alone; what ties their nodes to each other is FeModel::constraints, u = T q.
+K and m are those of the elements alone (elements/FeElements.h); what ties their nodes to each other
+is FeModel::constraints, u = T q.
 
 - Kept: *NODE, *ELEMENT (C3D4, C3D6, C3D8, C3D8I, C3D8R, C3D10, C3D10T, C3D15, C3D20, C3D20R),
   *NSET and *ELSET (GENERATE, sets of sets), *MATERIAL, *ELASTIC, *DENSITY, *ORIENTATION,
@@ -18,7 +17,7 @@ of the solids alone; what ties their nodes to each other is FeModel::constraints
 - *PART, *INSTANCE, *ASSEMBLY: flattened (DeckAssembly.h). *NGEN, *NFILL, *NCOPY, *ELGEN, *ELCOPY
   (DeckGenerators.h).
 - Shells S3, S4, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS,
-  of S8R and S6 COMPOSITE), *NORMAL, and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC; of
+  COMPOSITE but of S8), *NORMAL, and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC; of
   B32R PIPE and BOX, by *BEAM GENERAL SECTION, too; OFFSET1, OFFSET2) become solids as ccx expands
   them (ThinElements.h), with new nodes that have numbers behind the deck's.
   The deck's own node stays as a place between its expanded nodes; node sets take both in, so that
@@ -77,15 +76,13 @@ struct CalculixOptions {
     const ReductionCheckpoint* checkpoint = nullptr;
 };
 
-/** Reads a deck and assembles its matrices with ccx. Temporary files go to $TMPDIR (else /tmp) and
-are removed, also after an error.
-@throws std::runtime_error if a file cannot be read, ccx cannot be run or refuses the deck (with
-    ccx's own error text).
+/** Reads a deck and assembles its matrices.
+@throws std::runtime_error if a file cannot be read.
 @throws std::invalid_argument for a deck that is not one free solid part: names file, line, reason.
 @throws Cancelled if options.progress asks to stop. **/
 FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options = {});
 
-/** Reads mesh and node sets of a deck alone, without ccx: what readCalculixDeck() would give in
+/** Reads mesh and node sets of a deck alone: what readCalculixDeck() would give in
 FeModel::mesh. @throws as readCalculixDeck(). **/
 Mesh readCalculixMesh(const std::string& path);
 

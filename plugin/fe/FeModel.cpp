@@ -10,7 +10,7 @@
 namespace simflex {
 namespace {
 
-/** Largest |K R| over Σ|K||R| that still passes as free: ccx writes 14 digits. **/
+/** Largest |K R| over Σ|K||R| that still passes as free: programs write matrices as text. **/
 constexpr double RigidTolerance = 1e-8;
 
 void checkFinite(const std::string& source, const char* quantity, const SymmetricMatrix& A) {
@@ -219,9 +219,7 @@ void checkFree(const FeModel& model) {
                  << " loads node " << model.mesh.nodeNumbers[row / 3] << " by "
                  << std::abs(product[row][j]) / largest << " of its stiffness, allowed "
                  << RigidTolerance
-                 << ". Take supports, springs and ties to ground out of the model; of CalculiX's "
-                    "elements C3D8R (S4R too) resists turning where it is more than sheared: use "
-                    "C3D8, C3D20R or S8R.";
+                 << ". Take supports, springs and ties to ground out of the model.";
             throw std::invalid_argument(text.str());
         }
 }

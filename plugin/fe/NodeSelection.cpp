@@ -17,8 +17,9 @@
 #include <string>
 #include <vector>
 
-#include "simflex/fe/elements/SolidElements.h"
+#include "FaceShapes.h"
 #include "Vec3d.h"
+#include "simflex/fe/elements/SolidElements.h"
 #include "simflex/part/MeshFaces.h"
 
 namespace simflex {
@@ -123,10 +124,11 @@ Vec3d footOn(const AxisLine& line, const Vec3d& x) {
     return foot;
 }
 
-/** Adds up weight·x over the elements all of whose nodes are chosen, by their volume, and marks
-their nodes. **/
+using NodeWeights = std::vector<double>;  // ∫ N of each node of the mesh
+
+/** Over the elements all of whose nodes are chosen, by their volume; marks their nodes. **/
 void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
-                Vec3d& moment, double& weight) {
+                NodeWeights& weights) {
     for (const ElementBlock& block : mesh.elements) {
         const std::string type = block.type == ElementType::Tet10     ? "C3D10"
                                  : block.type == ElementType::Tet4    ? "C3D4"
@@ -138,52 +140,57 @@ void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector
         const size_t size = size_t(numNodesOf(block.type));
         std::vector<Vec3d> x(size), ignored;
         for (size_t first = 0; first < block.nodes.size(); first += size) {
-            const auto begin = block.nodes.begin() + long(first), end = begin + long(size);
-            if (!std::all_of(begin, end, [&](int node) { return isChosen[size_t(node)]; }))
+            const int* nodes = &block.nodes[first];
+            if (!std::all_of(nodes, nodes + size, [&](int node) { return isChosen[size_t(node)]; }))
                 continue;
             for (size_t k = 0; k < size; ++k) {
-                x[k] = mesh.position(begin[long(k)]);
-                isMet[size_t(begin[long(k)])] = 1;
+                x[k] = mesh.position(nodes[k]);
+                isMet[size_t(nodes[k])] = 1;
             }
             for (const IntegrationPoint& point : points) {
                 const double volume = calcGradients(x, point, ignored);
-                weight += volume;
                 for (size_t k = 0; k < size; ++k)
-                    for (size_t a = 0; a < 3; ++a) moment[a] += volume * point.values[k] * x[k][a];
+                    weights[size_t(nodes[k])] += volume * point.values[k];
             }
         }
     }
 }
 
-/** The same over faces, by the area of their triangles. **/
+/** The same over faces, by their area. **/
 void addAreas(const Mesh& mesh, const std::vector<MeshFace>& faces, std::vector<char>& isMet,
-              Vec3d& moment, double& weight) {
+              NodeWeights& weights) {
+    const double outer = std::sqrt(0.6);
+    const std::pair<double, double> line[3] = {{-outer, 5.0 / 9}, {0, 8.0 / 9}, {outer, 5.0 / 9}};
+    std::vector<int> nodes;
+    std::vector<Vec3d> x;
     for (const MeshFace& face : faces) {
-        std::vector<int> rim;  // corners with the middles between them
-        for (int k = 0; k < face.numCorners(); ++k) {
-            rim.push_back(face.corners[size_t(k)]);
-            if (face.isQuadratic()) rim.push_back(face.middles[size_t(k)]);
-        }
-        Vec3d hub{};
-        for (const int node : rim) {
+        const auto numCorners = std::ptrdiff_t(face.numCorners());
+        nodes.assign(face.corners.begin(), face.corners.begin() + numCorners);
+        if (face.isQuadratic())
+            nodes.insert(nodes.end(), face.middles.begin(), face.middles.begin() + numCorners);
+        x.clear();
+        for (const int node : nodes) {
+            x.push_back(mesh.position(node));
             isMet[size_t(node)] = 1;
-            for (size_t a = 0; a < 3; ++a) hub[a] += mesh.position(node)[a] / double(rim.size());
         }
-        for (size_t k = 0; k < rim.size(); ++k) {
-            const Vec3d p = mesh.position(rim[k]), q = mesh.position(rim[(k + 1) % rim.size()]);
-            const Vec3d u = minus(p, hub), v = minus(q, hub);
-            const Vec3d n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
-                          u[0] * v[1] - u[1] * v[0]};
-            const double area = 0.5 * normOf(n);
-            weight += area;
-            for (size_t a = 0; a < 3; ++a) moment[a] += area * (hub[a] + p[a] + q[a]) / 3;
-        }
+        for (const auto& [a, wa] : line)
+            for (const auto& [b, wb] : line) {
+                // A triangle as a square with one side of length zero.
+                const double eta = numCorners == 4 ? b : 0.5 * (1 + b),
+                             xi = numCorners == 4 ? a : 0.5 * (1 + a) * (1 - eta),
+                             share = numCorners == 4 ? 1 : 0.25 * (1 - eta);
+                const FacePoint point = calcFacePoint(x, xi, eta);
+                const double area =
+                    wa * wb * share * normOf(cross(point.tangentXi, point.tangentEta));
+                for (size_t k = 0; k < nodes.size(); ++k)
+                    weights[size_t(nodes[k])] += area * point.shapes.N[k];
+            }
     }
 }
 
 /** Over faces of the skin. **/
 void addSkin(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
-             Vec3d& moment, double& weight) {
+             NodeWeights& weights) {
     std::vector<MeshFace> faces = extractBoundaryFaces(mesh);
     const auto isLeftOut = [&](int node) { return node >= 0 && !isChosen[size_t(node)]; };
     faces.erase(std::remove_if(
@@ -193,32 +200,24 @@ void addSkin(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<ch
                                std::any_of(face.middles.begin(), face.middles.end(), isLeftOut);
                     }),
                 faces.end());
-    addAreas(mesh, faces, isMet, moment, weight);
+    addAreas(mesh, faces, isMet, weights);
 }
 
 /** Over faces between elements, too: of a surface within the part. **/
 void addInnerFaces(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
-                   Vec3d& moment, double& weight) {
-    addAreas(mesh, listFacesOf(mesh, isChosen), isMet, moment, weight);
+                   NodeWeights& weights) {
+    addAreas(mesh, listFacesOf(mesh, isChosen), isMet, weights);
 }
 
-/** Centroid of the volume or surface that the nodes make up, else their mean. **/
 Vec3d calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
-    std::vector<char> isChosen(size_t(mesh.numNodes()), 0);
-    for (const int node : nodes) isChosen[size_t(node)] = 1;
-    for (const auto add : {addVolumes, addSkin, addInnerFaces}) {
-        std::vector<char> isMet(isChosen.size(), 0);
-        Vec3d moment{};
-        double weight = 0;
-        add(mesh, isChosen, isMet, moment, weight);
-        if (!(weight > 0) || isMet != isChosen) continue;
-        for (double& value : moment) value /= weight;
-        return moment;
+    const std::vector<double> weights = calcNodeWeights(mesh, nodes);
+    Vec3d moment{};
+    double sum = 0;
+    for (size_t k = 0; k < nodes.size(); ++k) {
+        moment = sumOf(moment, weights[k], mesh.position(nodes[k]));
+        sum += weights[k];
     }
-    Vec3d mean{};
-    for (const int node : nodes)
-        for (size_t a = 0; a < 3; ++a) mean[a] += mesh.position(node)[a] / double(nodes.size());
-    return mean;
+    return scaled(moment, 1 / sum);
 }
 
 /** The axis of a cylinder on which all nodes lie and of which they go round more than half, if
@@ -332,6 +331,24 @@ std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection) {
         refuse(selection, text.str());
     }
     return nodes;
+}
+
+std::vector<double> calcNodeWeights(const Mesh& mesh, const std::vector<int>& nodes) {
+    std::vector<char> isChosen(size_t(mesh.numNodes()), 0), isOfElement = isChosen;
+    for (const ElementBlock& block : mesh.elements)
+        for (const int node : block.nodes) isOfElement[size_t(node)] = 1;
+    for (const int node : nodes) isChosen[size_t(node)] = isOfElement[size_t(node)];
+    for (const auto add : {addVolumes, addSkin, addInnerFaces}) {
+        std::vector<char> isMet(isChosen.size(), 0);
+        NodeWeights weights(isChosen.size(), 0);
+        add(mesh, isChosen, isMet, weights);
+        const bool isAny = std::find(isMet.begin(), isMet.end(), char(1)) != isMet.end();
+        if (!isAny || isMet != isChosen) continue;
+        std::vector<double> ofNodes;
+        for (const int node : nodes) ofNodes.push_back(weights[size_t(node)]);
+        return ofNodes;
+    }
+    return std::vector<double>(nodes.size(), 1);
 }
 
 std::array<double, 3> findMiddle(const Mesh& mesh, const std::string& selection) {

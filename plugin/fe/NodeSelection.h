@@ -27,6 +27,11 @@ namespace simflex {
     away the nearest is). **/
 std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection);
 
+/** Shares of nodes in a mean over them: ∫ N over the volume of the elements that they make up, else
+over the area of the faces of the skin, else of faces between elements; of nodes that make up none of
+these, all alike. Some may be zero or negative. **/
+std::vector<double> calcNodeWeights(const Mesh& mesh, const std::vector<int>& nodes);
+
 /** Where the middle of the selected nodes is taken to be, whatever the mesh: the centroid of the
 elements that they make up, else of the faces of the skin, else their mean. Where the selection is a
 cylinder, or all nodes lie on one and go round more than half of it, that centroid's foot on the

@@ -19,10 +19,11 @@ enum class ElementType { Tet4, Tet10, Hex8, Hex20, Wedge6, Wedge15 };
 /** Number of nodes of one element. **/
 int numNodesOf(ElementType type);
 
-/** Elements of one type; `nodes` holds numNodesOf(type) mesh indices (0-based) for each. **/
+/** Elements of one kind; `nodes` holds numNodesOf(type) mesh indices (0-based) for each. **/
 struct ElementBlock {
     ElementType type = ElementType::Hex8;
     std::vector<int> nodes;
+    bool isShell = false;  ///< their last corners are on the upper side of a shell, to which n points
 
     int numElements() const { return int(nodes.size()) / numNodesOf(type); }
 };

@@ -134,6 +134,39 @@ std::vector<MeshFace> extractBoundaryFaces(const Mesh& mesh) {
     return skin;
 }
 
+std::vector<MeshFace> listLoadedFaces(const Mesh& mesh, const std::vector<char>& isChosen) {
+    std::set<Key> hidden;  // sides and edges of whole shells
+    for (const ElementBlock& block : mesh.elements) {
+        if (!block.isShell) continue;
+        const std::size_t size = std::size_t(numNodesOf(block.type));
+        const int firstOnTop =
+            block.type == ElementType::Wedge6 || block.type == ElementType::Wedge15 ? 3 : 4;
+        for (std::size_t first = 0; first + size <= block.nodes.size(); first += size) {
+            const int* nodes = &block.nodes[first];
+            if (!std::all_of(nodes, nodes + size,
+                             [&](int node) { return isChosen[std::size_t(node)] != 0; }))
+                continue;
+            for (const FaceTemplate& shape : getFaces(block.type))
+                if (std::any_of(shape.corners.begin(), shape.corners.end(), [&](int corner) {
+                        return corner >= 0 && corner < firstOnTop;
+                    }))
+                    hidden.insert(calcKey(makeFace(shape, block.type, nodes)));
+        }
+    }
+    std::vector<MeshFace> faces = extractBoundaryFaces(mesh);
+    const auto isLeftOut = [&](int node) { return node >= 0 && !isChosen[std::size_t(node)]; };
+    faces.erase(std::remove_if(faces.begin(), faces.end(),
+                               [&](const MeshFace& face) {
+                                   return std::any_of(face.corners.begin(), face.corners.end(),
+                                                      isLeftOut) ||
+                                          std::any_of(face.middles.begin(), face.middles.end(),
+                                                      isLeftOut) ||
+                                          hidden.count(calcKey(face)) > 0;
+                               }),
+                faces.end());
+    return faces;
+}
+
 std::vector<MeshFace> listFacesOf(const Mesh& mesh, const std::vector<char>& isChosen) {
     checkNodes(mesh);
     std::vector<MeshFace> faces;

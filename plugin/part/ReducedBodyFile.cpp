@@ -43,6 +43,7 @@ void writeMesh(hid_t file, const Mesh& mesh) {
         hdf5::writeText(one, "type", nameOf(block.type));
         hdf5::write(one, "nodes", {hsize_t(block.numElements()), hsize_t(numNodesOf(block.type))},
                     block.nodes.data());
+        if (block.isShell) hdf5::writeText(one, "upper_side", "last corners");
     }
     const auto sets = hdf5::createGroup(group, "node_sets");
     index = 0;
@@ -190,6 +191,7 @@ Mesh readMesh(hid_t file) {
         block.type = elementTypeOf(hdf5::readText(one, "type"));
         block.nodes = hdf5::readIndices(one, "nodes", {0, hsize_t(numNodesOf(block.type))});
         checkNodes(block.nodes, mesh.numNodes(), "an element");
+        block.isShell = hdf5::hasLink(one, "upper_side");
         mesh.elements.push_back(std::move(block));
     }
     const auto sets = hdf5::openGroup(group, "node_sets");

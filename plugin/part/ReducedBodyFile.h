@@ -27,7 +27,8 @@ matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r dat
                       attributes and data sets as above; and further/coordinates n_f×m,
                       displacements m (see ReducedBody::Further)
     /mesh             node_numbers, positions nodes×3 from the centre of mass
-    /mesh/elements/K  attribute type ("Hex8" …); nodes elements×(nodes per element)
+    /mesh/elements/K  attribute type ("Hex8" …), of shells upper_side, that of their last corners;
+                      nodes elements×(nodes per element)
     /mesh/node_sets/K attribute name; nodes
 
 The HDF5 data are followed by 16 bytes: a mark and a checksum (little-endian) of all bytes before,

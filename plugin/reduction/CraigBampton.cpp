@@ -208,6 +208,30 @@ ModeRange chooseNormalModes(const ReductionOptions& options, int numStatic, Inde
     return range;
 }
 
+/** How many of the modes found are kept: those wanted, and one more where it has within a per cent
+the frequency of the last one and the next has not. Half a pair of equal frequencies, such as the
+bending modes of a round shaft, would leave the part unsymmetric. **/
+Index chooseNumKept(const ModeRange& wanted, const Eigen::VectorXd& omegaSquared) {
+    constexpr double Near = 1.02;  // in ω²
+    const Index found = omegaSquared.size();
+    Index kept = 0;
+    while (kept < std::min<Index>(found, wanted.count) && omegaSquared[kept] * wanted.smallest <= 1)
+        ++kept;
+    const auto isTwin = [&](Index k) {
+        return k > 0 && k < found && omegaSquared[k] < Near * omegaSquared[k - 1];
+    };
+    return isTwin(kept) && !isTwin(kept + 1) ? kept + 1 : kept;
+}
+
+/** The same with what chooseNumKept() looks at besides. **/
+ModeRange widen(ModeRange range, Index most) {
+    constexpr double Beyond = 1.05;  // in ω²
+    constexpr int MoreModes = 2;
+    if (range.count < most) range.count = int(std::min<Index>(most, range.count + MoreModes));
+    range.smallest /= Beyond;
+    return range;
+}
+
 }  // namespace
 
 double lapTime(std::chrono::steady_clock::time_point& start) {
@@ -271,8 +295,10 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
     reportProgress(progress, "normal modes", -1);
     FixedInterfaces::NormalModes normal;
     stages.run("normal modes", {&normal.shapes}, {&normal.omegaSquared},
-               [&] { normal = held->calcNormalModes(wanted, progress); });
-    const Index numNormal = normal.omegaSquared.size();
+               [&] { normal = held->calcNormalModes(widen(wanted, held->size()), progress); });
+    const Index numNormal = chooseNumKept(wanted, normal.omegaSquared);
+    normal.omegaSquared.conservativeResize(numNormal);
+    normal.shapes = normal.shapes.leftCols(numNormal).eval();
     timings.numLanczosBlocks = normal.numBlocks;
     const bool isLacking = !options.highestFrequency && numNormal < wanted.count;
     const auto join = [&](Index loadsTaken, const FixedInterfaces::NormalModes& modes) {

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "RigidMotion.h"
-#include "simflex/base/DenseAlgebra.h"
 #include "simflex/fe/NodeSelection.h"
 
 namespace simflex {
@@ -96,6 +95,10 @@ InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& optio
         }
         checkNodes(where, wanted.nodes, mesh, tie.nodes);
         tie.master = wanted.master ? *wanted.master : findMiddle(mesh, wanted.nodes);
+        // A node of a beam turns and moves as its section does; nothing keeps that from
+        // contracting.
+        if (isBeamNode(mesh, tie.nodes)) tie.type = TieType::Distributing;
+        if (tie.type == TieType::Distributing) tie.weights = calcNodeWeights(mesh, tie.nodes);
         if (calcDistance(mesh, tie) > Farthest * calcDiagonal(mesh))
             throw std::invalid_argument(where + describeDistance(mesh, tie) +
                                         "; it is given in metres, where the mesh is");
@@ -118,18 +121,6 @@ std::vector<std::string> InterfaceTies::listWarnings(const Mesh& mesh) const {
     for (const Tie& tie : m_ties)
         if (calcDistance(mesh, tie) > Near * calcDiagonal(mesh))
             warnings.push_back("interface '" + tie.name + "': " + describeDistance(mesh, tie));
-    std::string beams;
-    int count = 0;
-    for (const Tie& tie : m_ties) {
-        if (tie.type != TieType::Rigid || !isBeamNode(mesh, tie.nodes)) continue;
-        beams += (count++ == 0 ? "'" : ", '") + tie.name + "'";
-    }
-    if (count > 0)
-        warnings.push_back(
-            (count == 1 ? "interface " + beams + " is" : "interfaces " + beams + " are each") +
-            " one node of a beam: a rigid tie keeps its section from contracting, which stiffens "
-            "the beam in bending; unless a stiff flange is there, make it distributing "
-            "(--distributing, tie: distributing)");
     return warnings;
 }
 
@@ -140,21 +131,28 @@ bool InterfaceTies::hasRigid() const {
 
 Eigen::MatrixXd InterfaceTies::calcMean(const Mesh& mesh, const Tie& tie) const {
     const Eigen::Index count = Eigen::Index(tie.nodes.size());
-    const Eigen::Map<const Eigen::Vector3d> master(tie.master.data());
-    Eigen::MatrixXd R(3 * count, 6);
-    double radius = 0;  // turns rotations into lengths, so that the fit is well conditioned
+    const Eigen::Map<const Eigen::VectorXd> w(tie.weights.data(), count);
+    Eigen::Matrix3Xd arms(3, count);
+    for (Eigen::Index k = 0; k < count; ++k)
+        arms.col(k) =
+            Eigen::Map<const Eigen::Vector3d>(&mesh.positions[3 * size_t(tie.nodes[size_t(k)])]);
+    const Eigen::Vector3d center = arms * w / w.sum();
+    arms.colwise() -= center;
+    // About the middle translations and rotations are apart.
+    const Eigen::Matrix3d spread = arms * w.asDiagonal() * arms.transpose();
+    const Eigen::Matrix3d inverse =
+        (spread.trace() * Eigen::Matrix3d::Identity() - spread).inverse();
+    const Eigen::Matrix<double, 3, 6> toMaster =
+        calcRigidMotion(Eigen::Map<const Eigen::Vector3d>(tie.master.data()) - center);
+    Eigen::MatrixXd D(6, 3 * count);
     for (Eigen::Index k = 0; k < count; ++k) {
-        const Eigen::Map<const Eigen::Vector3d> x(
-            &mesh.positions[3 * size_t(tie.nodes[size_t(k)])]);
-        R.middleRows<3>(3 * k) = calcRigidMotion(x - master);
-        radius = std::max(radius, (x - master).norm());
+        const Eigen::Matrix3d rotation =
+            w[k] * inverse * calcRigidMotion(arms.col(k)).rightCols<3>().transpose();
+        D.block<3, 3>(3, 3 * k) = rotation;
+        D.block<3, 3>(0, 3 * k) =
+            w[k] / w.sum() * Eigen::Matrix3d::Identity() + toMaster.rightCols<3>() * rotation;
     }
-    Eigen::Matrix<double, 6, 1> scale = Eigen::Matrix<double, 6, 1>::Ones();
-    scale.tail<3>().setConstant(1 / radius);
-    const Eigen::MatrixXd scaled = R * scale.asDiagonal();
-    const ThinQr qr = calcThinQr(scaled);
-    const Eigen::MatrixXd D = qr.R.triangularView<Eigen::Upper>().solve(qr.Q.transpose());
-    return scale.asDiagonal() * D;
+    return D;
 }
 
 }  // namespace simflex

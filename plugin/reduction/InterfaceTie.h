@@ -4,8 +4,9 @@ The interfaces of a part: which nodes hang on which master point, and how. Inter
 
 - rigid (RBE2): the nodes follow the master, u = u_I + θ_I × (x − x_I).
 - distributing (RBE3): the master is the weighted mean of the nodes, the rigid motion that fits them
-  best, (u_I, θ_I) = D u with D = (Σ w RᵀR)⁻¹ wRᵀ, R = [1₃, −(x − x_I)×]. Its load is shared out
-  among the nodes by Dᵀ; it stiffens nothing. **/
+  best, (u_I, θ_I) = D u with D = (Σ w RᵀR)⁻¹ wRᵀ, R = [1₃, −(x − x_I)×], w of
+  calcNodeWeights(). Its load is shared out among the nodes by Dᵀ, a force evenly over the area; it
+  stiffens nothing. One node of a beam is always this: the mean of its section. **/
 
 #include <Eigen/Dense>
 #include <array>
@@ -23,6 +24,7 @@ public:
         TieType type = TieType::Rigid;
         std::array<double, 3> master{};  ///< deck coordinates [m]
         std::vector<int> nodes;          ///< mesh indices, ascending
+        std::vector<double> weights;     ///< of a distributing tie
     };
 
     /** Finds the nodes and checks them.

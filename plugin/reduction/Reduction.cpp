@@ -159,6 +159,14 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     return body;
 }
 
+std::string describeTwin(const ReducedBody& body, const ReductionOptions& options) {
+    if (options.highestFrequency || body.numModes <= options.numModes - 6) return "";
+    return "the next normal mode has the frequency of the last one, as in round parts, and is kept "
+           "with it: " +
+           std::to_string(body.numModes) + " modes instead of " +
+           std::to_string(options.numModes - 6);
+}
+
 std::vector<std::string> listInterfaceWarnings(const FeModel& model,
                                                const ReductionOptions& options) {
     return InterfaceTies(model, options).listWarnings(model.mesh);

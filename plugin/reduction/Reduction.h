@@ -80,7 +80,8 @@ struct ReductionOptions {
     /** Craig–Bampton modes before the six rigid ones are removed: 6 per interface, one per
     direction of each load point, those of inertia relief and frequencies, the rest normal modes;
     the part gets numModes − 6. Without interfaces: free-free modes, the six rigid ones among them.
-    **/
+    One more where the next normal mode has within a per cent the frequency of the last one, so that
+    pairs, as of round parts, stay together. **/
     int numModes = 50;
     /** If given, all normal modes up to this frequency are taken instead of numModes [Hz]. **/
     std::optional<double> highestFrequency;
@@ -132,6 +133,9 @@ there is.
 @throws Cancelled if progress asks to stop. **/
 ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
                    const ProgressCallback& progress = {}, ReductionTimings* timings = nullptr);
+
+/** Says that a part has one mode more than asked for, if so: see ReductionOptions::numModes. **/
+std::string describeTwin(const ReducedBody& body, const ReductionOptions& options);
 
 /** What reduce() takes and people hardly mean: a master point far from its nodes.
 @throws std::invalid_argument as reduce(), of interfaces. **/

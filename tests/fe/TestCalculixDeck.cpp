@@ -867,9 +867,7 @@ TEST_F(CalculixDeckTest, ReadingTellsHowFarItIs) {
 
 TEST_F(CalculixDeckTest, ProgressCanStopTheWork) {
     CalculixOptions options;
-    options.progress = [](const std::string& phase, double) {
-        return phase != "K and M";
-    };
+    options.progress = [](const std::string& phase, double) { return phase != "K and M"; };
     EXPECT_THROW(read(brick.text(), options), Cancelled);
     EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());
 }

@@ -33,7 +33,8 @@ MatrixXd toDense(const SymmetricMatrix& A) {
 MatrixXd perAxis(const MatrixXd& m) {
     MatrixXd M = MatrixXd::Zero(3 * m.rows(), 3 * m.cols());
     for (Index i = 0; i < m.rows(); ++i)
-        for (Index j = 0; j < m.cols(); ++j) M.block<3, 3>(3 * i, 3 * j).diagonal().setConstant(m(i, j));
+        for (Index j = 0; j < m.cols(); ++j)
+            M.block<3, 3>(3 * i, 3 * j).diagonal().setConstant(m(i, j));
     return M;
 }
 
@@ -108,10 +109,8 @@ TEST_P(EveryElement, HasCalculixMatricesToTheDigitsOfItsText) {
                     .setConstant(1.0 / 8);
     constexpr double Digits = 6e-14;
     const MatrixXd K = T.transpose() * own.K * T, M = T.transpose() * perAxis(own.m) * T;
-    EXPECT_LT((K - reference.K).cwiseAbs().maxCoeff(),
-              Digits * reference.K.cwiseAbs().maxCoeff());
-    EXPECT_LT((M - reference.M).cwiseAbs().maxCoeff(),
-              Digits * reference.M.cwiseAbs().maxCoeff());
+    EXPECT_LT((K - reference.K).cwiseAbs().maxCoeff(), Digits * reference.K.cwiseAbs().maxCoeff());
+    EXPECT_LT((M - reference.M).cwiseAbs().maxCoeff(), Digits * reference.M.cwiseAbs().maxCoeff());
 }
 
 TEST_P(EveryElement, LeavesRigidMotionsFree) {
@@ -137,13 +136,15 @@ TEST_P(EveryElement, PassesThePatchTest) {
         for (const ElementPoint& point : points.points)
             for (size_t i = 0; i < 6; ++i)
                 for (size_t j = 0; j < 6; ++j) {
-                    const double strain[6] = {H(0, 0),           H(1, 1),           H(2, 2),
-                                              H(0, 1) + H(1, 0), H(0, 2) + H(2, 0), H(1, 2) + H(2, 1)};
+                    const double strain[6] = {H(0, 0),           H(1, 1),
+                                              H(2, 2),           H(0, 1) + H(1, 0),
+                                              H(0, 2) + H(2, 0), H(1, 2) + H(2, 1)};
                     energy += point.volume * strain[i] * point.D[i][j] * strain[j];
                 }
     }
     EXPECT_NEAR(u.dot(own.K * u), energy, 1e-13 * energy);
-    // The force on a node is what the stress makes of it, whatever hourglass modes and modes within.
+    // The force on a node is what the stress makes of it, whatever hourglass modes and modes
+    // within.
     VectorXd force = VectorXd::Zero(u.size());
     for (int e = 0; e < own.elements.size(); ++e) {
         own.elements.calcPoints(e, own.deck.mesh, points);
@@ -172,8 +173,8 @@ INSTANTIATE_TEST_SUITE_P(
                                          "C3D10T", "C3D15", "C3D20", "C3D20R"),
                        ::testing::Values(testing::Steel, testing::Wood, testing::Crystal)));
 INSTANTIATE_TEST_SUITE_P(Wound, EveryElement,
-                         ::testing::Combine(::testing::Values("C3D6", "C3D8", "C3D10",
-                                                              "C3D15", "C3D20", "C3D20R"),
+                         ::testing::Combine(::testing::Values("C3D6", "C3D8", "C3D10", "C3D15",
+                                                              "C3D20", "C3D20R"),
                                             ::testing::Values(testing::WoundTube)));
 
 }  // namespace

@@ -59,8 +59,7 @@ TEST_P(GeometricStiffness, TimesThePositionsIsTheLoad) {
     const FeModel model = readCalculixDeck(folder / "cube.inp");
     const auto force = makeLoad(model.mesh);
     const Eigen::Map<const Eigen::VectorXd> f(force.data(), Eigen::Index(force.size()));
-    const Eigen::VectorXd u =
-        toDense(model.K, 1).completeOrthogonalDecomposition().solve(f);
+    const Eigen::VectorXd u = toDense(model.K, 1).completeOrthogonalDecomposition().solve(f);
     Eigen::VectorXd product;
     calcGeometricStiffness(model, u.data(), 1, {}, [&](int, const SymmetricMatrix& k) {
         product = toDense(k, 3) * Eigen::Map<const Eigen::VectorXd>(model.mesh.positions.data(),
@@ -70,8 +69,8 @@ TEST_P(GeometricStiffness, TimesThePositionsIsTheLoad) {
 }
 
 INSTANTIATE_TEST_SUITE_P(ElementTypes, GeometricStiffness,
-                         ::testing::Values("C3D4", "C3D6", "C3D8", "C3D8I", "C3D10", "C3D10T", "C3D15",
-                                           "C3D20", "C3D20R"));
+                         ::testing::Values("C3D4", "C3D6", "C3D8", "C3D8I", "C3D10", "C3D10T",
+                                           "C3D15", "C3D20", "C3D20R"));
 
 }  // namespace
 }  // namespace simflex

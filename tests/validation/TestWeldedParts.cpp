@@ -28,13 +28,13 @@ TEST(WeldedParts, FrequenciesAreThoseOfTheWholeFiniteElementModel) {
 
 /** Load under which a cantilever of 1 m of bending pieces first has another equilibrium, over
 Euler's π²EI/4L² [-]. **/
-Real calcBucklingLoad(int numPieces) {
+Real calcBucklingLoad(int numPieces, TieType tie = TieType::Rigid, bool hasStiffening = false) {
     simflex::testing::Brick brick;
     brick.size = {1.0 / numPieces, 0.02, 0.03};  // bends in y
     brick.elements = {16 / numPieces, 1, 1};
     brick.type = "C3D20R";
     brick.nu = 0;
-    const auto part = test::reduceBrick(brick, 16);
+    const auto part = test::reduceBrick(brick, 16, tie, hasStiffening);
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
     FlexibleBodySubsystem flexible(system, matter);
@@ -70,6 +70,14 @@ TEST(WeldedParts, ColumnsBuckleAtEulersLoad) {
     EXPECT_NEAR((two - four) / (four - eight), 4, 0.2);
     // Shear in the section and the shortened column take a few 1e-4.
     EXPECT_NEAR((4 * eight - four) / 3, 1, 1e-3);
+}
+
+/** With their geometric stiffness pieces buckle within, whatever ties them. **/
+TEST(WeldedParts, StiffenedColumnsBuckleAtEulersLoadWithBothTies) {
+    for (const TieType tie : {TieType::Rigid, TieType::Distributing})
+        for (const int numPieces : {1, 2, 4, 8})
+            EXPECT_NEAR(calcBucklingLoad(numPieces, tie, true), 1, 0.01)
+                << numPieces << " pieces, " << (tie == TieType::Rigid ? "rigid" : "distributing");
 }
 
 }  // namespace

@@ -99,8 +99,8 @@ void SourceArguments::addTo(CLI::App& command) {
                 "NAME=VALUE")
         ->group(gmsh);
     addScriptsFlag(command, m_options.gmsh.allowsScripts);
-    add(gmsh, "--keep-deck", m_options.gmsh.keepDeck,
-        "Keep the deck that is made of the mesh", "DECK.inp");
+    add(gmsh, "--keep-deck", m_options.gmsh.keepDeck, "Keep the deck that is made of the mesh",
+        "DECK.inp");
 }
 
 SourceOptions SourceArguments::parse() const {

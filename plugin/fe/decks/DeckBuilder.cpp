@@ -17,13 +17,13 @@
 #include "AnsysDeck.h"
 #include "DeckAssembly.h"
 #include "DeckConstraints.h"
+#include "DeckElasticity.h"
 #include "DeckGenerators.h"
 #include "DeckMaterials.h"
 #include "DeckOrientations.h"
 #include "DeckParameters.h"
 #include "DeckRigidBodies.h"
 #include "DeckVocabulary.h"
-#include "DeckElasticity.h"
 #include "ElementShapes.h"
 #include "IncompatibleModes.h"
 #include "NastranDeck.h"
@@ -743,8 +743,9 @@ private:
                     refuseCard(card, "beam " + std::to_string(number) +
                                          " is linear, which can have no section but RECT; use "
                                          "B32R");
-                const bool canHaveLayers = element.type == "S8R" || element.type == "S6" ||
-                                           (element.nodes.size() < 6 && m_shells == ShellUse::Shells);
+                const bool canHaveLayers =
+                    element.type == "S8R" || element.type == "S6" ||
+                    (element.nodes.size() < 6 && m_shells == ShellUse::Shells);
                 if (section.isLayered && !canHaveLayers)
                     refuseCard(card,
                                "shell " + std::to_string(number) + " is a " + element.type +
@@ -1057,9 +1058,9 @@ private:
             if ((type == "C3D4" || type == "C3D6") && !isOfShell) numPlain += solids.size();
         }
         if (double(numPlain) > Many * double(numAll))
-            m_model.warnings.push_back(
-                std::to_string(numPlain) +
-                " linear tetrahedra and wedges (C3D4, C3D6) are far too stiff in bending: use order 2 (C3D10, C3D15)");
+            m_model.warnings.push_back(std::to_string(numPlain) +
+                                       " linear tetrahedra and wedges (C3D4, C3D6) are far too "
+                                       "stiff in bending: use order 2 (C3D10, C3D15)");
         const auto bricks = m_model.solids.find("C3D8");
         if (bricks == m_model.solids.end()) return;
         // Corners of opposite faces.
@@ -1073,7 +1074,7 @@ private:
             skin.insert(corners);
         }
         for (const auto& solid : bricks->second) {
-            const auto isFree = [&](const int (&corners)[4]) {
+            const auto isFree = [&](const int(&corners)[4]) {
                 std::array<int, 4> face;
                 for (size_t k = 0; k < 4; ++k)
                     face[k] = m_indexOf.at(solid.nodes[size_t(corners[k])]);
@@ -1707,15 +1708,21 @@ private:
         }
         for (const auto& [type, solids] : m_model.solids) {
             const ElementType kind = getSolid(type);
-            auto block = std::find_if(mesh.elements.begin(), mesh.elements.end(),
-                                      [&](const ElementBlock& b) { return b.type == kind; });
-            if (block == mesh.elements.end()) {
-                mesh.elements.emplace_back();
-                block = mesh.elements.end() - 1;
-                block->type = kind;
-            }
-            for (const auto& solid : solids)
+            for (const auto& solid : solids) {
+                const auto thin = m_thinIndex.find(solid.number);
+                const bool isShell =
+                    thin != m_thinIndex.end() && !findThinType(m_thin[thin->second].type)->isBeam;
+                auto block = std::find_if(
+                    mesh.elements.begin(), mesh.elements.end(),
+                    [&](const ElementBlock& b) { return b.type == kind && b.isShell == isShell; });
+                if (block == mesh.elements.end()) {
+                    mesh.elements.emplace_back();
+                    block = mesh.elements.end() - 1;
+                    block->type = kind;
+                    block->isShell = isShell;
+                }
                 for (const int number : solid.nodes) block->nodes.push_back(indexOf[number]);
+            }
         }
         for (const auto& [node, expanded] : m_constraints.thin.expandedOf) {
             std::vector<int>& nodes = mesh.expandedNodes[node];

@@ -16,7 +16,8 @@ public:
         addMaterials();
         for (const DeckCard& card : deck.sections) {
             if (card.keyword == "ORIENTATION")
-                m_orientations[card.get("NAME")] = m_elements.addOrientation(parseOrientation(card));
+                m_orientations[card.get("NAME")] =
+                    m_elements.addOrientation(parseOrientation(card));
             if (card.keyword != "SOLIDSECTION") continue;
             const auto members = deck.elementSets.find(card.get("ELSET"));
             if (members == deck.elementSets.end()) continue;  // of no solids
@@ -56,8 +57,7 @@ private:
             if (card.keyword != "ELASTIC") continue;
             materials[name].law = parseElasticLaw(card);
             if (!card.has("TYPE") || card.get("TYPE").compare(0, 3, "ISO") == 0)
-                materials[name].young =
-                    readDeckNumber(card, card.data.at(0), 0, "Young's modulus");
+                materials[name].young = readDeckNumber(card, card.data.at(0), 0, "Young's modulus");
         }
         for (const auto& [known, material] : materials)
             m_materials[known] = m_elements.addMaterial(material);

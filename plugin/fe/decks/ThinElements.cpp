@@ -18,10 +18,10 @@ constexpr double NearlyParallel = 0.0087;  // sine of half a degree between norm
 constexpr double Flat = 1e-8;              // share of the largest moment that counts as none
 
 const std::map<std::string, ThinType> Thin = {
-    {"S3", {false, 3, ShellWedge, "C3D6"}},    {"S4", {false, 4, ShellHex, "C3D8I"}},
-    {"S4R", {false, 4, ShellHex, "C3D8R"}},    {"S6", {false, 6, "C3D15", "C3D15"}},
-    {"S8", {false, 8, "C3D20", "C3D20"}},      {"S8R", {false, 8, "C3D20R", "C3D20R"}},
-    {"B31", {true, 2, "C3D8I", "C3D8I"}},      {"B32", {true, 3, "C3D20", "C3D20"}},
+    {"S3", {false, 3, ShellWedge, "C3D6"}},   {"S4", {false, 4, ShellHex, "C3D8I"}},
+    {"S4R", {false, 4, ShellHex, "C3D8R"}},   {"S6", {false, 6, "C3D15", "C3D15"}},
+    {"S8", {false, 8, "C3D20", "C3D20"}},     {"S8R", {false, 8, "C3D20R", "C3D20R"}},
+    {"B31", {true, 2, "C3D8I", "C3D8I"}},     {"B32", {true, 3, "C3D20", "C3D20"}},
     {"B32R", {true, 3, BeamSolid, BeamSolid}}};
 
 /** Places of a beam's expanded nodes in its section, ξ along n₁ and η along n₂ of −1…1: corners,

@@ -34,9 +34,8 @@ void integrateByPairs(ElementWork& work) {
     const Eigen::Index n = points[0].G.cols();
     work.A.resize(3 * n, Eigen::Index(points.size()));
     for (size_t p = 0; p < points.size(); ++p)
-        work.A.col(Eigen::Index(p)) =
-            std::sqrt(points[p].volume) *
-            Eigen::Map<const Eigen::VectorXd>(points[p].G.data(), 3 * n);
+        work.A.col(Eigen::Index(p)) = std::sqrt(points[p].volume) *
+                                      Eigen::Map<const Eigen::VectorXd>(points[p].G.data(), 3 * n);
     work.W.setZero(3 * n, 3 * n);
     work.W.selfadjointView<Eigen::Lower>().rankUpdate(work.A);
     const Eigen::Matrix<double, 9, 9> C = unfoldLaw(points[0].D);

@@ -45,8 +45,8 @@ private:
                     SymmetricMatrix* m) const;
 
     const FeElements& m_elements;
-    std::vector<std::int64_t> m_starts;    ///< of the columns of m
-    std::vector<std::int32_t> m_rows;      ///< of m
+    std::vector<std::int64_t> m_starts;      ///< of the columns of m
+    std::vector<std::int32_t> m_rows;        ///< of m
     std::vector<std::vector<int>> m_colors;  ///< chunks
 };
 

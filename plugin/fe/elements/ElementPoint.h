@@ -8,7 +8,8 @@ An integration point of an element. Internal to fe. **/
 
 namespace simflex {
 
-/** A share of an element of n nodes: K = Σ volume Bᵀ D B, m = Σ volume density N Nᵀ, M = m ⊗ 1₃. **/
+/** A share of an element of n nodes: K = Σ volume Bᵀ D B, m = Σ volume density N Nᵀ, M = m ⊗ 1₃.
+ * **/
 struct ElementPoint {
     double volume = 0;   ///< [m³]
     Eigen::VectorXd N;   ///< shape functions, one a node

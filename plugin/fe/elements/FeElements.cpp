@@ -115,8 +115,8 @@ void FeElements::convertUnits(double length, double stress, double density) {
 ElasticMatrix FeElements::calcLaw(int material, int orientation, const Vec3d& at) const {
     ElasticMatrix law = m_materials[size_t(material)].law;
     if (orientation >= 0)
-        law = turnElasticLaw(law,
-                             m_orientations[size_t(orientation)].calcAxes(scaled(at, 1 / m_length)));
+        law = turnElasticLaw(
+            law, m_orientations[size_t(orientation)].calcAxes(scaled(at, 1 / m_length)));
     if (m_stress != 1)
         for (auto& row : law)
             for (double& entry : row) entry *= m_stress;
@@ -201,8 +201,8 @@ void FeElements::calcUniform(int element, const Mesh& mesh, ElementPoints& point
     const auto& h = getHourglassModes();
     Eigen::Matrix<double, 8, 4> gamma = h - mean.G.transpose() * (x * h);
     if (m_hasCalculixSlips) gamma = h - mean.G.row(2).transpose() * (x.row(2) * h);
-    points.hourglass.noalias() = Coefficient * modulus * mean.volume * mean.G.squaredNorm() *
-                                 (gamma * gamma.transpose());
+    points.hourglass.noalias() =
+        Coefficient * modulus * mean.volume * mean.G.squaredNorm() * (gamma * gamma.transpose());
     points.points.assign(1, mean);
     points.hasOneLaw = true;
 }

@@ -74,7 +74,8 @@ public:
     int size() const { return int(m_elements.size()) - 1; }
     int numberOf(int element) const { return m_elements[size_t(element)].number; }
     int numNodesOf(int element) const {
-        return int(m_elements[size_t(element) + 1].firstNode - m_elements[size_t(element)].firstNode);
+        return int(m_elements[size_t(element) + 1].firstNode -
+                   m_elements[size_t(element)].firstNode);
     }
     const int* nodesOf(int element) const {
         return &m_nodes[m_elements[size_t(element)].firstNode];

@@ -181,7 +181,8 @@ public:
 private:
     // Quadrilaterals: edges η = ±1 and ξ = ±1, centre, and the bilinear part; four shears.
     // Triangles: three edges; three shears.
-    static constexpr int Membranes = Corners == 4 ? 6 : 3, Ties = Membranes + (Corners == 4 ? 4 : 3);
+    static constexpr int Membranes = Corners == 4 ? 6 : 3,
+                         Ties = Membranes + (Corners == 4 ? 4 : 3);
     static constexpr int Inner = Corners == 4 ? 4 : 2;  // enhanced modes, bubble
     using Strain = Eigen::Matrix<double, 5, Dofs>;
     using InnerStrain = Eigen::Matrix<double, 5, Inner>;
@@ -203,15 +204,15 @@ private:
         double xi, eta;
         PlaneShapes<Corners> shapes;
         Vector3d m1, m2, d1, d2, d;
-        Strain strain;      ///< at ζ = 0
+        Strain strain;  ///< at ζ = 0
         InnerStrain inner;
     };
 
     struct Point {
         double xi, eta, zeta, volume;
         size_t layer;
-        Matrix3d dual;                    ///< columns g¹ g² g³
-        Strain strain;                    ///< covariant
+        Matrix3d dual;  ///< columns g¹ g² g³
+        Strain strain;  ///< covariant
         InnerStrain inner;
         Eigen::Matrix<double, 6, 5> map;  ///< covariant strain → deck's axes
     };
@@ -325,12 +326,12 @@ private:
             double xi, eta;
             int alpha, into;
             double weight;
-        } Samples[] = {{2 * Third, Sixth, 0, 0, 2 * Third},         {2 * Third, Sixth, 1, 0, -Third},
-                       {Sixth, Sixth, 0, 0, Third},                 {Sixth, Sixth, 1, 0, Third},
-                       {Sixth, 2 * Third, 1, 1, 2 * Third},         {Sixth, 2 * Third, 0, 1, -Third},
-                       {Sixth, Sixth, 0, 1, Third},                 {Sixth, Sixth, 1, 1, Third},
-                       {Third + D, Third + D, 0, 2, 1},             {Third + D, Third - 2 * D, 0, 2, -1},
-                       {Third + D, Third + D, 1, 2, -1},            {Third - 2 * D, Third + D, 1, 2, 1}};
+        } Samples[] = {{2 * Third, Sixth, 0, 0, 2 * Third}, {2 * Third, Sixth, 1, 0, -Third},
+                       {Sixth, Sixth, 0, 0, Third},         {Sixth, Sixth, 1, 0, Third},
+                       {Sixth, 2 * Third, 1, 1, 2 * Third}, {Sixth, 2 * Third, 0, 1, -Third},
+                       {Sixth, Sixth, 0, 1, Third},         {Sixth, Sixth, 1, 1, Third},
+                       {Third + D, Third + D, 0, 2, 1},     {Third + D, Third - 2 * D, 0, 2, -1},
+                       {Third + D, Third + D, 1, 2, -1},    {Third - 2 * D, Third + D, 1, 2, 1}};
         m_ties.template bottomRows<3>().setZero();
         for (const auto& sample : Samples) {
             InnerRow inner = InnerRow::Zero();
@@ -348,7 +349,8 @@ private:
             T(0, 1) = T(3, 7) = 0.5 * (1 - eta);
             T(1, 2) = T(4, 8) = 0.5 * (1 + xi);
             T(1, 3) = T(4, 9) = 0.5 * (1 - xi);
-            T.row(2).template head<6>() << 0.5 * xi, -0.5 * xi, 0.5 * eta, -0.5 * eta, 2, 2 * xi * eta;
+            T.row(2).template head<6>() << 0.5 * xi, -0.5 * xi, 0.5 * eta, -0.5 * eta, 2,
+                2 * xi * eta;
             T(0, 5) = eta * eta - 1;
             T(1, 5) = xi * xi - 1;
         } else {
@@ -405,8 +407,10 @@ private:
         const double xi = p.xi, eta = p.eta;
         if constexpr (Corners == 4) {
             const double scale = m_centerVolume / p.volume;
-            const double a = plane.m1.dot(m_centerDual.col(0)), b = plane.m1.dot(m_centerDual.col(1)),
-                         c = plane.m2.dot(m_centerDual.col(0)), d = plane.m2.dot(m_centerDual.col(1));
+            const double a = plane.m1.dot(m_centerDual.col(0)),
+                         b = plane.m1.dot(m_centerDual.col(1)),
+                         c = plane.m2.dot(m_centerDual.col(0)),
+                         d = plane.m2.dot(m_centerDual.col(1));
             const Vector3d first(a * a, c * c, 2 * a * c), second(b * b, d * d, 2 * b * d),
                 mixed(a * b, c * d, a * d + b * c);
             p.inner.template topRows<3>() << scale * xi * first, scale * eta * second,
@@ -509,8 +513,8 @@ void toExpanded(Matrix& columns) {
 
 std::vector<ElementPoint> makeShellPoints(const Eigen::Matrix3Xd& x,
                                           const std::vector<ShellLayer>& layers) {
-    std::vector<ElementPoint> points = x.cols() == 8 ? makeShell<4>(x, layers).makePoints()
-                                                     : makeShell<3>(x, layers).makePoints();
+    std::vector<ElementPoint> points =
+        x.cols() == 8 ? makeShell<4>(x, layers).makePoints() : makeShell<3>(x, layers).makePoints();
     for (ElementPoint& point : points) {
         auto N = point.N.transpose();
         toExpanded(N);

@@ -14,16 +14,16 @@ The strains are covariant components e_αβ, then turned to the deck's axes:
 - Membrane: from the stretch of the lines that join the nodes in pairs. Quadrilaterals carry the
   edges' and diagonals' stretches through the element as MITC4+ does (Ko, Lee and Bathe 2017), and
   have four enhanced modes for bending in their plane (Simo and Rifai 1990), condensed. The lines
-  are arcs whose curvature the directors give: ℓ·Δℓ + k Δk/12 with k = (a_j − a_i)·ℓ, a = d/|d|. With
-  chords, inextensional bending of a curved shell stretches a skew mesh, which locks.
+  are arcs whose curvature the directors give: ℓ·Δℓ + k Δk/12 with k = (a_j − a_i)·ℓ, a = d/|d|.
+With chords, inextensional bending of a curved shell stretches a skew mesh, which locks.
 - Bending: from displacements.
 
 The normal stress through the thickness vanishes: B holds the normal strain that makes it so, for
 any law. A director keeps its length by a stiffness of its own, ½ D_nn (d·Δd/d²)²; this stretch is
 coupled to nothing else, so it may be held or left free. Transverse shear strain is spread over the
 thickness in proportion to q(ζ)/G, where q' = −E (ζ − ζ₀) is equilibrium in bending; this is the
-factor 5/6 and a parabola in a homogeneous shell. In a laminate, E and G are means over the directions
-in the plane.
+factor 5/6 and a parabola in a homogeneous shell. In a laminate, E and G are means over the
+directions in the plane.
 
     for (const ElementPoint& p : makeShellPoints(x, {{-1, 1, law, rho}}))
         K += p.volume * p.B.transpose() * D(p) * p.B;  **/
@@ -48,16 +48,16 @@ struct ShellLayer {
 std::vector<ElementPoint> makeShellPoints(const Eigen::Matrix3Xd& x,
                                           const std::vector<ShellLayer>& layers);
 
-/** The same in the unknowns Δm of all nodes, then Δd: N and B hold u and ε for those. Slender shells
-keep their digits in these. Both matrices are 3×4 or 3×3. **/
+/** The same in the unknowns Δm of all nodes, then Δd: N and B hold u and ε for those. Slender
+shells keep their digits in these. Both matrices are 3×4 or 3×3. **/
 std::vector<ElementPoint> makeDirectorPoints(const Eigen::Matrix3Xd& middles,
                                              const Eigen::Matrix3Xd& directors,
                                              const std::vector<ShellLayer>& layers);
 
 /** 6×3n strain at any place in the deck's axes, for stress σ = D B u with the law of the layer that
 ζ lies in; at the border of two layers the lower one. ξ, η as in C3D8 and C3D6. **/
-Eigen::Matrix<double, 6, Eigen::Dynamic> calcShellStrainMatrix(const Eigen::Matrix3Xd& x,
-                                                               const std::vector<ShellLayer>& layers,
-                                                               double xi, double eta, double zeta);
+Eigen::Matrix<double, 6, Eigen::Dynamic> calcShellStrainMatrix(
+    const Eigen::Matrix3Xd& x, const std::vector<ShellLayer>& layers, double xi, double eta,
+    double zeta);
 
 }  // namespace simflex

@@ -13,13 +13,20 @@ namespace simflex {
 namespace {
 
 const std::map<std::string, ElementType> Solids = {
-    {"C3D4", ElementType::Tet4},          {"C3D6", ElementType::Wedge6},
-    {"C3D8", ElementType::Hex8},          {"C3D8R", ElementType::Hex8},
-    {IncompatibleSolid, ElementType::Hex8}, {"C3D10", ElementType::Tet10},
-    {"C3D10T", ElementType::Tet10},       {"C3D15", ElementType::Wedge15},
-    {"C3D20", ElementType::Hex20},        {"C3D20R", ElementType::Hex20},
-    {BeamSolid, ElementType::Hex20},      {LayeredHex, ElementType::Hex20},
-    {LayeredWedge, ElementType::Wedge15}, {ShellHex, ElementType::Hex8},
+    {"C3D4", ElementType::Tet4},
+    {"C3D6", ElementType::Wedge6},
+    {"C3D8", ElementType::Hex8},
+    {"C3D8R", ElementType::Hex8},
+    {IncompatibleSolid, ElementType::Hex8},
+    {"C3D10", ElementType::Tet10},
+    {"C3D10T", ElementType::Tet10},
+    {"C3D15", ElementType::Wedge15},
+    {"C3D20", ElementType::Hex20},
+    {"C3D20R", ElementType::Hex20},
+    {BeamSolid, ElementType::Hex20},
+    {LayeredHex, ElementType::Hex20},
+    {LayeredWedge, ElementType::Wedge15},
+    {ShellHex, ElementType::Hex8},
     {ShellWedge, ElementType::Wedge6},
 };
 
@@ -103,7 +110,8 @@ std::vector<WeightedPoint> makeHexRule(const std::vector<std::pair<double, doubl
 std::vector<WeightedPoint> makeRule(const std::string& type) {
     const double two = 1 / std::sqrt(3.0), three = std::sqrt(0.6);
     if (type == "C3D8R") return makeHexRule({{0, 2}});
-    if (type == "C3D8" || type == "C3D8I" || type == "C3D20R") return makeHexRule({{-two, 1}, {two, 1}});
+    if (type == "C3D8" || type == "C3D8I" || type == "C3D20R")
+        return makeHexRule({{-two, 1}, {two, 1}});
     if (type == "C3D20" || type == "B32R")
         return makeHexRule({{-three, 5.0 / 9}, {0, 8.0 / 9}, {three, 5.0 / 9}});
     if (type == "C3D4") return {{{0.25, 0.25, 0.25}, 1.0 / 6}};

@@ -66,7 +66,7 @@ State ModelBuilder::makePlacedState(const ModelSystem& system) const {
     return state;
 }
 
-/** Where a set holds all nodes of an element, as all nodes of a shell do, both its sides count. **/
+/** Where a set holds all nodes of a solid element, both its sides may count. **/
 void ModelBuilder::warnOfBothSides() const {
     const ModelValue loads = m_file.get("loads");
     for (const std::string& name : loads.getKeys()) {
@@ -78,6 +78,7 @@ void ModelBuilder::warnOfBothSides() const {
         for (const int node : listLoadNodes(load, *part)) isIn[size_t(node)] = 1;
         size_t numWhole = 0;
         for (const ElementBlock& block : part->mesh.elements) {
+            if (block.isShell) continue;  // loaded from above
             const auto size = std::ptrdiff_t(numNodesOf(block.type));
             for (auto first = block.nodes.begin(); block.nodes.end() - first >= size; first += size)
                 numWhole += std::all_of(first, first + size,
@@ -86,7 +87,7 @@ void ModelBuilder::warnOfBothSides() const {
         if (numWhole > 0)
             m_options.listener.tellWarning(
                 load.getPlace() + ": load '" + name + "' acts on both sides of " +
-                std::to_string(numWhole) + " elements, as of a shell, all of whose nodes are in " +
+                std::to_string(numWhole) + " elements, all of whose nodes are in " +
                 (load.get("nodes").isList() ? "its list"
                                             : "'" + load.get("nodes").getText() + "'") +
                 ": a pressure cancels there and a traction counts twice; for one side give a "

@@ -241,11 +241,14 @@ void checkAllNodes(const ModelValue& part, const Mesh& mesh) {
 }
 
 PartCache::Kept reduceModel(const FeModel& model, const ReductionOptions& options,
-                            const ProgressCallback& progress) {
+                            const ProgressCallback& progress,
+                            const std::function<void(const std::string&)>& note) {
     std::vector<std::string> warnings = model.warnings;
     for (const std::string& warning : listInterfaceWarnings(model, options))
         warnings.push_back(warning);
-    return {reduce(model, options, progress), warnings};
+    ReducedBody body = reduce(model, options, progress);
+    if (const std::string twin = describeTwin(body, options); !twin.empty()) note(twin);
+    return {std::move(body), warnings};
 }
 
 PartCache::Kept runReduction(const ModelValue& part, Request& request,
@@ -264,7 +267,7 @@ PartCache::Kept runReduction(const ModelValue& part, Request& request,
     if (isCalculixDeck(source)) checkAllNodes(part, readCalculixMesh(source.path));
     const FeModel model = readModelSource(source);
     checkAllNodes(part, model.mesh);
-    return reduceModel(model, request.reduction, progress);
+    return reduceModel(model, request.reduction, progress, note);
 }
 
 constexpr auto Wait = std::chrono::milliseconds(50);

@@ -192,7 +192,8 @@ SchemaForm load() {
             SchemaKey("nodes", {text(), list({integer(0)})}, "Node set, or node numbers.")
                 .with(nodes)
                 .such("SEAT"),
-            SchemaKey("pressure", {law()}, "Pressure, inwards.")
+            SchemaKey("pressure", {law()},
+                      "Pressure, inwards; on whole shells against their normal.")
                 .in("Pa")
                 .with({"body"})
                 .such("1e5*engine(t)"),
