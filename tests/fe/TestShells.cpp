@@ -9,6 +9,8 @@
 
 #include "fe/ThinDeck.h"
 #include "simflex/fe/CalculixDeck.h"
+#include "simflex/fe/elements/ElementStress.h"
+#include "simflex/fe/elements/GeometricStiffness.h"
 #include "support/TestFolder.h"
 
 namespace simflex {
@@ -217,6 +219,59 @@ TEST_P(LinearShell, ShearsAsMindlinFound) {
                           1e-9 * f.cwiseAbs().maxCoeff());
         });
     }
+}
+
+/** Bent to curvatures, and pulled, it has the stress of plates above and below. **/
+TEST_P(LinearShell, HasTheStressOfBendingOnBothSides) {
+    const double t = 0.05, nu = 0.3, plane = E / (1 - nu * nu);
+    const Shell shell(GetParam(), 4, 3, t, nu, 0.3,
+                      [](double u, double v) { return Vector3d(1.2 * u, 0.8 * v, 0); });
+    const double curvature = 1e-2, strain = 2e-4;
+    std::vector<double> u(size_t(shell.model.K.size), 0);
+    std::vector<int> nodes;
+    shell.forNodes([&](int low, int top, const Vector3d&) {
+        for (const int node : {low, top}) {
+            const Vector3d x = shell.at(node);
+            u[3 * size_t(node)] = strain * x[0] - curvature * x[2] * x[0];
+            u[3 * size_t(node) + 2] = 0.5 * curvature * x[0] * x[0];
+            nodes.push_back(node);
+        }
+    });
+    std::vector<float> stress(6 * nodes.size()), strains(6 * nodes.size());
+    ElementStress(shell.model).calcAtNodes(nodes, u.data(), 1, stress.data(), strains.data());
+    for (size_t k = 0; k < nodes.size(); ++k) {
+        const double xx = plane * (strain - curvature * shell.at(nodes[k])[2]);
+        const double expected[6] = {xx, nu * xx, 0, 0, 0, 0};
+        for (size_t c = 0; c < 6; ++c)
+            EXPECT_NEAR(stress[6 * k + c], expected[c], 1e-6 * plane * curvature * t) << c;
+        EXPECT_NEAR(strains[6 * k + 2], -nu / (1 - nu) * xx / plane, 1e-9);
+    }
+}
+
+/** A tension resists slopes by N w'². **/
+TEST_P(LinearShell, ThatIsPulledResistsSlopes) {
+    const double t = 0.05, nu = 0.3, a = 1.2, b = 0.8, plane = E / (1 - nu * nu);
+    const Shell shell(GetParam(), 4, 3, t, nu, 0.3,
+                      [&](double u, double v) { return Vector3d(a * u, b * v, 0); });
+    const double slope[2] = {0.3, -0.7};
+    VectorXd u = VectorXd::Zero(shell.model.K.size), w = VectorXd::Zero(shell.model.m.size);
+    shell.forNodes([&](int low, int top, const Vector3d& x) {
+        for (const int node : {low, top}) {
+            u[3 * node] = x[0];
+            w[node] = slope[0] * x[0] + slope[1] * x[1];
+        }
+    });
+    double energy = 0;
+    calcGeometricStiffness(shell.model, u.data(), 1, {}, [&](int, const SymmetricMatrix& k) {
+        for (int column = 0; column < k.size; ++column)
+            for (auto e = k.columnStarts[size_t(column)]; e < k.columnStarts[size_t(column) + 1];
+                 ++e)
+                energy += (k.rows[size_t(e)] == column ? 1 : 2) * k.values[size_t(e)] * w[column] *
+                          w[k.rows[size_t(e)]];
+    });
+    const double expected =
+        plane * t * a * b * (slope[0] * slope[0] + nu * slope[1] * slope[1]);
+    EXPECT_NEAR(energy, expected, 1e-9 * expected);
 }
 
 TEST_P(LinearShell, OfARoofSagsAsScordelisAndLoFound) {

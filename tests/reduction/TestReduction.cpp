@@ -281,5 +281,24 @@ TEST_F(ReductionTest, ThinBladesHaveSixRigidMotionsAndCalculixFrequencies) {
     }
 }
 
+/** A square bar bends alike in two planes. **/
+TEST(Reduction, KeepsModesOfEqualFrequencyTogether) {
+    const testing::TestFolder folder;
+    Brick bar;
+    bar.size = {0.4, 0.02, 0.02};
+    bar.elements = {12, 2, 2};
+    bar.type = "C3D20R";
+    testing::writeText(folder / "bar.inp", bar.text());
+    const FeModel model = readCalculixDeck(folder / "bar.inp");
+    ReductionOptions options;
+    options.interfaces = {{"left", "LEFT"}, {"right", "RIGHT"}};
+    for (const auto& [wanted, kept] : {std::pair(1, 2), std::pair(2, 2), std::pair(3, 4)}) {
+        options.numModes = 12 + wanted;
+        const ReducedBody body = reduce(model, options);
+        EXPECT_EQ(body.numModes, 6 + kept);
+        EXPECT_EQ(describeTwin(body, options).empty(), wanted == kept);
+    }
+}
+
 }  // namespace
 }  // namespace simflex

@@ -11,6 +11,7 @@
 
 #include "fe/TestDecks.h"
 #include "simflex/fe/CalculixDeck.h"
+#include "simflex/fe/ModelSource.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
 
@@ -243,6 +244,37 @@ TEST_F(StiffeningTest, TheSameBitsForAnyNumberOfThreads) {
         EXPECT_EQ(parts[0].stiffening->turning, parts.back().stiffening->turning) << threads;
         EXPECT_EQ(parts[0].stiffening->interfaces, parts.back().stiffening->interfaces) << threads;
     }
+}
+
+TEST_F(StiffeningTest, TheSamePartInAnyUnits) {
+    Brick si = makeBar(), mm = si;
+    mm.size = {1000 * si.size[0], 1000 * si.size[1], 1000 * si.size[2]};
+    mm.E = si.E * 1e-6;
+    mm.rho = si.rho * 1e-12;
+    testing::writeText(folder / "si.inp", si.text());
+    testing::writeText(folder / "mm.inp", mm.text());
+    std::vector<ReducedBody> parts;
+    for (const auto& [file, units] : {std::pair("si.inp", "m-kg-s"), std::pair("mm.inp", "mm-t-s")}) {
+        SourceOptions source;
+        source.path = folder / file;
+        source.units = units;
+        ReductionOptions options;
+        options.interfaces = {{"left", "LEFT"}};
+        options.numModes = 12;
+        options.hasStiffening = true;
+        options.stress.emplace();
+        parts.push_back(reduce(readModelSource(source), options));
+    }
+    const auto expectSame = [](const auto& a, const auto& b, double digits) {
+        ASSERT_EQ(a.size(), b.size());
+        double largest = 0;
+        for (const auto value : a) largest = std::max(largest, double(std::abs(value)));
+        for (size_t k = 0; k < a.size(); ++k)
+            ASSERT_NEAR(std::abs(a[k]), std::abs(b[k]), digits * largest);  // modes have any sign
+    };
+    expectSame(parts[0].stiffening->turning[0], parts[1].stiffening->turning[0], 1e-6);
+    expectSame(parts[0].stiffening->interfaces[0][5], parts[1].stiffening->interfaces[0][5], 1e-6);
+    expectSame(parts[0].modalStress->stress, parts[1].modalStress->stress, 1e-4);
 }
 
 TEST_F(StiffeningTest, AModelOfMatricesIsRefused) {
