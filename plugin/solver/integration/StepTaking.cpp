@@ -79,7 +79,7 @@ bool Stepper::attemptStep(double h, int order, double* error) {
                       ? m_equations->calcPower(m_new.q.data(), m_new.u.data(), m_new.uDot.data(),
                                                m_new.lambda.data())
                       : 0;
-    m_new.work = m_formula.workHist + m_formula.quadrature * m_new.power;
+    m_new.work = calcWork(order);
     m_equations->getBlocks().normalizeQ(m_new.q.data());
     updFormulas().completePoint(m_history, m_formula, m_new);
     if (m_settings.fixedStep > 0)
@@ -89,6 +89,22 @@ bool Stepper::attemptStep(double h, int order, double* error) {
     if (m_settings.fixedStep == 0 && *error <= 1)
         *error = largerOrNaN(*error, calcUnseenError(order));
     return true;
+}
+
+double Stepper::calcWork(int order) const {
+    // Power that the points show well is integrated as the parabola through three of them: where
+    // motions are prescribed no error test sees what a formula of order 2 leaves. Where it falls
+    // within a step, as of stiff dampers, the method's own formula knows what the method does.
+    constexpr double Shown = 0.1;  // largest part of the parabola's arch in the work of a step
+    const double usual = m_formula.workHist + m_formula.quadrature * m_new.power;
+    if (order > 2 || m_history.size() < 2) return usual;
+    const SolutionPoint &last = m_history[0], &before = m_history[1];
+    const double h = m_new.t - last.t, slope = (m_new.power - last.power) / h,
+                 lastSlope = (last.power - before.power) / (last.t - before.t);
+    const double arch = h * h * h / 6 * (slope - lastSlope) / (m_new.t - before.t);
+    const double largest = h * std::max(std::abs(m_new.power), std::abs(last.power));
+    if (!(std::abs(arch) <= Shown * largest)) return usual;
+    return last.work + 0.5 * h * (last.power + m_new.power) - arch;
 }
 
 void Stepper::predictLambda(int points, SolutionPoint& point) {
@@ -311,7 +327,7 @@ void Stepper::acceptStep(double h, int order) {
     }
     std::swap(m_history.push(), m_new);  // the next step writes all of it anew
     m_equations->updBlocks().followPose();
-    m_equations->updFrictions().keep();
+    m_equations->updFrictions().keep(h);
     ++m_statistics.stepsTaken;
     ++m_statistics.stepsAtOrder[size_t(order)];
     m_statistics.timeCovered += h;
@@ -326,6 +342,7 @@ void Stepper::acceptStep(double h, int order) {
 
 void Stepper::takeStep(double limit) {
     if (m_breaks.isAtEnd(m_history[0].t)) passBreak();
+    if (m_equations->getFrictions().isAtSwitch()) passSwitch();
     stepWithin(std::min(limit, m_breaks.getEnd()));
 }
 
@@ -343,8 +360,9 @@ void Stepper::stepWithin(double limit) {
     const double wanted = m_nextLength;
     int order = std::min(m_order, m_history.numNodes());
     int failures = 0, retries = 0;
-    bool isShortened = false;
+    bool isShortened = false, mayHold = true;
     m_solvesPositions = false;
+    FrictionTerms::Hold hold(m_equations->updFrictions());
     if (!m_formulas && m_history.size() > 1 && m_taken.lastOrder < m_scheme.getLowestOrder()) {
         // The slope that a fallback left would be taken for an error.
         m_trial = m_history[0];
@@ -357,12 +375,17 @@ void Stepper::stepWithin(double limit) {
                                    : std::min(m_fallback.getMaximumOrder(), m_history.numNodes());
         double error = 0;
         const bool isSolved = tryStep(h, order, &error);
+        if (isSolved && error <= 1 && mayHold && !hold.isOn() && calcSwitchError(h) > 1) {
+            hold.set(true);
+            continue;
+        }
         if (isSolved && error <= 1) {
             // m_history still lacks the new point: the estimates of other orders need it so.
             chooseNextStep(error, h, order);
             if (isCut && failures == 0 && m_nextLength < wanted)
                 m_nextLength = std::max(m_nextLength, std::min(wanted, 2 * h));
             acceptStep(h, order);
+            if (hold.isOn()) endAtSwitch();
             return;
         }
         if (isSolved) {
@@ -375,6 +398,11 @@ void Stepper::stepWithin(double limit) {
                                     : m_statistics.nonFiniteFailures);
             if (!m_outcome.converged && m_outcome.retryWorthwhile && retries++ < 2) continue;
             retries = 0;
+            if (hold.isOn()) {
+                // What is held may press with another force than there is.
+                hold.set(mayHold = false);
+                continue;
+            }
             // Near a singular position the velocity equations outrun the iteration. Far from them a
             // long step may be all that is wrong.
             if (!m_formulas && m_settings.fixedStep == 0 && !std::exchange(isShortened, true)) {
