@@ -1068,12 +1068,17 @@ private:
                                                {{0, 1, 5, 4}, {3, 2, 6, 7}},
                                                {{0, 3, 7, 4}, {1, 2, 6, 5}}};
         std::set<std::array<int, 4>> skin;
+        std::vector<char> isOnSkin(size_t(m_model.mesh.numNodes()), 0);
         for (const MeshFace& face : extractBoundaryFaces(m_model.mesh)) {
             std::array<int, 4> corners = face.corners;
+            for (int k = 0; k < face.numCorners(); ++k) isOnSkin[size_t(corners[size_t(k)])] = 1;
             std::sort(corners.begin(), corners.end());
             skin.insert(corners);
         }
         for (const auto& solid : bricks->second) {
+            if (!std::all_of(solid.nodes.begin(), solid.nodes.end(),
+                             [&](int number) { return isOnSkin[size_t(m_indexOf.at(number))]; }))
+                continue;
             const auto isFree = [&](const int(&corners)[4]) {
                 std::array<int, 4> face;
                 for (size_t k = 0; k < 4; ++k)
