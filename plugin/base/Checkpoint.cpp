@@ -7,7 +7,7 @@ namespace {
 
 constexpr char Kind[] = "simflex checkpoint";
 /** Of the format that is written; older ones are not read, there are none. **/
-constexpr std::uint32_t Version = 6;
+constexpr std::uint32_t Version = 7;
 
 std::string readBytes(std::istream& stream) {
     try {

@@ -182,6 +182,89 @@ TYPED_TEST(JointFrictions, MassOnABeltSticksAndSlipsWithItsPeriod) {
         EXPECT_NEAR(tears[k] - tears[k - 1], period, 1e-3 * period) << k;
 }
 
+/** A block that a force A sin(wt) pushes to and fro, piece by piece in closed form. **/
+struct PushedBlock {
+    static constexpr Real mass = 10, push = 60;
+    Real coulomb, breakaway, w = 6 * Pi;
+
+    Real calcForce(Real t) const { return push * std::sin(w * t); }
+    /** Where `excess` becomes positive after t. **/
+    template <class Excess>
+    static Real findRoot(const Excess& excess, Real t, Real end) {
+        constexpr Real Step = 1e-5;
+        for (Real low = t + Step; low < end; low += Step) {
+            Real high = low + Step;
+            if (excess(low) > 0 || excess(high) <= 0) continue;
+            for (int i = 0; i < 60; ++i) {
+                const Real middle = 0.5 * (low + high);
+                (excess(middle) > 0 ? high : low) = middle;
+            }
+            return high;
+        }
+        return Infinity;
+    }
+    /** Where it is at `end`; counts switches. **/
+    Real calcPlace(Real end, int& switches) const {
+        const Real load = mass * Weight;
+        Real t = 0, x = 0, direction = 0;
+        for (;;) {
+            if (direction == 0) {
+                t = findRoot([&](Real s) { return std::abs(calcForce(s)) - breakaway * load; }, t,
+                             end);
+                if (t > end) return x;
+                direction = calcForce(t) > 0 ? 1 : -1;
+                ++switches;
+            }
+            const Real a = push / mass, drag = direction * coulomb * Weight;
+            const auto calcSpeed = [&](Real s) {
+                return a / w * (std::cos(w * t) - std::cos(w * s)) - drag * (s - t);
+            };
+            const auto calcWay = [&](Real s) {
+                return a / w *
+                           ((s - t) * std::cos(w * t) - (std::sin(w * s) - std::sin(w * t)) / w) -
+                       0.5 * drag * square(s - t);
+            };
+            const Real stop = findRoot([&](Real s) { return -direction * calcSpeed(s); }, t, end);
+            if (stop > end) return x + calcWay(end);
+            x += calcWay(stop);
+            t = stop;
+            ++switches;
+            direction = std::abs(calcForce(t)) <= breakaway * load ? 0 : calcForce(t) > 0 ? 1 : -1;
+        }
+    }
+};
+
+TYPED_TEST(JointFrictions, ManySwitchesAreAsAccurateAsAskedForWhateverTheRows) {
+    // Slides, with rest between; slides on in the other direction, torn off by a jump.
+    for (const PushedBlock& block : {PushedBlock{0.3, 0.3}, PushedBlock{0.1, 0.3}}) {
+        int switches = 0;
+        const Real end = 3, expected = block.calcPlace(end, switches);
+        EXPECT_GE(switches, 18);
+        for (const Real accuracy : {1e-5, 1e-6, 1e-7})
+            for (const Real interval : {0.3, 0.03, 0.003}) {
+                FrictionModel model;
+                MobilizedBody::Free body = model.addBody(PushedBlock::mass, Vec3(0.1));
+                Joint::Slider slide(model.flexible, model.matter.Ground(), body, "plane");
+                JointFriction(model.flexible, slide,
+                              makeCoefficients(block.coulomb, block.breakaway));
+                AttachmentForce(model.flexible, body, [&](Real t) {
+                    return SpatialVec(Vec3(0), Vec3(block.calcForce(t), 0, 0));
+                });
+                TypeParam integrator(model.system);
+                integrator.setAccuracy(accuracy);
+                integrator.initialize(model.system.realizeTopology());
+                for (int row = 1; row <= std::lround(end / interval); ++row)
+                    integrator.stepTo(row * interval);
+                // By an order of 2 in the other two.
+                const Real allowed = std::is_same_v<TypeParam, RadauIntegrator>
+                                         ? 30 * accuracy
+                                         : 10 * std::pow(accuracy, 2. / 3);
+                EXPECT_NEAR(body.getBodyOriginLocation(integrator.getState())[0], expected, allowed)
+                    << block.coulomb << " " << accuracy << " " << interval;
+            }
+    }
+}
+
 TYPED_TEST(JointFrictions, LoadedPinTurnsAgainstItsFrictionTorque) {
     const Real mass = 3, inertia = 0.02, radius = 0.05, mu = 0.15, axialRadius = 0.03;
     // Gravity across and along the axis z.

@@ -61,16 +61,24 @@ void FrictionTerms::update() {
 }
 
 void FrictionTerms::start() {
+    const bool goesOn = isAtSwitch();
     for (Contact& contact : m_contacts) {
         const double speed = contact.rates.norm();
-        contact.mode = speed > RestingRate || !isDry(contact) ? Mode::Slip : Mode::Stick;
-        contact.direction = speed > RestingRate ? Vector(contact.rates / speed) : Vector::Zero();
+        bool isMoving = speed > RestingRate;
+        if (goesOn)
+            isMoving = contact.kept == Mode::Slip && !(contact.switches && contact.isAtRest);
+        contact.mode = isMoving || !isDry(contact) ? Mode::Slip : Mode::Stick;
+        contact.direction = !isMoving             ? Vector::Zero()
+                            : speed > RestingRate ? Vector(contact.rates / speed)
+                                                  : contact.keptDirection;
         contact.numChanges = 0;
     }
 }
 
-void FrictionTerms::keep() {
+void FrictionTerms::keep(double h) {
     for (Contact& contact : m_contacts) {
+        contact.phase = hasSwitched(contact) ? 0 : contact.phase + h;
+        contact.switches = false;
         contact.kept = contact.mode;
         contact.keptDirection = contact.direction;
     }
@@ -97,9 +105,55 @@ FrictionTerms::Vector FrictionTerms::calcSlidingForce(const Contact& contact,
     return contact.equations->getCoefficients().coulomb * contact.load * direction;
 }
 
-bool FrictionTerms::tearsOff(const Contact& contact, const Vector& force) {
+double FrictionTerms::calcReserve(const Contact& contact, const Vector& force) {
     const double limit = contact.equations->getCoefficients().breakaway * contact.load;
-    return force.norm() > (1 + Excess) * limit;
+    return (1 + Excess) * limit - force.norm();
+}
+
+bool FrictionTerms::tearsOff(const Contact& contact, const Vector& force) {
+    return calcReserve(contact, force) < 0;
+}
+
+FrictionTerms::Vector FrictionTerms::getForce(int k, const double* lambda) const {
+    Vector force = Vector::Zero();
+    for (int i = 0; i < m_contacts[size_t(k)].numRates; ++i)
+        force[i] = lambda[m_topology.frictions[size_t(k)].forceRow(i)];
+    return force;
+}
+
+bool FrictionTerms::hasSwitched(const Contact& contact) {
+    return isDry(contact) && contact.kept != Mode::Released &&
+           (contact.mode != contact.kept ||
+            (contact.mode == Mode::Slip && contact.direction.dot(contact.keptDirection) < 0));
+}
+
+double FrictionTerms::calcEndedPhase() const {
+    double longest = 0;
+    for (const Contact& contact : m_contacts)
+        if (hasSwitched(contact)) longest = std::max(longest, contact.phase);
+    return longest;
+}
+
+double FrictionTerms::calcMargin(int k, const double* lambda) {
+    const Contact& contact = m_contacts[size_t(k)];
+    if (!isDry(contact) || contact.kept == Mode::Released) return SimTK::Infinity;
+    if (contact.kept == Mode::Slip) return contact.rates.dot(contact.keptDirection);
+    updateLoad(k, lambda);
+    return calcReserve(contact, getForce(k, lambda));
+}
+
+void FrictionTerms::noteSwitch(int k, bool isAtRest) {
+    m_contacts[size_t(k)].switches = true;
+    m_contacts[size_t(k)].isAtRest = isAtRest;
+}
+
+bool FrictionTerms::isAtSwitch() const {
+    return std::any_of(m_contacts.begin(), m_contacts.end(),
+                       [](const Contact& contact) { return contact.switches; });
+}
+
+void FrictionTerms::forgetSwitch() {
+    for (Contact& contact : m_contacts) contact.switches = false;
 }
 
 bool FrictionTerms::turnsBack(const Contact& contact, const Vector& motion) {
@@ -121,12 +175,13 @@ bool FrictionTerms::decide(By by, double* lambda) {
         Contact& contact = m_contacts[size_t(k)];
         const Topology::Friction& friction = m_topology.frictions[size_t(k)];
         updateLoad(k, lambda);
-        Vector force = Vector::Zero();
-        for (int i = 0; i < contact.numRates; ++i) {
-            force[i] = lambda[friction.forceRow(i)];
-            lambda[friction.slopeRow(i)] = 0;
-        }
-        if (contact.mode == Mode::Stick && tearsOff(contact, force)) {
+        const Vector force = getForce(k, lambda);
+        for (int i = 0; i < contact.numRates; ++i) lambda[friction.slopeRow(i)] = 0;
+        if (m_areHeld && isDry(contact)) {
+            const double speed = contact.rates.norm();
+            const bool goesOn = speed > 0 && contact.rates.dot(contact.keptDirection) > 0;
+            contact.direction = goesOn ? Vector(contact.rates / speed) : contact.keptDirection;
+        } else if (contact.mode == Mode::Stick && tearsOff(contact, force)) {
             contact.mode = Mode::Slip;
             contact.direction = force.normalized();
             ++contact.numChanges;
@@ -158,12 +213,10 @@ bool FrictionTerms::isSettled(const double* lambda) {
     for (int k = 0; k < int(m_contacts.size()); ++k) {
         updateLoad(k, lambda);
         const Contact& contact = m_contacts[size_t(k)];
-        Vector force = Vector::Zero();
-        for (int i = 0; i < contact.numRates; ++i)
-            force[i] = lambda[m_topology.frictions[size_t(k)].forceRow(i)];
-        if (contact.mode == Mode::Stick && tearsOff(contact, force)) return false;
+        const Vector force = getForce(k, lambda);
+        if (contact.mode == Mode::Stick && !m_areHeld && tearsOff(contact, force)) return false;
         if (contact.mode != Mode::Slip || !isDry(contact)) continue;
-        if (turnsBack(contact, contact.rates)) return false;
+        if (!m_areHeld && turnsBack(contact, contact.rates)) return false;
         const Vector sliding = calcSlidingForce(contact, contact.direction);
         const double size = std::max(force.norm(), sliding.norm());
         if ((force - sliding).norm() > std::max(Unsettled * size, RoundOff * largest)) return false;
@@ -375,6 +428,7 @@ void FrictionTerms::visit(Checkpoint& checkpoint) {
                                    "what a joint's friction does");
             *mode = Mode(number);
         }
+        checkpoint.visit(contact.phase, contact.switches, contact.isAtRest);
         for (Vector* vector :
              {&contact.direction, &contact.keptDirection, &contact.formedDirection})
             for (double& entry : *vector) checkpoint.visit(entry);

@@ -44,7 +44,7 @@ bool ImplicitIntegrator::Implementation::locateTrigger() {
     m_triggersBefore = search.getValuesAtLow();
     m_triggersAfter = search.getValuesAtHigh();
     m_triggered.window = SimTK::Vec2(search.getLow(), search.getHigh());
-    m_stepper->cutLastStep(search.getHigh());
+    m_stepper->endLastStep(search.getHigh());
     return true;
 }
 

@@ -311,7 +311,7 @@ void Stepper::acceptStep(double h, int order) {
     }
     std::swap(m_history.push(), m_new);  // the next step writes all of it anew
     m_equations->updBlocks().followPose();
-    m_equations->updFrictions().keep();
+    m_equations->updFrictions().keep(h);
     ++m_statistics.stepsTaken;
     ++m_statistics.stepsAtOrder[size_t(order)];
     m_statistics.timeCovered += h;
@@ -326,6 +326,7 @@ void Stepper::acceptStep(double h, int order) {
 
 void Stepper::takeStep(double limit) {
     if (m_breaks.isAtEnd(m_history[0].t)) passBreak();
+    if (m_equations->getFrictions().isAtSwitch()) passSwitch();
     stepWithin(std::min(limit, m_breaks.getEnd()));
 }
 
@@ -343,8 +344,9 @@ void Stepper::stepWithin(double limit) {
     const double wanted = m_nextLength;
     int order = std::min(m_order, m_history.numNodes());
     int failures = 0, retries = 0;
-    bool isShortened = false;
+    bool isShortened = false, mayHold = true;
     m_solvesPositions = false;
+    FrictionTerms::Hold hold(m_equations->updFrictions());
     if (!m_formulas && m_history.size() > 1 && m_taken.lastOrder < m_scheme.getLowestOrder()) {
         // The slope that a fallback left would be taken for an error.
         m_trial = m_history[0];
@@ -357,12 +359,17 @@ void Stepper::stepWithin(double limit) {
                                    : std::min(m_fallback.getMaximumOrder(), m_history.numNodes());
         double error = 0;
         const bool isSolved = tryStep(h, order, &error);
+        if (isSolved && error <= 1 && mayHold && !hold.isOn() && calcSwitchError(h) > 1) {
+            hold.set(true);
+            continue;
+        }
         if (isSolved && error <= 1) {
             // m_history still lacks the new point: the estimates of other orders need it so.
             chooseNextStep(error, h, order);
             if (isCut && failures == 0 && m_nextLength < wanted)
                 m_nextLength = std::max(m_nextLength, std::min(wanted, 2 * h));
             acceptStep(h, order);
+            if (hold.isOn()) endAtSwitch();
             return;
         }
         if (isSolved) {
@@ -375,6 +382,11 @@ void Stepper::stepWithin(double limit) {
                                     : m_statistics.nonFiniteFailures);
             if (!m_outcome.converged && m_outcome.retryWorthwhile && retries++ < 2) continue;
             retries = 0;
+            if (hold.isOn()) {
+                // What is held may press with another force than there is.
+                hold.set(mayHold = false);
+                continue;
+            }
             // Near a singular position the velocity equations outrun the iteration. Far from them a
             // long step may be all that is wrong.
             if (!m_formulas && m_settings.fixedStep == 0 && !std::exchange(isShortened, true)) {

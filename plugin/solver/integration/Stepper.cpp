@@ -121,7 +121,7 @@ void Stepper::complete(SolutionPoint& point) {
     m_equations->updFunctions().forget();
     m_equations->setZ(point.z.data());
     m_step->calcAccelerations(point.t, point.q, point.u, point.uDot, point.lambda);
-    m_equations->updFrictions().keep();
+    m_equations->updFrictions().keep(0);
     point.constraintError = m_step->calcPositionError(point.t, point.q, point.u);
     m_equations->updBlocks().followPose();
     m_equations->getBlocks().calcQDot(point.q.data(), point.u.data(), point.qDot.data());
@@ -133,6 +133,7 @@ void Stepper::complete(SolutionPoint& point) {
 }
 
 void Stepper::start(SolutionPoint& point) {
+    m_equations->updFrictions().forgetSwitch();
     complete(point);
     m_history.clear();
     m_history.push() = point;
@@ -262,6 +263,11 @@ void Stepper::balance(SolutionPoint& point) {
     options.hasLateBlocks = m_step->hasLateBlocks();
     options.numThreads = m_equations->getBlocks().numThreads;
     m_balance.calc(PartOfStep * m_taken.lastLength, options, point);
+}
+
+void Stepper::endLastStep(double end) {
+    if (end < m_history[0].t) m_equations->updFrictions().forgetSwitch();
+    cutLastStep(end);
 }
 
 void Stepper::cutLastStep(double end) {

@@ -4,9 +4,10 @@ Steps of an integration (private header): tries, their error, order and length o
 and the polynomial that the solution follows inside of the last. It knows nothing of events,
 reports, or who looks on; ImplicitIntegrator::Implementation drives it.
 
-    Stepper.cpp       from a consistent point to what is seen between steps
-    StepTaking.cpp    a step
-    UnseenError.cpp   what loads and motions do inside of it **/
+    Stepper.cpp          from a consistent point to what is seen between steps
+    StepTaking.cpp       a step
+    FrictionSwitch.cpp   where it ends as a joint begins to stick or to slide
+    UnseenError.cpp      what loads and motions do inside of it **/
 
 #include <functional>
 #include <memory>
@@ -83,8 +84,8 @@ public:
     /** One accepted step that does not pass `limit`.
     @throws std::runtime_error if none can be taken; the newest point stays. **/
     void takeStep(double limit);
-    /** The last step ends here, inside of what it was. **/
-    void cutLastStep(double end);
+    /** The last step ends here, inside of what it was, or at its end. **/
+    void endLastStep(double end);
 
     const SolutionPoint& getNewest() const { return m_history[0]; }
     SolutionPoint& updNewest() { return m_history.newest(); }
@@ -125,6 +126,16 @@ private:
     /** Goes on beyond a break at the newest point: starts again there if something jumps. **/
     void passBreak();
     void stepWithin(double limit);
+    void cutLastStep(double end);
+    /** What switching contacts leave wrong in speeds acts for longer than the step, for about as
+    long as what they did last: their error by then, in units of the accuracy; 0 where none has
+    switched.
+    **/
+    double calcSwitchError(double h);
+    /** Cuts the last step, over which contacts were held, where the first of them switches. **/
+    void endAtSwitch();
+    /** Goes on beyond a switch at the newest point. **/
+    void passSwitch();
     /** @returns false if the equations cannot be solved, or not even evaluated **/
     bool tryStep(double h, int order, double* error);
     bool attemptStep(double h, int order, double* error);
