@@ -169,9 +169,12 @@ void checkReplaceable(const fs::path& path, std::string_view begin, const std::s
     if (!fs::exists(path) || fs::file_size(path) == 0) return;
     std::string found(begin.size(), '\0');
     std::ifstream(path, std::ios::binary).read(found.data(), std::streamsize(found.size()));
-    if (found != begin)
-        throw std::runtime_error("'" + path.string() + "' is there and is no " + kind +
-                                 ", so it is not replaced: give another name, or remove it");
+    if (found != begin) refuseReplacing(path, kind);
+}
+
+void refuseReplacing(const fs::path& path, const std::string& kind) {
+    throw std::runtime_error("'" + path.string() + "' is there and is no " + kind +
+                             ", so it is not replaced: give another name, or remove it");
 }
 
 void removeUnfinishedFiles(const fs::path& folder, const std::string& begin) {

@@ -67,6 +67,8 @@ void checkWritable(const std::filesystem::path& path);
 perhaps, and stays. @param kind  what it would be, "part file" **/
 void checkReplaceable(const std::filesystem::path& path, std::string_view begin,
                       const std::string& kind);
+/** Says that one stays. @throws std::runtime_error **/
+[[noreturn]] void refuseReplacing(const std::filesystem::path& path, const std::string& kind);
 
 /** Removes what processes that are no more have left unfinished in a folder, of files whose names
 begin so. **/

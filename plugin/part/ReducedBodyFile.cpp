@@ -237,14 +237,16 @@ ReducedBody::ModalStress readModalStress(hid_t file, hsize_t numModes, int numNo
 /** What a body's reading may find: a twin that was reduced with more modes has none of its own. **/
 enum class Twin { MayBeThere, IsRefused };
 
-ReducedBody readBody(hid_t file, Twin twin) {
-    std::string format;
+bool isOfPart(hid_t file) {
     try {
-        format = hdf5::readText(file, "format");
+        return hdf5::readText(file, "format") == Format;
     } catch (const std::runtime_error&) {
-        // Any other HDF5 file has no such attribute.
+        return false;  // any other HDF5 file has no such attribute
     }
-    if (format != Format) throw std::runtime_error("it is an HDF5 file, but not of a reduced part");
+}
+
+ReducedBody readBody(hid_t file, Twin twin) {
+    if (!isOfPart(file)) throw std::runtime_error("it is an HDF5 file, but not of a reduced part");
     const int version = hdf5::readInteger(file, "version");
     if (version < 1 || version > ReducedBodyFileVersion)
         throw std::runtime_error("its format has version " + std::to_string(version) +
@@ -314,6 +316,20 @@ ReducedBody readBody(hid_t file, Twin twin) {
 
 }  // namespace
 
+void checkPartFile(const std::string& path) {
+    const std::string kind = "part file";
+    checkReplaceable(path, "\x89HDF", kind);
+    if (!fs::exists(path) || fs::file_size(path) == 0) return;
+    const hdf5::Quiet quiet;
+    bool isForeign = false;
+    try {
+        isForeign = !isOfPart(hdf5::openFile(path));
+    } catch (const std::runtime_error&) {
+        // A damaged one may go.
+    }
+    if (isForeign) refuseReplacing(path, kind);
+}
+
 void writeReducedBody(const std::string& path, const ReducedBody& body) {
     writeReducedBody(path, body, {});
 }
@@ -321,6 +337,7 @@ void writeReducedBody(const std::string& path, const ReducedBody& body) {
 void writeReducedBody(const std::string& path, const ReducedBody& body,
                       const std::vector<std::string>& warnings) {
     body.validate();
+    checkPartFile(path);
     const hdf5::Quiet quiet;
     UnfinishedFile unfinished(path);
     try {

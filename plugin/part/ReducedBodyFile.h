@@ -51,10 +51,14 @@ constexpr int ReducedBodyFileVersion = 4;
 
 /** Writes a part. The file appears under its name only when it is complete: it is written beside
 it first and then renamed; nothing is left behind after an error. The same part gives the same
-bytes.
+bytes. It may replace a part file, damaged ones too, but none of another kind, such as its deck.
 @throws std::invalid_argument if body.validate() does.
-@throws std::runtime_error if the file cannot be written. **/
+@throws std::runtime_error if the file cannot be written or replaced. **/
 void writeReducedBody(const std::string& path, const ReducedBody& body);
+
+/** Refuses a path that writeReducedBody() would, before there is work to lose.
+@throws std::runtime_error **/
+void checkPartFile(const std::string& path);
 
 /** Reads a part and validates it.
 @throws std::runtime_error that names the file if it is missing, cut short, damaged, not of this

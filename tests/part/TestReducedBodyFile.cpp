@@ -268,6 +268,33 @@ TEST_F(ReducedBodyFileTest, OtherFilesAreNamedForWhatTheyAre) {
     EXPECT_THAT(errorOf(file), HasSubstr("not of a reduced part"));
 }
 
+TEST_F(ReducedBodyFileTest, OnlyPartFilesAreReplaced) {
+    const auto refusalOf = [&]() -> std::string {
+        try {
+            writeReducedBody(file, makePart());
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "";
+    };
+    const hid_t results = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    H5Fclose(results);
+    for (const std::string& foreign :
+         {testing::readText(file), std::string("*NODE\n1, 0, 0, 0\n"), std::string("\x89")}) {
+        testing::writeText(file, foreign);
+        EXPECT_THAT(refusalOf(), HasSubstr("is there and is no part file"));
+        EXPECT_TRUE(testing::readText(file) == foreign);
+    }
+    // A part, an empty file, half a part.
+    testing::writeText(file, "");
+    EXPECT_EQ(refusalOf(), "");
+    const std::string whole = testing::readText(file);
+    EXPECT_EQ(refusalOf(), "");
+    testing::writeText(file, whole.substr(0, whole.size() / 2));
+    EXPECT_EQ(refusalOf(), "");
+    EXPECT_TRUE(testing::readText(file) == whole);
+}
+
 TEST_F(ReducedBodyFileTest, ModalDataOfMbdynAreToldHowToBecomeAPartFile) {
     const std::string modal = folder / "crank.fem";
     testing::writeText(modal, "** MBDyn MODAL DATA FILE\n");

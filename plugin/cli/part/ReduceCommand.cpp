@@ -14,6 +14,7 @@ simflex reduce: a finite element model becomes a part file. **/
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/part/ReductionArguments.h"
 #include "simflex/part/PartWarnings.h"
+#include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
@@ -85,7 +86,7 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     }
     const std::string output = findOutput(arguments);
     options.name = arguments.name.empty() ? fs::path(output).stem().string() : arguments.name;
-    checkReplaceable(output, "\x89HDF", "part file");
+    checkPartFile(output);
     if (!arguments.picture.empty()) checkWritable(arguments.picture);
 
     auto phases = UsualPhases;

@@ -74,6 +74,7 @@ std::optional<PartCache::Kept> PartCache::find(const PartKey& key) const {
         return kept;
     } catch (const std::exception& error) {
         if (m_note) m_note(std::string("a part in the cache is made anew: ") + error.what());
+        fs::remove(path, ignored);
         return {};
     }
 }
