@@ -108,6 +108,31 @@ TEST_F(LawsTest, RowsHaveTheForcesOfTheirTimeHoweverFarApart) {
         }
 }
 
+TEST_F(LawsTest, ColumnsOfCoordinatesAreNamedAsInExpressions) {
+    // 9 N m/rad about a rod and 25 N/m along it, on 1 kg m² and 1 kg.
+    Session session = start(
+        "bodies: {mass: {mass: 1, inertia: [1, 1, 1]}}\n"
+        "joints: {rod: {type: cylinder, between: [ground, mass]}}\n"
+        "initial: {rates: {rod: [1, 2]}}\n"
+        "probes: {q: {coordinate: rod}, turn: {expression: q.0}, way: {expression: q.1}}\n"
+        "loads: {spring: {on: mass, force: [0, 0, -25*q.1], torque: [0, 0, -9*q.0]}}\n");
+    session.runTo(1, 0.1);
+    EXPECT_NEAR(get(session, "turn"), std::sin(3) / 3, 1e-5);
+    EXPECT_NEAR(get(session, "way"), 2 * std::sin(5) / 5, 1e-5);
+    const auto mistakeOf = [&](const std::string& word) {
+        return findMistake(
+            "bodies: {mass: {mass: 1, inertia: [1, 1, 1]}}\n"
+            "joints: {rod: {type: cylinder, between: [ground, mass]}}\n"
+            "probes: {q: {coordinate: rod}}\n"
+            "loads: {spring: {on: mass, force: [0, 0, " +
+            word + "]}}\n");
+    };
+    EXPECT_THAT(mistakeOf("q"),
+                HasSubstr("loads.spring.force.2: probe 'q' has 2 columns; say which, as q.0"));
+    EXPECT_THAT(mistakeOf("q.2"), HasSubstr("loads.spring.force.2: there is no column of probe "
+                                            "'q' '2'; there are 0, 1"));
+}
+
 TEST_F(LawsTest, AControlledArmMovesAsItsEquationsSay) {
     // 2 kg in the middle of an arm of 0.6 m: (I + m l²) θ'' = τ − m g l cos θ.
     Session session = start(
@@ -776,7 +801,18 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
     EXPECT_THAT(findMistake(withForce("-3*y")),
                 HasSubstr("loads.push.force.0: 'y' is not a parameter, table or function"));
     EXPECT_THAT(findMistake(withForce("place", "  place: {position: mass}\n")),
-                HasSubstr("a law cannot depend on a vector: say which component, as place.x"));
+                HasSubstr("probe 'place' has 3 columns; say which, as place.x"));
+    // Columns are named, and refused, as expressions of probes do: at the law.
+    const std::string at = "loads.push.force.0: ";
+    for (const char* wrong : {"place.0", "place.w", "place.xy"})
+        EXPECT_THAT(findMistake(withForce(wrong, "  place: {position: mass}\n")),
+                    HasSubstr(at + "there is no column of probe 'place' '" +
+                              std::string(wrong).substr(6) + "'; there are x, y, z"));
+    for (const char* wrong : {"place.x", "place.0"})
+        EXPECT_THAT(findMistake(withForce(wrong, "  place: {position: mass, component: x}\n")),
+                    HasSubstr(at + "probe 'place' has one column: write place for " + wrong));
+    EXPECT_THAT(findMistake(withForce("-x.1")),
+                HasSubstr(at + "probe 'x' has one column: write x for x.1"));
     EXPECT_EQ(findMistake(withForce("-place.x", "  place: {position: mass}\n")), "nothing");
     EXPECT_THAT(findMistake(withForce("a.x", "  a: {acceleration: mass}\n")),
                 HasSubstr("no law can depend on probe 'a', which is of kind 'acceleration'"));

@@ -7,6 +7,7 @@
 #include "simflex/model/builders/HeldStates.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/file/VariableFormula.h"
+#include "simflex/model/probes/ProbeColumns.h"
 
 namespace simflex {
 namespace model {
@@ -32,6 +33,8 @@ Signal makeSum(std::vector<Signal> terms, std::vector<double> factors) {
         return sum;
     });
 }
+
+constexpr const char* FrameKinds[] = {"position", "velocity", "angular_velocity"};
 
 [[noreturn]] void failNoForceDependsOn(const ModelValue& law, const std::string& name,
                                        const std::string& kind) {
@@ -487,9 +490,9 @@ Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Val
     for (size_t i = 0; i < formula.getUsed().size(); ++i) {
         const auto local = locals.find(formula.getUsed()[i]);
         const std::string& name = formula.getQuantities()[i];
-        units.push_back(findUnit(name, local != locals.end()));
         m_numFormulas = 0;
         arguments.push_back(local != locals.end() ? local->second : find(name, value));
+        units.push_back(findUnit(name, local != locals.end()));
         numFormulas += m_numFormulas;
     }
     m_numFormulas = numFormulas;
@@ -540,7 +543,8 @@ std::string SignalBuilder::findUnit(const std::string& name, bool isLocal) const
             isAngle = MobilizedBody::Pin::isInstanceOf(
                 findEntry(m_system.bodies, "body", body, value.get("body")).mobod);
         } else {
-            const auto [joint, coordinate] = findCoordinateOf(value);
+            const auto [joint, coordinate] =
+                findCoordinateOf(value, int(chooseColumn(probe, name, listColumns(probe))));
             isAngle = withPlace(value, [&, joint = joint, coordinate = coordinate] {
                 return findCoordinate(joint, coordinate).coordinate.isAngle();
             });
@@ -610,23 +614,43 @@ Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
         return known->second.signal;
     }
     m_open.push_back(owner);
-    const int component = dot == std::string::npos ? -1 : name[dot + 1] - 'x';
+    const auto makeOfColumn = [&](const ModelValue& probe) {
+        const std::vector<std::string> columns = listColumns(probe);
+        return makeOfProbe(probe, columns.empty() ? 0 : int(chooseColumn(law, name, columns)));
+    };
     const Signal signal = state != m_states.end() ? (*state)->getOutput(name, *this)
-                                                  : makeOfProbe(probes.get(owner), component);
+                                                  : makeOfColumn(probes.get(owner));
     m_open.pop_back();
     if (state == m_states.end()) m_ofProbes[name] = {signal, m_numFormulas};
     return signal;
 }
 
-Signal SignalBuilder::makeOfProbe(const ModelValue& probe, int component) {
+std::vector<std::string> SignalBuilder::listColumns(const ModelValue& probe) const {
+    for (const char* kind : FrameKinds)
+        if (probe.has(kind) && probe.get("component").getText() == "all") return {"x", "y", "z"};
+    for (const char* kind : {"coordinate", "rate"}) {
+        const ModelValue value = probe.get(kind);
+        if (!value.isGiven() || (value.isMap() && value.has("body"))) continue;
+        const auto [name, number] = readJointCoordinate(value);
+        const int count =
+            findEntry(m_system.joints, "joint", name.getText(), name).joint.getNumCoordinates();
+        if (number >= 0 || count < 2) continue;
+        std::vector<std::string> columns;
+        for (int k = 0; k < count; ++k) columns.push_back(std::to_string(k));
+        return columns;
+    }
+    for (const char* kind : {"position", "velocity", "angular_velocity", "coordinate", "rate",
+                             "distance", "distance_rate", "state", "function", "expression"})
+        if (probe.has(kind)) return {""};
+    return {};
+}
+
+Signal SignalBuilder::makeOfProbe(const ModelValue& probe, int column) {
     const std::string name = probe.getName();
-    for (const char* kind : {"position", "velocity", "angular_velocity"})
-        if (probe.has(kind)) return makeOfFrame(probe, kind, component);
-    for (const char* kind :
-         {"coordinate", "rate", "distance", "distance_rate", "state", "function", "expression"})
-        if (component >= 0 && probe.has(kind)) probe.fail("it has no components x, y and z");
-    if (probe.has("coordinate")) return makeCoordinate(probe.get("coordinate"));
-    if (probe.has("rate")) return makeCoordinateRate(probe.get("rate"));
+    for (const char* kind : FrameKinds)
+        if (probe.has(kind)) return makeOfFrame(probe, kind, column);
+    if (probe.has("coordinate")) return makeCoordinate(probe.get("coordinate"), column);
+    if (probe.has("rate")) return makeCoordinateRate(probe.get("rate"), column);
     if (probe.has("distance")) {
         const auto frames = readTwoFrames(probe.get("distance"));
         return Signal::distance(frames[0], frames[1]);
@@ -644,7 +668,7 @@ Signal SignalBuilder::makeOfProbe(const ModelValue& probe, int component) {
     probe.fail("does not say what to probe");
 }
 
-Signal SignalBuilder::makeOfFrame(const ModelValue& probe, const std::string& kind, int component) {
+Signal SignalBuilder::makeOfFrame(const ModelValue& probe, const std::string& kind, int column) {
     const ModelValue reference = probe.get("relative_to");
     const Attachment M = attach(probe.get(kind)), F = reference.isGiven()
                                                           ? attach(reference)
@@ -656,13 +680,7 @@ Signal SignalBuilder::makeOfFrame(const ModelValue& probe, const std::string& ki
                                     : Signal::angularVelocity(F, M, along);
     };
     const std::string part = probe.get("component").getText();
-    if (component >= 0) {
-        if (part != "all") probe.get("component").fail("only this component is there");
-        return take(component);
-    }
-    if (part == "all")
-        probe.fail("a law cannot depend on a vector: say which component, as " + probe.getName() +
-                   ".x");
+    if (part == "all") return take(column);
     if (part != "norm") return take(part[0] - 'x');
     return Signal::function({take(0), take(1), take(2)}, [](Real, const Real* x, Real* slopes) {
         const Real norm = Vec3::getAs(x).norm();
@@ -671,9 +689,10 @@ Signal SignalBuilder::makeOfFrame(const ModelValue& probe, const std::string& ki
     });
 }
 
-std::pair<Joint, int> SignalBuilder::findCoordinateOf(const ModelValue& value) const {
-    const auto [name, number] = readJointCoordinate(value);
+std::pair<Joint, int> SignalBuilder::findCoordinateOf(const ModelValue& value, int column) const {
+    const auto [name, given] = readJointCoordinate(value);
     const Joint& joint = findEntry(m_system.joints, "joint", name.getText(), name).joint;
+    const int number = given >= 0 ? given : column;
     if (number < 0 && joint.getNumCoordinates() > 1)
         value.fail("joint '" + joint.getName() + "' has " +
                    std::to_string(joint.getNumCoordinates()) +
@@ -681,17 +700,17 @@ std::pair<Joint, int> SignalBuilder::findCoordinateOf(const ModelValue& value) c
     return {joint, std::max(number, 0)};
 }
 
-Signal SignalBuilder::makeCoordinate(const ModelValue& value) {
+Signal SignalBuilder::makeCoordinate(const ModelValue& value, int column) {
     if (value.isMap() && value.has("body")) return makeOfMobilizer(value, false);
     // initial.joints lead it to its turns.
-    return withPlace(value, [&, found = findCoordinateOf(value)] {
+    return withPlace(value, [&, found = findCoordinateOf(value, column)] {
         return Signal::turnedAngle(m_system.flexible, found.first, found.second);
     });
 }
 
-Signal SignalBuilder::makeCoordinateRate(const ModelValue& value) {
+Signal SignalBuilder::makeCoordinateRate(const ModelValue& value, int column) {
     if (value.isMap() && value.has("body")) return makeOfMobilizer(value, true);
-    return withPlace(value, [&, found = findCoordinateOf(value)] {
+    return withPlace(value, [&, found = findCoordinateOf(value, column)] {
         return Signal::coordinateRate(found.first, found.second);
     });
 }

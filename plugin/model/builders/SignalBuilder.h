@@ -52,10 +52,11 @@ public:
     Signal make(const ModelValue& value, const Locals& locals = {});
 
     /** A joint by name or {joint:, coordinate:}: its coordinate, which counts turns, and its rate.
+    @param column  which, where the joint has several and `coordinate` is not given
     @throws ModelError if there is no such coordinate. **/
-    std::pair<Joint, int> findCoordinateOf(const ModelValue& joint) const;
-    Signal makeCoordinate(const ModelValue& joint);
-    Signal makeCoordinateRate(const ModelValue& joint);
+    std::pair<Joint, int> findCoordinateOf(const ModelValue& joint, int column = -1) const;
+    Signal makeCoordinate(const ModelValue& joint, int column = -1);
+    Signal makeCoordinateRate(const ModelValue& joint, int column = -1);
 
     /** On words of laws that mean something and are the names of something else. **/
     const std::vector<std::string>& getNotes() const { return m_notes; }
@@ -76,8 +77,10 @@ private:
     Signal find(const std::string& name, const ModelValue& law);
     /** Empty if it is not known. **/
     std::string findUnit(const std::string& name, bool isLocal) const;
-    Signal makeOfProbe(const ModelValue& probe, int component);
-    Signal makeOfFrame(const ModelValue& probe, const std::string& kind, int component);
+    /** Those of a probe that laws can depend on; else none. **/
+    std::vector<std::string> listColumns(const ModelValue& probe) const;
+    Signal makeOfProbe(const ModelValue& probe, int column);
+    Signal makeOfFrame(const ModelValue& probe, const std::string& kind, int column);
     Signal makeOfMobilizer(const ModelValue& map, bool isRate);
     std::array<Attachment, 2> readTwoFrames(const ModelValue& list);
     Attachment attach(const ModelValue& frame);

@@ -5,6 +5,7 @@ Probes of functions of time and of formulas of other probes. **/
 #include <cmath>
 
 #include "simflex/model/file/VariableFormula.h"
+#include "simflex/model/probes/ProbeColumns.h"
 #include "simflex/model/probes/ProbeKinds.h"
 
 namespace simflex {
@@ -38,22 +39,11 @@ struct FormulaOfProbes {
 Column findColumn(const ModelValue& formula, const std::string& variable,
                   const std::vector<std::string>& others,
                   const std::function<Probe(const std::string&)>& findProbe) {
-    const size_t dot = variable.find('.');
-    const std::string name = variable.substr(0, dot);
+    const std::string name = variable.substr(0, variable.find('.'));
     if (std::find(others.begin(), others.end(), name) == others.end())
         formula.failUnknown("probe", name, others);
     const Probe probe = findProbe(name);
-    if (dot == std::string::npos) {
-        if (probe.columns.size() == 1) return {probe, 0};
-        formula.fail("probe '" + name + "' has " + std::to_string(probe.columns.size()) +
-                     " columns; say which, as " + name + "." + probe.columns[0]);
-    }
-    const auto column =
-        std::find(probe.columns.begin(), probe.columns.end(), variable.substr(dot + 1));
-    if (column == probe.columns.end())
-        formula.failUnknown("column of probe '" + name + "'", variable.substr(dot + 1),
-                            probe.columns);
-    return {probe, size_t(column - probe.columns.begin())};
+    return {probe, chooseColumn(formula, variable, probe.columns)};
 }
 
 Probe makeNumber(const ModelValue& entry) {
