@@ -256,11 +256,31 @@ TEST_F(ImpulseTest, GapsThatAreEngagedAreToldOrRefused) {
     const std::vector<std::string> told = engage(1, 2e-4);
     ASSERT_EQ(told.size(), 1u);
     // Both go half of the way: k g²/4.
-    EXPECT_THAT(told[0], ::testing::HasSubstr("event 'e' engages 'hook'"));
+    EXPECT_THAT(told[0], ::testing::HasSubstr("event 'e' engages joint 'hook'"));
     EXPECT_THAT(told[0], ::testing::HasSubstr("0.0002 m"));
     EXPECT_THAT(told[0], ::testing::HasSubstr("changes the potential energy by 0.01 J"));
     EXPECT_THROW(engage(0.1, 2e-4), std::exception);
     EXPECT_THROW(engage(1, 2e-3), std::exception);
+}
+
+TEST_F(ImpulseTest, MotionsThatCannotBeEngagedAreCalledMotions) {
+    writeModel(
+        "simflex: 1\n"
+        "bodies: {a: {mass: 1, inertia: [1, 1, 1]}}\n"
+        "joints: {rail: {type: slider, axis: x, between: [ground, a]}}\n"
+        "motions: {drive: {joint: rail, position: t}}\n"
+        "events:\n"
+        "  free: {when: t > 0.1, once: true, do: [{release: drive}]}\n"
+        "  back: {when: t > 0.3, once: true, do: [{engage: drive}]}\n"
+        "loads: {brake: {on: a, force: [-5, 0, 0]}}\n"
+        "analyses: {run: {type: transient, duration: 1}}\n");
+    Session session(loadModelText(folder / "model.yaml"));
+    try {
+        session.runTo(1, 0.1);
+        ADD_FAILURE() << "engaged 0.1 m away";
+    } catch (const std::exception& error) {
+        EXPECT_THAT(error.what(), ::testing::HasSubstr("motion 'drive' cannot be engaged"));
+    }
 }
 
 TEST_F(ImpulseTest, SpeedsThatJointsDoNotAllowAreThoseOfAnImpactAtTheStart) {

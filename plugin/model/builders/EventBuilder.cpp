@@ -71,15 +71,20 @@ private:
     std::vector<Action> m_actions;
 };
 
+struct Held {
+    Joint joint;
+    std::string name;  ///< "joint 'pin'", "motion 'drive'"
+};
+
 /** A joint or a motion. **/
-const Joint& findHeld(const ModelValue& name, const ModelSystem& system) {
+Held findHeld(const ModelValue& name, const ModelSystem& system) {
     std::vector<std::string> known;
     for (const Model::JointEntry& entry : system.joints) {
-        if (entry.name == name.getText()) return entry.joint;
+        if (entry.name == name.getText()) return {entry.joint, "joint '" + entry.name + "'"};
         known.push_back(entry.name);
     }
     for (const Model::MotionEntry& entry : system.motions) {
-        if (entry.name == name.getText()) return entry.joint;
+        if (entry.name == name.getText()) return {entry.joint, "motion '" + entry.name + "'"};
         known.push_back(entry.name);
     }
     name.failUnknown("joint or motion", name.getText(), known);
@@ -95,8 +100,9 @@ void collide(const ModelSystem& system, State& state) {
 }
 
 /** Closes a joint that is all but closed, and says what that does where it is seen. **/
-void close(const std::string& event, const Joint& joint, Real size, const ModelSystem& system,
+void close(const std::string& event, const Held& held, Real size, const ModelSystem& system,
            State& state) {
+    const Joint& joint = held.joint;
     const Vector errors = joint.calcPositionErrors(state);
     Real gap = 0, share = 0;
     for (int i = 0; i < errors.size(); ++i) {
@@ -107,14 +113,14 @@ void close(const std::string& event, const Joint& joint, Real size, const ModelS
     std::ostringstream open;
     open << "it is " << gap << " m or rad open";
     if (!(share <= ClosedJoint))
-        throw std::runtime_error("joint '" + joint.getName() + "' cannot be engaged: " +
-                                 open.str() + "; let the event happen where it is closed");
+        throw std::runtime_error(held.name + " cannot be engaged: " + open.str() +
+                                 "; let the event happen where it is closed");
     const Real potential = system.flexible.calcPotentialEnergy(state);
     system.matter.getConstraint(joint.getConstraintIndex()).enable(state);
     collide(system, state);
     if (share <= ToldGap) return;
     std::ostringstream text;
-    text << "event '" << event << "' engages '" << joint.getName() << "' at t = " << state.getTime()
+    text << "event '" << event << "' engages " << held.name << " at t = " << state.getTime()
          << " s: " << open.str()
          << ". Closing it moves bodies at once, which changes the potential energy by "
          << system.flexible.calcPotentialEnergy(state) - potential
@@ -176,14 +182,14 @@ Action makeAction(const std::string& event, const ModelValue& value, Real size,
         };
     }
     const bool releases = value.has("release");
-    const Joint joint = findHeld(value.get(releases ? "release" : "engage"), system);
-    return [&system, joint, releases, event, size](State& now) {
+    const Held held = findHeld(value.get(releases ? "release" : "engage"), system);
+    return [&system, held, releases, event, size](State& now) {
         if (!releases) {
-            close(event, joint, size, system, now);
+            close(event, held, size, system, now);
             return false;
         }
-        system.matter.getConstraint(joint.getConstraintIndex()).disable(now);
-        const auto locks = system.locks.find(joint.getName());
+        system.matter.getConstraint(held.joint.getConstraintIndex()).disable(now);
+        const auto locks = system.locks.find(held.joint.getName());
         if (locks == system.locks.end()) return false;
         for (const Joint::Lock& lock : locks->second) lock.unlock(now);
         return false;
