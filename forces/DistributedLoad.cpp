@@ -9,9 +9,18 @@ namespace simflex {
 
 using namespace SimTK;
 
+namespace {
+
+/** What messages call it. **/
+std::string nameDistributedLoad(const FlexibleBody& body, const std::string& name) {
+    return name.empty() ? "DistributedLoad on '" + body.getName() + "'" : "'" + name + "'";
+}
+
+}  // namespace
+
 DistributedLoad::DistributedLoad(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,
-                                 const LoadShape& shape, Scale scale) {
-    const std::string name = "DistributedLoad on '" + body.getName() + "'";
+                                 const LoadShape& shape, Scale scale, const std::string& called) {
+    const std::string name = nameDistributedLoad(body, called);
     const int n = body.getNumModes();
     if (!scale) throw std::invalid_argument(name + ": no function given");
     if (shape.modal.size() != n || shape.torquePerMode.nrow() != 3 ||
@@ -34,9 +43,10 @@ DistributedLoad::DistributedLoad(FlexibleBodySubsystem& subsystem, const Flexibl
 }
 
 DistributedLoad::DistributedLoad(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,
-                                 const LoadShape& shape, Real scale)
-    : DistributedLoad(subsystem, body, shape, [scale](Real) { return scale; }) {
-    checkFinite("DistributedLoad on '" + body.getName() + "'", "the scale", scale);
+                                 const LoadShape& shape, Real scale, const std::string& name)
+    : DistributedLoad(
+          subsystem, body, shape, [scale](Real) { return scale; }, name) {
+    checkFinite(nameDistributedLoad(body, name), "the scale", scale);
 }
 
 }  // namespace simflex

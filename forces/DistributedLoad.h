@@ -3,6 +3,7 @@
 A LoadShape on a flexible body, scaled by a constant or a function of time. **/
 
 #include <functional>
+#include <string>
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/forces/LoadShape.h"
@@ -13,11 +14,12 @@ class DistributedLoad {
 public:
     using Scale = std::function<SimTK::Real(SimTK::Real time)>;
 
-    /** @throws std::invalid_argument if the shape has another number of modes than the body. **/
+    /** @param name  for messages
+    @throws std::invalid_argument if the shape has another number of modes than the body. **/
     DistributedLoad(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,
-                    const LoadShape& shape, Scale scale);
+                    const LoadShape& shape, Scale scale, const std::string& name = "");
     DistributedLoad(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,
-                    const LoadShape& shape, SimTK::Real scale = 1);
+                    const LoadShape& shape, SimTK::Real scale = 1, const std::string& name = "");
 };
 
 }  // namespace simflex

@@ -17,13 +17,13 @@ ModalDamping::ModalDamping(FlexibleBodySubsystem& subsystem, const FlexibleBody&
                            const Vector& ratios) {
     const ReducedBody& part = body.getPart();
     if (ratios.size() != part.numModes)
-        throw std::invalid_argument("ModalDamping of '" + body.getName() +
+        throw std::invalid_argument("modal damping of '" + body.getName() +
                                     "': " + std::to_string(ratios.size()) + " ratios for " +
                                     std::to_string(part.numModes) + " modes");
     Array_<Real> coefficients;
     for (int i = 0; i < ratios.size(); ++i) {
         if (!(ratios[i] >= 0) || !std::isfinite(ratios[i]))
-            throw std::invalid_argument("ModalDamping of '" + body.getName() +
+            throw std::invalid_argument("modal damping of '" + body.getName() +
                                         "': the ratio of mode " + std::to_string(i + 1) + " is " +
                                         std::to_string(ratios[i]) + "; it must be 0 or more");
         coefficients.push_back(2 * ratios[i] * std::sqrt(part.omegaSquared[i]));
@@ -33,7 +33,7 @@ ModalDamping::ModalDamping(FlexibleBodySubsystem& subsystem, const FlexibleBody&
 
 void ModalDamping::rayleigh(FlexibleBodySubsystem& subsystem, const FlexibleBody& body, Real alpha,
                             Real beta) {
-    const std::string name = "ModalDamping of '" + body.getName() + "'";
+    const std::string name = "modal damping of '" + body.getName() + "'";
     checkNotNegative(name, "alpha", alpha);
     checkNotNegative(name, "beta", beta);
     Array_<Real> coefficients;
@@ -54,7 +54,7 @@ void ModalDamping::byFrequency(FlexibleBodySubsystem& subsystem, const FlexibleB
 
 void ModalDamping::matrix(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,
                           const Matrix& D) {
-    const std::string name = "ModalDamping of '" + body.getName() + "'";
+    const std::string name = "modal damping of '" + body.getName() + "'";
     const int n = body.getNumModes();
     if (D.nrow() != n || D.ncol() != n)
         throw std::invalid_argument(name + ": the matrix is " + std::to_string(D.nrow()) + "x" +

@@ -19,6 +19,7 @@ namespace {
 using namespace SimTK;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 //-------------------------------------------------------------------------------------------------
 // one element: a mode for each node's displacement along one axis reads its nodal force
@@ -263,6 +264,10 @@ TEST_F(DistributedLoadTest, ErrorsNameWhatIsWrong) {
             DistributedLoad(flexible, body, LoadShape::fromModalForces(Vector(11, 1.0)), Infinity);
         }),
         AllOf(HasSubstr("DistributedLoad on 'plate'"), HasSubstr("the scale is not a number")));
+    EXPECT_THAT(messageOf([&] {
+                    DistributedLoad(flexible, body, LoadShape::fromModalForces(modal), 1, "wind");
+                }),
+                StartsWith("'wind': a modal force"));
     ReducedBody lonely = makeOneElement(ElementType::Hex8, boxCorners);
     lonely.mesh.nodeSets["EDGE"] = {0, 1};
     EXPECT_THAT(messageOf([&] { LoadShape::pressure(lonely, "EDGE"); }),

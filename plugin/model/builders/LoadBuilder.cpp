@@ -110,7 +110,9 @@ void addDistributedLoad(const ModelValue& value, const ModelFrames& frames, Sign
         return;
     }
     const Expression scale = factor.getExpression();
-    DistributedLoad(system.flexible, body, shape, [scale](Real t) { return scale.calcValue(t); });
+    DistributedLoad(
+        system.flexible, body, shape, [scale](Real t) { return scale.calcValue(t); },
+        value.getName());
 }
 
 }  // namespace
