@@ -96,11 +96,17 @@ public:
             if (m_stiffness.row(i).normSqr() > 0 || m_damping.row(i).normSqr() > 0) return true;
         return false;
     }
-    std::string describeOutOfRange(const Array_<FrameMotion>& frames) const override {
-        const Real turn = RelativePose(frames).theta.norm();
-        if (!(turn > Bushing::LargestTurn)) return {};
-        return "is turned by " + writeGeneral(turn, 3) +
-               " rad; a bushing's torque is right up to " + writeGeneral(Bushing::LargestTurn, 3) +
+    std::string describeOutOfRange(const Array_<FrameMotion>& frames, Real elapsed) const override {
+        const RelativePose pose(frames);
+        const Vec3 omega = ~pose.R_GF * (frames[1].V[0] - frames[0].V[0]);
+        const Real turn = pose.theta.norm(), turned = omega.norm() * elapsed;
+        if (!(std::max(turn, turned) > Bushing::LargestTurn) || !isTorqueWrong(pose, omega))
+            return {};
+        return (turn > Bushing::LargestTurn
+                    ? "is turned by " + writeGeneral(turn, 3) + " rad"
+                    : "turns by " + writeGeneral(turned, 3) + " rad within " +
+                          writeGeneral(elapsed, 3) + " s, the length of a step") +
+               "; a bushing's torque is right up to " + writeGeneral(Bushing::LargestTurn, 3) +
                " rad and changes its sign at half a turn: let a joint or a torsion spring take the "
                "turning";
     }
@@ -124,6 +130,17 @@ public:
     }
 
 private:
+    /** Damping alone makes the torque of a damper while the turning is about one axis. **/
+    bool isTorqueWrong(const RelativePose& pose, const Vec3& omega) const {
+        constexpr Real Negligible = 0.1;  // of the torque
+        for (int i = 0; i < 3; ++i)
+            if (m_stiffness.row(i).normSqr() > 0) return true;
+        const Mat33 damping = m_damping.getSubMat<3, 3>(0, 0);
+        const Vec3 damper = damping * omega,
+                   torque = ~pose.inverseJacobian * (damping * pose.thetaDot);
+        return (torque - damper).norm() > Negligible * damper.norm();
+    }
+
     Mat66 m_stiffness, m_damping;
 };
 

@@ -9,7 +9,8 @@ K and C are symmetric and have no negative eigenvalue. For small turns this is
 SimTK::Force::LinearBushing, which uses body-fixed angles; the rotation vector treats all axes alike
 and is good for turns of up to LargestTurn. At half a turn the rotation vector jumps to the opposite
 one, and the torque with it, which no choice of coordinates mends: runs warn by name where a bushing
-that resists turning is turned further. For what turns on, use a TorsionSpring or a joint.
+that resists turning is turned further, or as far within a step. Damping alone is right at any turn
+about one axis. For what turns on, use a TorsionSpring or a joint.
 
     Bushing mount(flexible, Attachment(matter.Ground()), frame.interface("mount"),
                   Bushing::diagonal(Vec6(100, 100, 100, 1e5, 1e5, 2e5)),

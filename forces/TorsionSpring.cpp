@@ -38,7 +38,7 @@ public:
     }
 
     bool hasRange() const override { return true; }
-    std::string describeOutOfRange(const Array_<FrameMotion>& frames) const override {
+    std::string describeOutOfRange(const Array_<FrameMotion>& frames, Real) const override {
         constexpr Real Nearest = 0.1;  // [rad]
         const Vec3 x = ~frames[0].X.R() * Vec3(frames[1].X.R().x());
         if (!(std::hypot(x[0], x[1]) < std::sin(Nearest))) return {};

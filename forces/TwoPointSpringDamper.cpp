@@ -37,7 +37,7 @@ public:
     }
 
     bool hasRange() const override { return m_freeLength > 0; }
-    std::string describeOutOfRange(const Array_<FrameMotion>& frames) const override {
+    std::string describeOutOfRange(const Array_<FrameMotion>& frames, Real) const override {
         constexpr Real Coincident = 1e-6;  // of the free length
         if (!(Line(frames).length < Coincident * m_freeLength)) return {};
         return "has both ends in one place, where its force has no direction: place them apart";

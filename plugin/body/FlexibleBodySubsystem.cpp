@@ -80,14 +80,14 @@ bool FlexibleBodySubsystem::hasElementsWithRange() const {
                        [](const auto& element) { return element->hasRange(); });
 }
 
-std::map<int, std::string> FlexibleBodySubsystem::describeElementsOutOfRange(
-    const State& state) const {
+std::map<int, std::string> FlexibleBodySubsystem::describeElementsOutOfRange(const State& state,
+                                                                             Real elapsed) const {
     std::map<int, std::string> found;
     const auto& elements = getGuts().forceElements();
     for (size_t e = 0; e < elements.size(); ++e) {
         if (!elements[e]->hasRange()) continue;
         const std::string reason = elements[e]->describeOutOfRange(
-            getGuts().calcMotions(state, elements[e]->getAttachments()));
+            getGuts().calcMotions(state, elements[e]->getAttachments()), elapsed);
         if (!reason.empty()) found[int(e)] = elements[e]->describe() + " " + reason;
     }
     return found;

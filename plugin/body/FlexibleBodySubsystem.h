@@ -68,8 +68,10 @@ public:
      **/
     /**@{**/
     bool hasElementsWithRange() const;
-    /** What is said of them, by number of the element. Stage::Velocity. **/
-    std::map<int, std::string> describeElementsOutOfRange(const SimTK::State& state) const;
+    /** What is said of them, by number of the element. Stage::Velocity.
+    @param elapsed  time of the motion between the last State that was looked at and this [s] **/
+    std::map<int, std::string> describeElementsOutOfRange(const SimTK::State& state,
+                                                          SimTK::Real elapsed = 0) const;
     /**@}**/
 
     /** @name First-order equations beside those of motion **/

@@ -1,5 +1,6 @@
 #include "simflex/model/analyses/MotionWarnings.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -76,8 +77,10 @@ bool MotionWarnings::hasElementsWithRange() const {
 }
 
 void MotionWarnings::checkElements(const SimTK::State& state) {
+    const double elapsed = std::max(0.0, state.getTime() - m_lastLook);  // 0 at the first
+    m_lastLook = std::fmax(m_lastLook, state.getTime());
     for (const auto& [element, text] :
-         m_model.getFlexibleBodies().describeElementsOutOfRange(state))
+         m_model.getFlexibleBodies().describeElementsOutOfRange(state, elapsed))
         if (m_outOfRange.insert(element).second)
             m_warn("at t = " + writeGeneral(state.getTime(), 4) + " s " + text);
 }

@@ -31,7 +31,8 @@ public:
     **/
     static constexpr double LargestStiffening = 0.03;
     void checkTurning(const SimTK::State& state);
-    /** Connectors, between rows of results too. @pre Stage::Velocity. **/
+    /** Connectors, at the ends of steps too; times may go back to a row's. @pre Stage::Velocity.
+     * **/
     void checkElements(const SimTK::State& state);
     bool hasElementsWithRange() const;
     /** @param values  of all probes **/
@@ -53,6 +54,7 @@ private:
     LinearRangeReporter m_linearRange;
     const Model& m_model;
     std::set<int> m_outOfRange;       ///< force elements
+    double m_lastLook = SimTK::NaN;   ///< at them [s]
     std::vector<bool> m_turnsFast;    ///< by body
     std::vector<bool> m_isNotFinite;  ///< by probe
     bool m_isAtStart = true;
