@@ -231,7 +231,7 @@ void TransientRun::noteEvents() {
 bool TransientRun::watchStep(double time) {
     m_reached = time;
     m_run.m_model->forgetLawFailure();
-    if (m_watchesElements) m_warnings.checkElements(m_integrator->copyAdvancedState());
+    if (m_watchesElements) m_warnings.checkElements(m_integrator->showAdvancedState());
     return m_run.m_options.listener.tellProgress(m_name, (time - m_startTime) / m_duration, [&] {
         char text[120];
         std::snprintf(text, sizeof text, "t = %.5g s, h = %.2g s, order %d", time,

@@ -14,10 +14,14 @@ using SimTK::State;
 using SimTK::Vector;
 using Clock = std::chrono::steady_clock;
 
+void ImplicitIntegrator::Implementation::writeScratch(const SolutionPoint& point) {
+    if (m_events.hasAutoUpdates()) copyState(m_state, m_scratch);
+    writeState(point, m_scratch);
+}
+
 void ImplicitIntegrator::Implementation::calcTriggersAt(double t, Vector& values) {
     m_stepper->calcPoint(t, m_trial);
-    if (m_events.hasAutoUpdates()) copyState(m_state, m_scratch);
-    writeState(m_trial, m_scratch);
+    writeScratch(m_trial);
     m_events.calcTriggers(m_scratch, values);
 }
 

@@ -269,9 +269,9 @@ const SimTK::State& ImplicitIntegrator::getAdvancedState() const {
     return updImpl().updAdvancedState();
 }
 
-SimTK::State ImplicitIntegrator::copyAdvancedState() const {
-    updImpl().requireInitialized("copyAdvancedState");
-    return updImpl().copyAdvancedState();
+const SimTK::State& ImplicitIntegrator::showAdvancedState() const {
+    updImpl().requireInitialized("showAdvancedState");
+    return updImpl().showAdvancedState();
 }
 
 Real ImplicitIntegrator::getAdvancedTime() const {

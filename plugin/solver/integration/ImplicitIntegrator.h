@@ -335,8 +335,9 @@ public:
     the integrator lives. **/
     SimTK::State& updAdvancedState();
     const SimTK::State& getAdvancedState() const;
-    /** A copy of it to look at, from which nothing is taken over; realized to Stage::Velocity. **/
-    SimTK::State copyAdvancedState() const;
+    /** The same to look at until the integrator is used next, from which nothing is taken over;
+    realized to Stage::Velocity. Costs no copy of a State. **/
+    const SimTK::State& showAdvancedState() const;
     SimTK::Real getAdvancedTime() const;
 
     /** @name At getState()

@@ -52,7 +52,7 @@ public:
     bool isStateInterpolated() const;
     const SimTK::State& getReturnedState();
     SimTK::State& updAdvancedState();
-    SimTK::State copyAdvancedState();
+    const SimTK::State& showAdvancedState();
     SimTK::Real getPredictedNextStepSize() const {
         return m_stepper ? m_stepper->getNextLength() : 0;
     }
@@ -210,6 +210,8 @@ private:
     /** What is shown has u̇ and λ of its own from now on; costs an evaluation, the first time. **/
     void balanceVisible();
     void writeState(const SolutionPoint& point, SimTK::State& state) const;
+    /** m_scratch becomes the State there. **/
+    void writeScratch(const SolutionPoint& point);
     /** Swaps auto-update variables' values in, those computed at this point. **/
     void updateDiscreteVariables(const SolutionPoint& point);
     void updateDiscreteVariablesAtStart();

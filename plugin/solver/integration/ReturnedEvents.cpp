@@ -156,10 +156,9 @@ State& ImplicitIntegrator::Implementation::updAdvancedState() {
     return *m_advanced;
 }
 
-State ImplicitIntegrator::Implementation::copyAdvancedState() {
-    State state = makeFreshState(m_system, m_state);
-    writeState(m_stepper->getNewest(), state);
-    return state;
+const State& ImplicitIntegrator::Implementation::showAdvancedState() {
+    writeScratch(m_stepper->getNewest());
+    return m_scratch;
 }
 
 void ImplicitIntegrator::Implementation::refreshAdvancedState() {
