@@ -39,6 +39,7 @@ public:
           m_system(bodies.getMultibodySystem()),
           m_matter(m_system.getMatterSubsystem()),
           m_goals(goals),
+          m_bending(bending),
           m_state(copyState(start)),
           m_given(start.getU()) {
         bodies.closeJoints(m_state);
@@ -47,12 +48,14 @@ public:
         m_weights = 1;
         for (int b = 0; b < bodies.getNumBodies(); ++b) {
             const FlexibleBody body = bodies.getBody(FlexibleBodyIndex(b));
+            size_t numModes = 0;
             for (int k = 0; k < body.getNumModalMobilizers(); ++k) {
                 const MobilizedBody& mobod = body.getModalMobilizer(k);
                 scale(mobod, bending == Bending::Held ? Infinity : ModalWeight);
                 for (int i = 0; i < mobod.getNumU(m_state); ++i)
                     m_modes.push_back({int(mobod.getFirstUIndex(m_state)) + i,
-                                       int(mobod.getFirstQIndex(m_state)) + i, 0});
+                                       int(mobod.getFirstQIndex(m_state)) + i,
+                                       body.getPart().omegaSquared[numModes++], 0});
             }
         }
         // What a lock or a Motion holds does not move.
@@ -62,7 +65,7 @@ public:
                 (mobod.hasMotion() && !mobod.getMotion().isDisabled(m_state)))
                 scale(mobod, Infinity);
         }
-        for (Mode& mode : m_modes) mode.start = m_state.getQ()[mode.q];
+        for (Mode& mode : m_modes) mode.start = start.getQ()[mode.q];
         m_countsTurns = findTurnCounts();
         followTurns();
         for (size_t i = 0; i < goals.size(); ++i) {
@@ -86,9 +89,14 @@ public:
         for (size_t i = 0; i < m_goals.size(); ++i)
             way = std::max(way, std::abs(whole[int(i)]) / calcLongestStep(i, whole[int(i)]));
         const int mostSteps = MostCorrections + int(std::ceil(2 * way));
+        // Held shapes are those that closing the joints has left.
+        if (m_bending == Bending::Held && hasBent()) return false;
+        if (m_bending == Bending::Free) weighStrain();
+        m_isSettled = m_bending == Bending::Held || m_modes.empty();
         for (int step = 0; step < mostSteps; ++step) {
             Vector rest = calcWay();
-            if (calcLargest(rest, rest.size()) < tolerance && calcLargestError() < GoalTolerance)
+            if (calcLargest(rest, rest.size()) < tolerance && calcLargestError() < GoalTolerance &&
+                m_isSettled)
                 return true;
             Real part = 1;
             for (size_t i = 0; i < m_goals.size(); ++i)
@@ -155,8 +163,24 @@ public:
 private:
     struct Mode {
         int u, q;
-        Real start;
+        Real stiffness;  ///< ω² [1/s²]
+        Real start;      ///< ξ before joints were closed
     };
+
+    /** Whether closing the joints has changed shapes. **/
+    bool hasBent() const {
+        constexpr Real Bent = 1e-9;  // of a modal coordinate, in m√kg
+        return std::any_of(m_modes.begin(), m_modes.end(), [&](const Mode& mode) {
+            return std::abs(m_closed.getQ()[mode.q] - mode.start) > Bent;
+        });
+    }
+    /** Modes weigh as their stiffness does: the least change of shapes has the least energy. **/
+    void weighStrain() {
+        Real softest = Infinity;
+        for (const Mode& mode : m_modes) softest = std::min(softest, mode.stiffness);
+        for (const Mode& mode : m_modes)
+            if (softest > 0) m_weights[mode.u] *= std::sqrt(mode.stiffness / softest);
+    }
 
     /** Of the first so many. **/
     static Real calcLargest(const Vector& values, int count) {
@@ -211,11 +235,19 @@ private:
 
     /** Moves the coordinates by `change` to first order, and the joints together. **/
     void move(const Vector& change) {
+        constexpr Real Settled = 1e-7;              // of the largest deformation
         Vector deformed(m_state.getNU(), Real(0));  // since the start
-        for (const Mode& mode : m_modes) deformed[mode.u] = m_state.getQ()[mode.q] - mode.start;
+        if (m_bending == Bending::Free)
+            for (const Mode& mode : m_modes) deformed[mode.u] = m_state.getQ()[mode.q] - mode.start;
+        const Vector delta = solve(getNumPositionRows(), -m_state.getQErr(), change, deformed);
+        Real changed = 0, largest = 0;
+        for (const Mode& mode : m_modes) {
+            changed = std::max(changed, std::abs(delta[mode.u]));
+            largest = std::max(largest, std::abs(deformed[mode.u]));
+        }
+        m_isSettled = m_bending == Bending::Held || changed <= Settled * largest + GoalTolerance;
         Vector dq(m_state.getNQ());
-        m_matter.multiplyByN(m_state, false,
-                             solve(getNumPositionRows(), -m_state.getQErr(), change, deformed), dq);
+        m_matter.multiplyByN(m_state, false, delta, dq);
         m_state.updQ() += dq;
         m_matter.normalizeQuaternions(m_state);
         realize();
@@ -333,6 +365,8 @@ private:
     const MultibodySystem& m_system;
     const SimbodyMatterSubsystem& m_matter;
     const std::vector<JointGoal>& m_goals;
+    const Bending m_bending;
+    bool m_isSettled = true;  ///< shapes no longer change
     State m_state, m_closed;  ///< on its way, and where the way began
     const Vector m_given;     ///< speeds before joints were closed
     Vector m_weights;

@@ -11,8 +11,8 @@ From an assembled State, each step solves
 
 for the smallest δ: where flexible bodies are, in metres anywhere on them; of rigid ones by the
 speeds' weights (SimTK::State::getUWeights()). Flexible bodies keep their shapes. Only where the
-joints cannot be closed with these they deform, and as little as needed: the smallest change of
-modal coordinates since the start counts, a thousandfold. Goals that would deform a body beyond its
+joints cannot be closed with these they deform, with the least strain energy, of the change since the
+start: as statics bends them when it holds the coordinates. Goals that would deform a body beyond its
 linear range (LinearRangeReporter.h) are refused. What is locked or has a Motion stays. The
 coordinates are led to their values in steps of at most 0.1 rad or a tenth of the way. Redundant
 equations are allowed. O(m²n) each, for m equations and n speeds. **/

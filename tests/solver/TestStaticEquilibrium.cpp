@@ -5,6 +5,7 @@
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
+#include "simflex/body/JointGoals.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/TorsionSpring.h"
@@ -84,9 +85,9 @@ TEST(StaticEquilibrium, WhatHangsAsPlacedIsBentByItsWeightBeforeItIsLinearised) 
     model.system.realize(model.state, Stage::Position);
     const Vec3 p = model.body.getFramePose(model.state).p();
     const Real d2 = p[0] * p[0] + p[1] * p[1];
-    const Real rigid = std::sqrt(part.mass * Gravity * std::sqrt(d2) /
-                                 (part.inertia[2] + part.mass * d2)) /
-                       (2 * Pi);
+    const Real rigid =
+        std::sqrt(part.mass * Gravity * std::sqrt(d2) / (part.inertia[2] + part.mass * d2)) /
+        (2 * Pi);
     EXPECT_NEAR(frequency, rigid, 0.02 * rigid);
 
     // What is no equilibrium stays what it is.
@@ -317,6 +318,74 @@ TEST(StaticEquilibrium, ChainStartedLevelHangsInAsManyStepsHoweverLongItIs) {
     }
     EXPECT_LE(*std::max_element(iterations.begin(), iterations.end()), 25)
         << ::testing::PrintToString(iterations);
+}
+
+TEST(StaticEquilibrium, CoordinatesOfJointsBendBodiesAsStaticsDoes) {
+    // One end welded, the other pulled aside: on a carriage, by its coordinate, and at a fixed
+    // point.
+    struct Bent {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter{system};
+        FlexibleBodySubsystem flexible{system, matter};
+        FlexibleBody link{flexible, test::makePointMassPart().body, "link"};
+        Joint::Weld clamp{flexible, matter.Ground(), link.interface("A"), "clamp"};
+    };
+    const auto part = test::makePointMassPart().body;
+    const auto placeOf = [&](const std::string& name) {
+        for (const ReducedBody::Interface& interface : part->interfaces)
+            if (interface.name == name) return Vec3::getAs(interface.position.data());
+        throw std::logic_error(name);
+    };
+    const Vec3 end = placeOf("B") - placeOf("A");
+    for (const Vec3& way : {Vec3(0, 2e-3, 0), Vec3(0, 0, 2e-3), Vec3(1e-4, 1e-3, -1e-3)}) {
+        const Transform rail(Rotation(UnitVec3(way), XAxis), end);
+        Bent led;
+        MobilizedBody::Free carriage(led.matter.Ground(), Transform(),
+                                     Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))),
+                                     Transform());
+        Joint::Slider guide(led.flexible, Attachment(led.matter.Ground(), rail), carriage, "guide");
+        Joint::Ball tip(led.flexible, carriage, led.link.interface("B"), "tip");
+        State state = led.system.realizeTopology();
+        led.link.setPoseByInterface(state, "A", Transform());
+        carriage.setQToFitTransform(state, rail);
+        setJointCoordinates(led.flexible, state, {{guide, 0, way.norm()}});
+        EXPECT_NEAR(guide.calcCoordinates(state)[0], way.norm(), 1e-10);
+
+        Bent held;
+        Joint::Ball(held.flexible, Attachment(held.matter.Ground(), end + way),
+                    held.link.interface("B"), "tip");
+        State start = held.system.realizeTopology();
+        held.link.setPoseByInterface(start, "A", Transform());
+        StaticEquilibrium equilibrium(held.system);
+        equilibrium.solve(start);
+        const Real energy = held.flexible.calcPotentialEnergy(equilibrium.getState());
+        EXPECT_GT(energy, 0);
+        EXPECT_NEAR(led.flexible.calcPotentialEnergy(state), energy, 1e-6 * energy) << way;
+    }
+}
+
+TEST(StaticEquilibrium, ElementsThatHaveLeftTheirRangeAreNamedWhereThereIsNone) {
+    // A bushing of 100 N m/rad holds up to 100 pi N m.
+    const auto findFailure = [](Real torque) -> std::string {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        FlexibleBodySubsystem flexible(system, matter);
+        MobilizedBody::Free body(matter.Ground(), Transform(),
+                                 Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))), Transform());
+        Bushing(flexible, matter.Ground(), body,
+                Bushing::diagonal(Vec6(100, 100, 100, 1e4, 1e4, 1e4)), Mat66(0), "mount");
+        AttachmentForce(flexible, body, SpatialVec(Vec3(0, 0, torque), Vec3(0)));
+        StaticEquilibrium equilibrium(system);
+        try {
+            equilibrium.solve(system.realizeTopology());
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(findFailure(200), "");
+    for (const Real torque : {330., 1000.})
+        EXPECT_THAT(findFailure(torque), ::testing::HasSubstr("force 'mount' is turned by "));
 }
 
 TEST(StaticEquilibrium, ChainThatABushingPullsTogetherComesToRest) {

@@ -220,6 +220,24 @@ void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placem
     system.system.realize(state, Stage::Velocity);
 }
 
+/** At what is to blame: joints that do not close by themselves, or one of the starts. **/
+[[noreturn]] void failStart(const ModelValue& file, const ModelSystem& system, const State& given,
+                            const std::vector<JointStart>& starts, const std::string& reason) {
+    State closed = copyState(given);
+    try {
+        system.flexible.closeJoints(closed);
+    } catch (const std::runtime_error& error) {
+        file.get("joints").fail(
+            std::string("the model cannot be assembled, whatever 'initial' asks of its joints: ") +
+            error.what());
+    }
+    auto blamed = std::find_if(starts.begin(), starts.end(), [&](const JointStart& start) {
+        return reason.rfind("'" + start.joint.getName() + "' ", 0) == 0;
+    });
+    if (blamed == starts.end()) blamed = starts.begin();
+    blamed->joint.fail("the model cannot be assembled with these coordinates or rates: " + reason);
+}
+
 std::vector<std::string> setJointStarts(const ModelValue& file, const ModelSystem& system,
                                         State& state) {
     const State given = copyState(state);
@@ -238,9 +256,7 @@ std::vector<std::string> setJointStarts(const ModelValue& file, const ModelSyste
             setJointCoordinates(system.flexible, state, coordinates, AngleWay::Whole);
         if (hasRates) setJointRates(system.flexible, state, rates);
     } catch (const std::runtime_error& error) {
-        starts.front().joint.fail(
-            std::string("the model cannot be assembled with these coordinates or rates: ") +
-            error.what());
+        failStart(file, system, given, starts, error.what());
     }
     system.system.realize(state, Stage::Velocity);
     return describeBending(system, given, state);

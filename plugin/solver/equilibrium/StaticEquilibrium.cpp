@@ -1786,8 +1786,25 @@ bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
         if (!falling.empty()) m_unstableMotions.push_back(falling);
         return true;
     }
-    if (reach == Reach::Anywhere)
-        search.run();
+    const auto describeRanges = [&] {
+        State reached;
+        Vector multipliers;
+        start.point = search.getPoint();
+        keep(start, reached, multipliers);
+        std::string text;
+        if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system))
+            for (const auto& [element, reason] : flexible->describeElementsOutOfRange(reached))
+                text += "; there " + reason;
+        return text;
+    };
+    if (reach == Reach::Anywhere) try {
+            search.run();
+        } catch (const std::runtime_error& error) {
+            // What has left its range may be why.
+            const std::string ranges = describeRanges();
+            if (ranges.empty()) throw;
+            throw std::runtime_error(error.what() + ranges);
+        }
     else if (!equations.getTopology().listOwnStates().empty() ||
              !equations.getTopology().frictions.empty() || !search.runNearby())
         return false;

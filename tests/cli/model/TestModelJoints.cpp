@@ -323,6 +323,14 @@ TEST_F(ModelMechanisms, InitialValuesThatCannotBeAreRefusedWithTheirPlace) {
     EXPECT_THAT(messageOf(sliderCrank + "initial: {joints: {gudgeon: 1.5}}\n"),
                 AllOf(HasSubstr("model.yaml:"), HasSubstr("initial.joints.gudgeon"),
                       HasSubstr("cannot be assembled")));
+    // The one that stands in the way, not the first; and none where a joint is open anyway.
+    EXPECT_THAT(messageOf(sliderCrank + "initial: {joints: {main: 0.1, guide: 3}}\n"),
+                HasSubstr("initial.joints.guide: the model cannot be assembled"));
+    EXPECT_THAT(messageOf(sliderCrank +
+                          "  stuck: {type: weld, between: [{on: ground, position: [0, 0, 1]}, "
+                          "crank]}\ninitial: {joints: {main: 0.1}}\n"),
+                AllOf(HasSubstr(": joints: the model cannot be assembled, whatever 'initial' asks"),
+                      HasSubstr("'stuck'")));
     EXPECT_THAT(messageOf(sliderCrank + "initial: {joints: {mian: 1}}\n"),
                 AllOf(HasSubstr("mian"), HasSubstr("main")));
     EXPECT_THAT(messageOf(sliderCrank + "initial: {joints: {main: [1, 2]}}\n"),
