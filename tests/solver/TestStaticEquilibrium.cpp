@@ -85,9 +85,9 @@ TEST(StaticEquilibrium, WhatHangsAsPlacedIsBentByItsWeightBeforeItIsLinearised) 
     model.system.realize(model.state, Stage::Position);
     const Vec3 p = model.body.getFramePose(model.state).p();
     const Real d2 = p[0] * p[0] + p[1] * p[1];
-    const Real rigid = std::sqrt(part.mass * Gravity * std::sqrt(d2) /
-                                 (part.inertia[2] + part.mass * d2)) /
-                       (2 * Pi);
+    const Real rigid =
+        std::sqrt(part.mass * Gravity * std::sqrt(d2) / (part.inertia[2] + part.mass * d2)) /
+        (2 * Pi);
     EXPECT_NEAR(frequency, rigid, 0.02 * rigid);
 
     // What is no equilibrium stays what it is.
@@ -321,7 +321,8 @@ TEST(StaticEquilibrium, ChainStartedLevelHangsInAsManyStepsHoweverLongItIs) {
 }
 
 TEST(StaticEquilibrium, CoordinatesOfJointsBendBodiesAsStaticsDoes) {
-    // One end welded, the other pulled aside: on a carriage, by its coordinate, and at a fixed point.
+    // One end welded, the other pulled aside: on a carriage, by its coordinate, and at a fixed
+    // point.
     struct Bent {
         MultibodySystem system;
         SimbodyMatterSubsystem matter{system};
