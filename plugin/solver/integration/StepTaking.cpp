@@ -79,7 +79,7 @@ bool Stepper::attemptStep(double h, int order, double* error) {
                       ? m_equations->calcPower(m_new.q.data(), m_new.u.data(), m_new.uDot.data(),
                                                m_new.lambda.data())
                       : 0;
-    m_new.work = calcWork(order);
+    m_new.work = m_formula.workHist + m_formula.quadrature * m_new.power;
     m_equations->getBlocks().normalizeQ(m_new.q.data());
     updFormulas().completePoint(m_history, m_formula, m_new);
     if (m_settings.fixedStep > 0)
@@ -89,22 +89,6 @@ bool Stepper::attemptStep(double h, int order, double* error) {
     if (m_settings.fixedStep == 0 && *error <= 1)
         *error = largerOrNaN(*error, calcUnseenError(order));
     return true;
-}
-
-double Stepper::calcWork(int order) const {
-    // Power that the points show well is integrated as the parabola through three of them: where
-    // motions are prescribed no error test sees what a formula of order 2 leaves. Where it falls
-    // within a step, as of stiff dampers, the method's own formula knows what the method does.
-    constexpr double Shown = 0.1;  // largest part of the parabola's arch in the work of a step
-    const double usual = m_formula.workHist + m_formula.quadrature * m_new.power;
-    if (order > 2 || m_history.size() < 2) return usual;
-    const SolutionPoint &last = m_history[0], &before = m_history[1];
-    const double h = m_new.t - last.t, slope = (m_new.power - last.power) / h,
-                 lastSlope = (last.power - before.power) / (last.t - before.t);
-    const double arch = h * h * h / 6 * (slope - lastSlope) / (m_new.t - before.t);
-    const double largest = h * std::max(std::abs(m_new.power), std::abs(last.power));
-    if (!(std::abs(arch) <= Shown * largest)) return usual;
-    return last.work + 0.5 * h * (last.power + m_new.power) - arch;
 }
 
 void Stepper::predictLambda(int points, SolutionPoint& point) {
