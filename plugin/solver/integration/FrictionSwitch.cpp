@@ -42,6 +42,9 @@ double Stepper::calcSwitchError(double h) {
     const double phase = std::min(m_equations->getFrictions().calcEndedPhase(),
                                   double(m_system.getDefaultTimeScale()));
     if (m_settings.fixedStep > 0 || phase <= h) return 0;
+    // A method of high order would follow the vibrations that a located switch of bending parts
+    // starts, step by step.
+    if (!m_formulas && m_equations->getTopology().hasModes()) return 0;
     // At most, as accelerations may jump anywhere in the step.
     std::fill(m_error.q.begin(), m_error.q.end(), 0.0);
     for (size_t i = 0; i < m_error.u.size(); ++i)
@@ -80,6 +83,7 @@ void Stepper::endAtSwitch() {
 
 void Stepper::passSwitch() {
     restart();
+    m_speedTime = 0;  // nothing jumps within the steps to come
     m_nextLength = chooseFirstLength(m_history[0], m_nextLength);
 }
 
