@@ -101,7 +101,8 @@ public:
     virtual bool hasRange() const { return false; }
     /** Why the force is not to be trusted where the frames are, after the element's name: "is
     turned by 3 rad; …"; empty: it is in its range.
-    @param elapsed  since it was asked last [s], in which it may have been elsewhere; 0: nothing **/
+    The time since it was asked last [s], in which it may have been elsewhere, comes with them; 0:
+    nothing is known of it. **/
     virtual std::string describeOutOfRange(const SimTK::Array_<FrameMotion>& /*frames*/,
                                            SimTK::Real /*elapsed*/) const {
         return {};

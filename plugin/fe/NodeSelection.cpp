@@ -210,14 +210,21 @@ void addInnerFaces(const Mesh& mesh, const std::vector<char>& isChosen, std::vec
 }
 
 Vec3d calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
+    constexpr double RoundOff = 1e-13;  // of the nodes' extent: a middle that is zero is so exactly
     const std::vector<double> weights = calcNodeWeights(mesh, nodes);
+    const Vec3d first = mesh.position(nodes[0]);
     Vec3d moment{};
-    double sum = 0;
+    double sum = 0, extent = 0;
     for (size_t k = 0; k < nodes.size(); ++k) {
-        moment = sumOf(moment, weights[k], mesh.position(nodes[k]));
+        const Vec3d arm = minus(mesh.position(nodes[k]), first);
+        moment = sumOf(moment, weights[k], arm);
         sum += weights[k];
+        extent = std::max(extent, normOf(arm));
     }
-    return scaled(moment, 1 / sum);
+    Vec3d center = sumOf(first, 1 / sum, moment);
+    for (double& value : center)
+        if (std::abs(value) < RoundOff * extent) value = 0;
+    return center;
 }
 
 /** The axis of a cylinder on which all nodes lie and of which they go round more than half, if

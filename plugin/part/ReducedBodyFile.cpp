@@ -43,7 +43,7 @@ void writeMesh(hid_t file, const Mesh& mesh) {
         hdf5::writeText(one, "type", nameOf(block.type));
         hdf5::write(one, "nodes", {hsize_t(block.numElements()), hsize_t(numNodesOf(block.type))},
                     block.nodes.data());
-        if (block.isShell) hdf5::writeText(one, "upper_side", "last corners");
+        if (block.isShell) hdf5::writeTexts(one, "upper_side", {"last corners"});
     }
     const auto sets = hdf5::createGroup(group, "node_sets");
     index = 0;

@@ -27,7 +27,7 @@ matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r dat
                       attributes and data sets as above; and further/coordinates n_f×m,
                       displacements m (see ReducedBody::Further)
     /mesh             node_numbers, positions nodes×3 from the centre of mass
-    /mesh/elements/K  attribute type ("Hex8" …), of shells upper_side, that of their last corners;
+    /mesh/elements/K  attribute type ("Hex8" …); upper_side: of shells, that of their last corners;
                       nodes elements×(nodes per element)
     /mesh/node_sets/K attribute name; nodes
 

@@ -51,14 +51,14 @@ TEST_F(CliTest, ReduceWritesAPartThatInfoShows) {
         0)
         << err;
     EXPECT_THAT(out, AllOf(HasSubstr("14 modes"), HasSubstr("2 interfaces")));
-    EXPECT_THAT(err, HasSubstr("CalculiX"));
+    EXPECT_THAT(err, HasSubstr("K and M"));
     EXPECT_THAT(testing::listFiles(folder.path()), ElementsAre("brick.inp", "part.h5", "tmp"));
     EXPECT_THAT(folder.listTemporaryFiles(), IsEmpty());
 
     ASSERT_EQ(run("info part.h5"), 0) << err;
-    EXPECT_THAT(
-        out, AllOf(ContainsRegex("part +part"), ContainsRegex("mass +0\\.324 kg"),
-                   HasSubstr("brick.inp"), ContainsRegex("left +rigid +9"), HasSubstr("CalculiX")));
+    EXPECT_THAT(out, AllOf(ContainsRegex("part +part"), ContainsRegex("mass +0\\.324 kg"),
+                           HasSubstr("brick.inp"), ContainsRegex("left +rigid +9"),
+                           HasSubstr("simflex, elements")));
 
     ASSERT_EQ(run("info part.h5 --json"), 0) << err;
     const ReducedBody body = readReducedBody(folder / "part.h5");
@@ -107,7 +107,7 @@ TEST_F(CliTest, ReduceReadsMatricesAndTheirNodes) {
     EXPECT_EQ(run("reduce brick_K.mtx --mass-matrix brick_M.mtx --nodes brick_nodes.inp "
                   "--stiffening -o no.h5"),
               1);
-    EXPECT_THAT(err, HasSubstr("--stiffening needs a deck"));
+    EXPECT_THAT(err, HasSubstr("geometric stiffness needs the elements of the part"));
 }
 
 TEST_F(CliTest, ReduceMeshesGeometryOfAMaterial) {
@@ -341,7 +341,7 @@ TEST_P(CliSignal, StopsAndLeavesNothing) {
         _exit(99);
     }
     const auto isGmshRunning = [&] {
-        return std::system(("pgrep -f '" + folder / "slow.geo" + "' >/dev/null").c_str()) == 0;
+        return std::system(("pgrep -f '" + folder / "[s]low.geo" + "' >/dev/null").c_str()) == 0;
     };
     testing::await("Gmsh to be started", [&] { return isGmshRunning() || testing::hasEnded(pid); });
     kill(pid, GetParam());

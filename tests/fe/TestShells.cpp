@@ -214,9 +214,10 @@ TEST_P(LinearShell, ShearsAsMindlinFound) {
         const double energy = 5.0 / 6 * G * t * a * b;
         EXPECT_NEAR(u.dot(f), energy, 1e-9 * energy);
         shell.forNodes([&](int low, int top, const Vector3d& x) {
-            if (x[0] > 1e-9 && x[0] < a - 1e-9 && x[1] > 1e-9 && x[1] < b - 1e-9)
-                EXPECT_LT((f.segment<3>(3 * low) + f.segment<3>(3 * top)).norm(),
-                          1e-9 * f.cwiseAbs().maxCoeff());
+            const bool isInner = x[0] > 1e-9 && x[0] < a - 1e-9 && x[1] > 1e-9 && x[1] < b - 1e-9;
+            if (!isInner) return;
+            EXPECT_LT((f.segment<3>(3 * low) + f.segment<3>(3 * top)).norm(),
+                      1e-9 * f.cwiseAbs().maxCoeff());
         });
     }
 }
@@ -269,8 +270,7 @@ TEST_P(LinearShell, ThatIsPulledResistsSlopes) {
                 energy += (k.rows[size_t(e)] == column ? 1 : 2) * k.values[size_t(e)] * w[column] *
                           w[k.rows[size_t(e)]];
     });
-    const double expected =
-        plane * t * a * b * (slope[0] * slope[0] + nu * slope[1] * slope[1]);
+    const double expected = plane * t * a * b * (slope[0] * slope[0] + nu * slope[1] * slope[1]);
     EXPECT_NEAR(energy, expected, 1e-9 * expected);
 }
 
@@ -296,7 +296,7 @@ TEST_P(LinearShell, OfATwistedBeamBendsBothWays) {
     };
     // Loads in the plane of the tip's width, which stands along z, and across.
     for (const auto& [axis, expected] : {std::pair(2, 0.005424), std::pair(1, 0.001754)}) {
-        Shell beam(GetParam(), chooseMesh(24), chooseMesh(4), t, 0.22, 0, at);
+        Shell beam(GetParam(), isTriangle() ? 72 : 24, isTriangle() ? 12 : 4, t, 0.22, 0, at);
         beam.hold("xyz", [](const Vector3d& x) { return x[0] < 1e-6; });
         const auto isMiddle = [&](const Vector3d& x) {
             return x[0] > L - 1e-6 && std::abs(x[2]) < 1e-6;

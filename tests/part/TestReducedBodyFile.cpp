@@ -45,7 +45,7 @@ ReducedBody makePart() {
     }
     body.mesh.nodeNumbers = {3, 7, 9, 20};
     body.mesh.positions = fill(12);
-    body.mesh.elements = {{ElementType::Tet4, {0, 1, 2, 3}}, {ElementType::Wedge6, {}}};
+    body.mesh.elements = {{ElementType::Tet4, {0, 1, 2, 3}}, {ElementType::Wedge6, {}, true}};
     body.mesh.nodeSets = {{"A/B.C", {0, 2}}, {"EMPTY", {}}};
     body.Phi = fill(24);
     ReducedBody::Interface seat;
@@ -56,7 +56,7 @@ ReducedBody makePart() {
     seat.nodes = {0, 1, 3};
     body.interfaces = {seat, seat};
     body.interfaces[1].name = "other";
-    body.provenance = {"deck.inp", "CalculiX 2.20", "", "m kg s"};
+    body.provenance = {"deck.inp", "simflex", "", "m kg s"};
     return body;
 }
 
@@ -78,6 +78,7 @@ void expectSame(const ReducedBody& a, const ReducedBody& b) {
     for (size_t k = 0; k < a.mesh.elements.size(); ++k) {
         EXPECT_EQ(a.mesh.elements[k].type, b.mesh.elements[k].type);
         EXPECT_EQ(a.mesh.elements[k].nodes, b.mesh.elements[k].nodes);
+        EXPECT_EQ(a.mesh.elements[k].isShell, b.mesh.elements[k].isShell);
     }
     ASSERT_EQ(a.interfaces.size(), b.interfaces.size());
     for (size_t k = 0; k < a.interfaces.size(); ++k) {

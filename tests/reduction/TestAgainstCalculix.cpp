@@ -96,7 +96,8 @@ TEST_P(ExamplePartTest, FrequenciesAndTipDeflectionMatchCalculixWithin1e3) {
     const std::pair<std::string, std::array<double, 3>> first{part.firstSet, {0, 0, 0}},
         second{part.secondSet, {part.length, 0, 0}};
     const ReducedBody body = reducePart();
-    ASSERT_EQ(body.numModes, 44);
+    ASSERT_GE(body.numModes, 44);
+    ASSERT_LE(body.numModes, 45);  // with the twin of the last
     const auto reference = testing::calcCalculixFrequencies(folder, deck, {first, second}, 12);
     for (int i = 0; i < 6; ++i) {
         EXPECT_NEAR(hertzOf(body, i), reference[6 + i], 1e-3 * reference[6 + i])

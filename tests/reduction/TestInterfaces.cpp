@@ -59,11 +59,27 @@ Vector3d meanOf(const Mesh& mesh, const std::string& set) {
     return mean / double(mesh.nodeSets.at(set).size());
 }
 
-/** The rigid motion of a set's mean point that fits its nodes best: 6×numDofs. **/
+/** Area that belongs to each node of an end of the brick, over that of a corner. **/
+VectorXd shareEnd(const Mesh& mesh, const std::string& set) {
+    const auto& nodes = mesh.nodeSets.at(set);
+    VectorXd shares = VectorXd::Ones(Eigen::Index(nodes.size()));
+    for (size_t a : {1, 2}) {
+        double highest = 0;
+        for (const int node : nodes) highest = std::max(highest, mesh.position(node)[a]);
+        for (size_t k = 0; k < nodes.size(); ++k)
+            if (std::abs(mesh.position(nodes[k])[a]) < 0.9 * highest) shares[Eigen::Index(k)] *= 2;
+    }
+    return shares;
+}
+
+/** The rigid motion of a set's mean point that fits its area best: 6×numDofs. **/
 MatrixXd meanMotion(const Mesh& mesh, const std::string& set) {
     const auto& nodes = mesh.nodeSets.at(set);
     const MatrixXd R = rigidMotions(mesh, meanOf(mesh, set), nodes);
-    const MatrixXd fit = (R.transpose() * R).inverse() * R.transpose();
+    MatrixXd weighted = R;
+    const VectorXd shares = shareEnd(mesh, set);
+    for (Eigen::Index k = 0; k < shares.size(); ++k) weighted.middleRows<3>(3 * k) *= shares[k];
+    const MatrixXd fit = (weighted.transpose() * R).inverse() * weighted.transpose();
     MatrixXd D = MatrixXd::Zero(6, 3 * mesh.numNodes());
     for (size_t k = 0; k < nodes.size(); ++k)
         D.middleCols<3>(3 * nodes[k]) = fit.middleCols<3>(3 * Eigen::Index(k));

@@ -224,11 +224,15 @@ protected:
         return mean / double(model->mesh.nodeSets.at(set).size());
     }
 
-    /** Forces on the right end's nodes of a unit force on its master, evenly shared. **/
+    /** Forces on the right end's nodes of a unit force on its master, evenly over its 2×2 faces.
+     * **/
     static VectorXd pushRight(int axis) {
         VectorXd f = VectorXd::Zero(K.cols());
-        const auto& nodes = model->mesh.nodeSets.at("RIGHT");
-        for (const int node : nodes) f[3 * node + axis] = 1 / double(nodes.size());
+        for (const int node : model->mesh.nodeSets.at("RIGHT")) {
+            const auto x = model->mesh.position(node);
+            f[3 * node + axis] =
+                (std::abs(x[1]) < 1e-9 ? 2 : 1) * (std::abs(x[2]) < 1e-9 ? 2 : 1) / 16.0;
+        }
         return f;
     }
 

@@ -32,7 +32,7 @@ Real calcBucklingLoad(int numPieces, TieType tie = TieType::Rigid, bool hasStiff
     simflex::testing::Brick brick;
     brick.size = {1.0 / numPieces, 0.02, 0.03};  // bends in y
     brick.elements = {16 / numPieces, 1, 1};
-    brick.type = "C3D20R";
+    brick.type = hasStiffening ? "C3D20" : "C3D20R";
     brick.nu = 0;
     const auto part = test::reduceBrick(brick, 16, tie, hasStiffening);
     MultibodySystem system;

@@ -47,6 +47,7 @@ void addPart(Hash& hash, const ReducedBody& part) {
     for (const ElementBlock& block : part.mesh.elements) {
         hash.add(block.type);
         hash.add(block.nodes);
+        hash.add(block.isShell);
     }
     for (const auto& [name, nodes] : part.mesh.nodeSets) {
         hash.add(name);

@@ -315,6 +315,7 @@ TEST(PartChecksum, KnowsAllThatARunReadsAndNothingElse) {
         [](ReducedBody& p) { p.mesh.nodeSets["SET"] = {1}; },
         [](ReducedBody& p) { p.mesh.elements[0].type = ElementType::Hex8; },
         [](ReducedBody& p) { p.mesh.elements[0].nodes[3] = 0; },
+        [](ReducedBody& p) { p.mesh.elements[0].isShell = true; },
         [](ReducedBody& p) {
             p.further = ReducedBody::Further{{1}, {1}};
         },
