@@ -231,11 +231,24 @@ void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placem
             std::string("the model cannot be assembled, whatever 'initial' asks of its joints: ") +
             error.what());
     }
+    const std::string what = "the model cannot be assembled with these coordinates or rates: ";
+    for (const JointStart& start : starts) {  // one that cannot be met alone
+        if (!start.value) continue;
+        State alone = copyState(given);
+        try {
+            setJointCoordinates(
+                system.flexible, alone,
+                {{findStartingJoint(start, file, system), start.coordinate, *start.value}},
+                AngleWay::Whole);
+        } catch (const std::runtime_error& error) {
+            start.joint.fail(what + error.what());
+        }
+    }
     auto blamed = std::find_if(starts.begin(), starts.end(), [&](const JointStart& start) {
         return reason.rfind("'" + start.joint.getName() + "' ", 0) == 0;
     });
     if (blamed == starts.end()) blamed = starts.begin();
-    blamed->joint.fail("the model cannot be assembled with these coordinates or rates: " + reason);
+    blamed->joint.fail(what + reason);
 }
 
 std::vector<std::string> setJointStarts(const ModelValue& file, const ModelSystem& system,

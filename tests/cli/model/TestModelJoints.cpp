@@ -325,7 +325,7 @@ TEST_F(ModelMechanisms, InitialValuesThatCannotBeAreRefusedWithTheirPlace) {
                       HasSubstr("cannot be assembled")));
     // The one that stands in the way, not the first; and none where a joint is open anyway.
     EXPECT_THAT(messageOf(sliderCrank + "initial: {joints: {main: 0.1, guide: 3}}\n"),
-                AllOf(HasSubstr("initial.joints."), HasSubstr("the model cannot be assembled")));
+                HasSubstr("initial.joints.guide: the model cannot be assembled"));
     EXPECT_THAT(messageOf(sliderCrank +
                           "  stuck: {type: weld, between: [{on: ground, position: [0, 0, 1]}, "
                           "crank]}\ninitial: {joints: {main: 0.1}}\n"),
