@@ -62,7 +62,7 @@ install_packages() {
     say "installing by apt: ${missing[*]}"
     log=$(mktemp)
     if ! { "${as_root[@]}" apt-get update -q && mapfile -t -O "${#missing[@]}" missing < <(missing_packages optional) &&
-        "${as_root[@]}" apt-get install -y -q --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+        "${as_root[@]}" apt-get install -y -q --no-install-recommends -o Dpkg::Options::=--force-confold "${missing[@]}"; } >"$log" 2>&1; then
         tail -n 30 "$log" >&2
         rm -f "$log"
         fail "apt could not install what is needed (its last words are above)"
