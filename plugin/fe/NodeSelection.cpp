@@ -124,11 +124,16 @@ Vec3d footOn(const AxisLine& line, const Vec3d& x) {
     return foot;
 }
 
-using NodeWeights = std::vector<double>;  // ∫ N of each node of the mesh
+using NodeShares = std::vector<NodeShare>;  // of each node of the mesh
+
+void addShare(NodeShares& shares, int node, double amount, const Vec3d& place) {
+    shares[size_t(node)].weight += amount;
+    shares[size_t(node)].moment = sumOf(shares[size_t(node)].moment, amount, place);
+}
 
 /** Over the elements all of whose nodes are chosen, by their volume; marks their nodes. **/
 void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
-                NodeWeights& weights) {
+                NodeShares& shares) {
     for (const ElementBlock& block : mesh.elements) {
         const std::string type = block.type == ElementType::Tet10     ? "C3D10"
                                  : block.type == ElementType::Tet4    ? "C3D4"
@@ -149,8 +154,10 @@ void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector
             }
             for (const IntegrationPoint& point : points) {
                 const double volume = calcGradients(x, point, ignored);
+                Vec3d at{};
+                for (size_t k = 0; k < size; ++k) at = sumOf(at, point.values[k], x[k]);
                 for (size_t k = 0; k < size; ++k)
-                    weights[size_t(nodes[k])] += volume * point.values[k];
+                    addShare(shares, nodes[k], volume * point.values[k], at);
             }
         }
     }
@@ -158,7 +165,7 @@ void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector
 
 /** The same over faces, by their area. **/
 void addAreas(const Mesh& mesh, const std::vector<MeshFace>& faces, std::vector<char>& isMet,
-              NodeWeights& weights) {
+              NodeShares& shares) {
     const double outer = std::sqrt(0.6);
     const std::pair<double, double> line[3] = {{-outer, 5.0 / 9}, {0, 8.0 / 9}, {outer, 5.0 / 9}};
     std::vector<int> nodes;
@@ -183,14 +190,14 @@ void addAreas(const Mesh& mesh, const std::vector<MeshFace>& faces, std::vector<
                 const double area =
                     wa * wb * share * normOf(cross(point.tangentXi, point.tangentEta));
                 for (size_t k = 0; k < nodes.size(); ++k)
-                    weights[size_t(nodes[k])] += area * point.shapes.N[k];
+                    addShare(shares, nodes[k], area * point.shapes.N[k], point.position);
             }
     }
 }
 
 /** Over faces of the skin. **/
 void addSkin(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
-             NodeWeights& weights) {
+             NodeShares& shares) {
     std::vector<MeshFace> faces = extractBoundaryFaces(mesh);
     const auto isLeftOut = [&](int node) { return node >= 0 && !isChosen[size_t(node)]; };
     faces.erase(std::remove_if(
@@ -200,25 +207,25 @@ void addSkin(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<ch
                                std::any_of(face.middles.begin(), face.middles.end(), isLeftOut);
                     }),
                 faces.end());
-    addAreas(mesh, faces, isMet, weights);
+    addAreas(mesh, faces, isMet, shares);
 }
 
 /** Over faces between elements, too: of a surface within the part. **/
 void addInnerFaces(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
-                   NodeWeights& weights) {
-    addAreas(mesh, listFacesOf(mesh, isChosen), isMet, weights);
+                   NodeShares& shares) {
+    addAreas(mesh, listFacesOf(mesh, isChosen), isMet, shares);
 }
 
 Vec3d calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
     constexpr double RoundOff = 1e-13;  // of the nodes' extent: a middle that is zero is so exactly
-    const std::vector<double> weights = calcNodeWeights(mesh, nodes);
+    const std::vector<NodeShare> shares = calcNodeShares(mesh, nodes);
     const Vec3d first = mesh.position(nodes[0]);
     Vec3d moment{};
     double sum = 0, extent = 0;
     for (size_t k = 0; k < nodes.size(); ++k) {
         const Vec3d arm = minus(mesh.position(nodes[k]), first);
-        moment = sumOf(moment, weights[k], arm);
-        sum += weights[k];
+        moment = sumOf(moment, shares[k].weight, arm);
+        sum += shares[k].weight;
         extent = std::max(extent, normOf(arm));
     }
     Vec3d center = sumOf(first, 1 / sum, moment);
@@ -340,22 +347,24 @@ std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection) {
     return nodes;
 }
 
-std::vector<double> calcNodeWeights(const Mesh& mesh, const std::vector<int>& nodes) {
+std::vector<NodeShare> calcNodeShares(const Mesh& mesh, const std::vector<int>& nodes) {
     std::vector<char> isChosen(size_t(mesh.numNodes()), 0), isOfElement = isChosen;
     for (const ElementBlock& block : mesh.elements)
         for (const int node : block.nodes) isOfElement[size_t(node)] = 1;
     for (const int node : nodes) isChosen[size_t(node)] = isOfElement[size_t(node)];
     for (const auto add : {addVolumes, addSkin, addInnerFaces}) {
         std::vector<char> isMet(isChosen.size(), 0);
-        NodeWeights weights(isChosen.size(), 0);
-        add(mesh, isChosen, isMet, weights);
+        NodeShares ofMesh(isChosen.size());
+        add(mesh, isChosen, isMet, ofMesh);
         const bool isAny = std::find(isMet.begin(), isMet.end(), char(1)) != isMet.end();
         if (!isAny || isMet != isChosen) continue;
-        std::vector<double> ofNodes;
-        for (const int node : nodes) ofNodes.push_back(weights[size_t(node)]);
-        return ofNodes;
+        std::vector<NodeShare> shares;
+        for (const int node : nodes) shares.push_back(ofMesh[size_t(node)]);
+        return shares;
     }
-    return std::vector<double>(nodes.size(), 1);
+    std::vector<NodeShare> alike;
+    for (const int node : nodes) alike.push_back({1, mesh.position(node)});
+    return alike;
 }
 
 std::array<double, 3> findMiddle(const Mesh& mesh, const std::string& selection) {

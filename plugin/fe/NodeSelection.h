@@ -27,10 +27,16 @@ namespace simflex {
     away the nearest is). **/
 std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection);
 
-/** Shares of nodes in a mean over them: ∫ N over the volume of the elements that they make up, else
-over the area of the faces of the skin, else of faces between elements; of nodes that make up none of
-these, all alike. Some may be zero or negative. **/
-std::vector<double> calcNodeWeights(const Mesh& mesh, const std::vector<int>& nodes);
+/** A node's share of a volume or area: ∫ N and ∫ N x. **/
+struct NodeShare {
+    double weight = 0;  ///< may be zero or negative
+    std::array<double, 3> moment{};
+};
+
+/** Shares of nodes in a mean over them: of the volume of the elements that they make up, else of
+the area of the faces of the skin, else of faces between elements; where they make up none of these,
+all alike. Deck coordinates. **/
+std::vector<NodeShare> calcNodeShares(const Mesh& mesh, const std::vector<int>& nodes);
 
 /** Where the middle of the selected nodes is taken to be, whatever the mesh: the centroid of the
 elements that they make up, else of the faces of the skin, else their mean. Where the selection is a

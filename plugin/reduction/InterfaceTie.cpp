@@ -98,7 +98,7 @@ InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& optio
         // A node of a beam turns and moves as its section does; nothing keeps that from
         // contracting.
         if (isBeamNode(mesh, tie.nodes)) tie.type = TieType::Distributing;
-        if (tie.type == TieType::Distributing) tie.weights = calcNodeWeights(mesh, tie.nodes);
+        if (tie.type == TieType::Distributing) tie.shares = calcNodeShares(mesh, tie.nodes);
         if (calcDistance(mesh, tie) > Farthest * calcDiagonal(mesh))
             throw std::invalid_argument(where + describeDistance(mesh, tie) +
                                         "; it is given in metres, where the mesh is");
@@ -131,26 +131,32 @@ bool InterfaceTies::hasRigid() const {
 
 Eigen::MatrixXd InterfaceTies::calcMean(const Mesh& mesh, const Tie& tie) const {
     const Eigen::Index count = Eigen::Index(tie.nodes.size());
-    const Eigen::Map<const Eigen::VectorXd> w(tie.weights.data(), count);
-    Eigen::Matrix3Xd arms(3, count);
-    for (Eigen::Index k = 0; k < count; ++k)
+    Eigen::VectorXd w(count);
+    Eigen::Matrix3Xd moments(3, count), arms(3, count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+        const NodeShare& share = tie.shares[size_t(k)];
+        w[k] = share.weight;
+        moments.col(k) = Eigen::Map<const Eigen::Vector3d>(share.moment.data());
         arms.col(k) =
             Eigen::Map<const Eigen::Vector3d>(&mesh.positions[3 * size_t(tie.nodes[size_t(k)])]);
-    const Eigen::Vector3d center = arms * w / w.sum();
+    }
+    const Eigen::Vector3d center = moments.rowwise().sum() / w.sum();
     arms.colwise() -= center;
+    moments -= center * w.transpose();
     // About the middle translations and rotations are apart.
-    const Eigen::Matrix3d spread = arms * w.asDiagonal() * arms.transpose();
+    const Eigen::Matrix3d spread = moments * arms.transpose();
     const Eigen::Matrix3d inverse =
         (spread.trace() * Eigen::Matrix3d::Identity() - spread).inverse();
-    const Eigen::Matrix<double, 3, 6> toMaster =
-        calcRigidMotion(Eigen::Map<const Eigen::Vector3d>(tie.master.data()) - center);
+    const Eigen::Matrix<double, 3, 3> toMaster =
+        calcRigidMotion(Eigen::Map<const Eigen::Vector3d>(tie.master.data()) - center)
+            .rightCols<3>();
     Eigen::MatrixXd D(6, 3 * count);
     for (Eigen::Index k = 0; k < count; ++k) {
         const Eigen::Matrix3d rotation =
-            w[k] * inverse * calcRigidMotion(arms.col(k)).rightCols<3>().transpose();
+            inverse * calcRigidMotion(moments.col(k)).rightCols<3>().transpose();
         D.block<3, 3>(3, 3 * k) = rotation;
         D.block<3, 3>(0, 3 * k) =
-            w[k] / w.sum() * Eigen::Matrix3d::Identity() + toMaster.rightCols<3>() * rotation;
+            w[k] / w.sum() * Eigen::Matrix3d::Identity() + toMaster * rotation;
     }
     return D;
 }

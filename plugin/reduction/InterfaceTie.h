@@ -3,16 +3,17 @@
 The interfaces of a part: which nodes hang on which master point, and how. Internal to reduction.
 
 - rigid (RBE2): the nodes follow the master, u = u_I + θ_I × (x − x_I).
-- distributing (RBE3): the master is the weighted mean of the nodes, the rigid motion that fits them
-  best, (u_I, θ_I) = D u with D = (Σ w RᵀR)⁻¹ wRᵀ, R = [1₃, −(x − x_I)×], w of
-  calcNodeWeights(). Its load is shared out among the nodes by Dᵀ, a force evenly over the area; it
-  stiffens nothing. One node of a beam is always this: the mean of its section. **/
+- distributing (RBE3): the master is the mean of the area (volume) between the nodes, the rigid
+motion that fits its displacement best, (u_I, θ_I) = D u with D = (∫ RᵀR)⁻¹ ∫ Rᵀ N, R = [1₃, −(x −
+x_I)×]. Its load is spread out by Dᵀ, as a traction that is linear over a flat section; it stiffens
+  nothing. One node of a beam is always this: the mean of its section. **/
 
 #include <Eigen/Dense>
 #include <array>
 #include <string>
 #include <vector>
 
+#include "simflex/fe/NodeSelection.h"
 #include "simflex/reduction/Reduction.h"
 
 namespace simflex {
@@ -24,7 +25,7 @@ public:
         TieType type = TieType::Rigid;
         std::array<double, 3> master{};  ///< deck coordinates [m]
         std::vector<int> nodes;          ///< mesh indices, ascending
-        std::vector<double> weights;     ///< of a distributing tie
+        std::vector<NodeShare> shares;   ///< of a distributing tie, of its area or volume
     };
 
     /** Finds the nodes and checks them.

@@ -74,7 +74,6 @@ std::optional<PartCache::Kept> PartCache::find(const PartKey& key) const {
         return kept;
     } catch (const std::exception& error) {
         if (m_note) m_note(std::string("a part in the cache is made anew: ") + error.what());
-        fs::remove(path, ignored);
         return {};
     }
 }
@@ -84,8 +83,9 @@ void PartCache::keep(const PartKey& key, const Kept& kept) const {
         if (m_folder.empty())
             throw std::runtime_error("there is no folder for it: set SIMFLEX_CACHE");
         fs::create_directories(m_folder);
-        writeReducedBody((fs::path(m_folder) / (key.getText() + Ending)).string(), kept.part,
-                         kept.warnings);
+        const fs::path path = fs::path(m_folder) / (key.getText() + Ending);
+        fs::remove(path);  // what is damaged need not look like a part
+        writeReducedBody(path.string(), kept.part, kept.warnings);
     } catch (const std::exception& error) {
         if (m_note)
             m_note("part '" + kept.part.name +
