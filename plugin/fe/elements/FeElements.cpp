@@ -1,5 +1,6 @@
 #include "FeElements.h"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "simflex/fe/Vec3d.h"
@@ -249,6 +250,9 @@ void FeElements::calcShell(int element, const Mesh& mesh, ElementPoints& points)
     points.hasOneLaw = false;
     try {
         points.points = makeShellPoints(x, makeShellLayers(element, x));
+        for (const ElementPoint& point : points.points)
+            if (!point.B.allFinite() || !std::isfinite(point.volume))
+                throw std::invalid_argument("it is folded over: are its nodes in order?");
     } catch (const std::invalid_argument& error) {
         throw std::invalid_argument("shell " + std::to_string(numberOf(element)) + ": " +
                                     error.what());
