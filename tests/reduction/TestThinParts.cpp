@@ -178,6 +178,54 @@ TEST_F(ThinParts, ShellsBeamsAndSolidsTiedTogetherHaveCalculixFrequencies) {
             << "mode " << i + 1;
 }
 
+class BeamPart : public ThinParts, public ::testing::WithParamInterface<const char*> {
+protected:
+    /** Displacements of b under unit forces at b, a held [m/N]. **/
+    static Eigen::Matrix3d calcFlexibility(const ReducedBody& body) {
+        const auto shapesOf = [&](const char* name) {
+            const auto& interface = body.getInterface(name);
+            Eigen::MatrixXd shapes(6, body.numModes);
+            shapes << Eigen::Map<const Eigen::MatrixXd>(interface.Phi.data(), 3, body.numModes),
+                Eigen::Map<const Eigen::MatrixXd>(interface.Psi.data(), 3, body.numModes);
+            return shapes;
+        };
+        const Eigen::Vector3d arm =
+            Eigen::Map<const Eigen::Vector3d>(body.getInterface("b").position.data()) -
+            Eigen::Map<const Eigen::Vector3d>(body.getInterface("a").position.data());
+        const Eigen::MatrixXd ofA = shapesOf("a");
+        Eigen::MatrixXd motion = shapesOf("b").topRows<3>() - ofA.topRows<3>();
+        for (Eigen::Index k = 0; k < motion.cols(); ++k)
+            motion.col(k) -= Eigen::Vector3d(ofA.col(k).tail<3>()).cross(arm);
+        const Eigen::Map<const Eigen::VectorXd> stiffness(body.omegaSquared.data(), body.numModes);
+        return motion * stiffness.cwiseInverse().asDiagonal() * motion.transpose();
+    }
+};
+
+/** Ends that are one node each, whatever their tie and however short the elements. **/
+TEST_P(BeamPart, BendsAsTimoshenkoFoundBetweenItsEndNodes) {
+    const double L = 0.5, h = 0.02, w = 0.03, E = 70e9, G = E / (2 * (1 + deck.nu)), A = h * w;
+    for (const int numElements : {20, 40, 80})
+        for (const TieType tie : {TieType::Rigid, TieType::Distributing}) {
+            deck = ThinDeck();
+            deck.addBeam(GetParam(), "BEAM", numElements, {0, 0, 0}, {L, 0, 0});
+            deck.addBeamSection("BEAM", "RECT", h, w, "0,1,0");  // h along y
+            ReductionOptions options;
+            options.interfaces = {{"a", "node:" + std::to_string(deck.addNode({0, 0, 0})), tie},
+                                  {"b", "node:" + std::to_string(deck.addNode({L, 0, 0})), tie}};
+            options.numModes = 12;
+            const Eigen::Matrix3d flexibility = calcFlexibility(reduceDeck(options));
+            const double shear = L / (5.0 / 6 * G * A),
+                         inY = 4 * L * L * L / (E * w * h * h * h) + shear,
+                         inZ = 4 * L * L * L / (E * h * w * w * w) + shear;
+            const std::string what = std::to_string(numElements) + " elements";
+            EXPECT_NEAR(flexibility(0, 0), L / (E * A), 2e-3 * L / (E * A)) << what;
+            EXPECT_NEAR(flexibility(1, 1), inY, 2e-3 * inY) << what;
+            EXPECT_NEAR(flexibility(2, 2), inZ, 2e-3 * inZ) << what;
+        }
+}
+
+INSTANTIATE_TEST_SUITE_P(Types, BeamPart, ::testing::Values("B31", "B32", "B32R"));
+
 TEST_F(ThinParts, AnInterfaceThatIsABeamsNodeIsThatNodesMotion) {
     SIMFLEX_NEEDS_CALCULIX();
     constexpr int Bays = 8;
