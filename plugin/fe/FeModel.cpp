@@ -279,16 +279,20 @@ double FeModel::calcMass() const {
 }
 
 std::array<double, 3> FeModel::calcCenterOfMass() const {
-    std::array<double, 3> center{};
-    const double mass = calcMass();
+    // From the nodes' middle: far from the origin digits would be lost.
+    std::array<double, 3> middle{}, moment{};
+    for (int node = 0; node < mesh.numNodes(); ++node)
+        for (int a = 0; a < 3; ++a) middle[a] += mesh.positions[3 * node + a] / mesh.numNodes();
     for (int column = 0; column < m.size; ++column)
         for (auto k = m.columnStarts[column]; k < m.columnStarts[column + 1]; ++k)
             for (int a = 0; a < 3; ++a) {
-                center[a] += m.values[k] * mesh.positions[3 * column + a];
+                moment[a] += m.values[k] * (mesh.positions[3 * column + a] - middle[a]);
                 if (m.rows[k] != column)
-                    center[a] += m.values[k] * mesh.positions[3 * m.rows[k] + a];
+                    moment[a] += m.values[k] * (mesh.positions[3 * m.rows[k] + a] - middle[a]);
             }
-    for (double& value : center) value /= mass;
+    const double mass = calcMass();
+    std::array<double, 3> center;
+    for (int a = 0; a < 3; ++a) center[a] = middle[a] + moment[a] / mass;
     return center;
 }
 

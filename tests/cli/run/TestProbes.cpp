@@ -304,7 +304,7 @@ analyses:
 )");
     ASSERT_EQ(runModel("--rigid"), 0) << err;
     EXPECT_THAT(out, HasSubstr("* less than the accuracy of the simulation, 1e-06 m"));
-    EXPECT_NEAR(find(read("rest", "model.results.rigid.h5"), "tip").rows[0][0], 0, 1e-11);
+    EXPECT_NEAR(find(read("rest", "model.results.rigid.h5"), "tip").rows[0][0], 0, 1e-12);
     EXPECT_TRUE(readResults(folder / "model.results.rigid.h5").header.isRigid);
     EXPECT_NEAR(find(read("rest", "model.results.rigid.h5"), "force").rows[0][0], 100, 1e-6);
     EXPECT_THAT(out, HasSubstr("rest: flexible against rigid"));
