@@ -65,6 +65,7 @@ struct ExamplePart {
     double h;
     const char *firstSet, *secondSet;
     double length;
+    int numModes;  ///< 44, and one more where the last has a twin
 };
 
 void PrintTo(const ExamplePart& part, std::ostream* out) {
@@ -96,8 +97,7 @@ TEST_P(ExamplePartTest, FrequenciesAndTipDeflectionMatchCalculixWithin1e3) {
     const std::pair<std::string, std::array<double, 3>> first{part.firstSet, {0, 0, 0}},
         second{part.secondSet, {part.length, 0, 0}};
     const ReducedBody body = reducePart();
-    ASSERT_GE(body.numModes, 44);
-    ASSERT_LE(body.numModes, 45);  // with the twin of the last
+    ASSERT_EQ(body.numModes, part.numModes);
     const auto reference = testing::calcCalculixFrequencies(folder, deck, {first, second}, 12);
     for (int i = 0; i < 6; ++i) {
         EXPECT_NEAR(hertzOf(body, i), reference[6 + i], 1e-3 * reference[6 + i])
@@ -114,11 +114,11 @@ TEST_P(ExamplePartTest, FrequenciesAndTipDeflectionMatchCalculixWithin1e3) {
 
 INSTANTIATE_TEST_SUITE_P(
     Parts, ExamplePartTest,
-    ::testing::Values(ExamplePart{"crank", "C3D8R", 0.002, "SHAFT", "PIN", 0.06},
-                      ExamplePart{"crank", "C3D20", 0.003, "SHAFT", "PIN", 0.06},
-                      ExamplePart{"rod", "C3D8", 0.002, "BIG_END", "SMALL_END", 0.18},
-                      ExamplePart{"rod", "C3D8R", 0.002, "BIG_END", "SMALL_END", 0.18},
-                      ExamplePart{"shapely_rod", "C3D10", 0.004, "BIG_END", "SMALL_END", 0.18}),
+    ::testing::Values(ExamplePart{"crank", "C3D8R", 0.002, "SHAFT", "PIN", 0.06, 44},
+                      ExamplePart{"crank", "C3D20", 0.003, "SHAFT", "PIN", 0.06, 44},
+                      ExamplePart{"rod", "C3D8", 0.002, "BIG_END", "SMALL_END", 0.18, 44},
+                      ExamplePart{"rod", "C3D8R", 0.002, "BIG_END", "SMALL_END", 0.18, 45},
+                      ExamplePart{"shapely_rod", "C3D10", 0.004, "BIG_END", "SMALL_END", 0.18, 45}),
     [](const auto& part) { return std::string(part.param.name) + "_" + part.param.elementType; });
 
 /** A bar along x of cells that are split into two wedges or six tetrahedra each; node sets LEFT and
