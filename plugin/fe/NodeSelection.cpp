@@ -198,16 +198,7 @@ void addAreas(const Mesh& mesh, const std::vector<MeshFace>& faces, std::vector<
 /** Over faces of the skin. **/
 void addSkin(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
              NodeShares& shares) {
-    std::vector<MeshFace> faces = extractBoundaryFaces(mesh);
-    const auto isLeftOut = [&](int node) { return node >= 0 && !isChosen[size_t(node)]; };
-    faces.erase(std::remove_if(
-                    faces.begin(), faces.end(),
-                    [&](const MeshFace& face) {
-                        return std::any_of(face.corners.begin(), face.corners.end(), isLeftOut) ||
-                               std::any_of(face.middles.begin(), face.middles.end(), isLeftOut);
-                    }),
-                faces.end());
-    addAreas(mesh, faces, isMet, shares);
+    addAreas(mesh, listSkinOf(mesh, isChosen), isMet, shares);
 }
 
 /** Over faces between elements, too: of a surface within the part. **/

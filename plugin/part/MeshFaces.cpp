@@ -134,6 +134,19 @@ std::vector<MeshFace> extractBoundaryFaces(const Mesh& mesh) {
     return skin;
 }
 
+std::vector<MeshFace> listSkinOf(const Mesh& mesh, const std::vector<char>& isChosen) {
+    std::vector<MeshFace> faces = extractBoundaryFaces(mesh);
+    const auto isLeftOut = [&](int node) { return node >= 0 && !isChosen[std::size_t(node)]; };
+    faces.erase(std::remove_if(
+                    faces.begin(), faces.end(),
+                    [&](const MeshFace& face) {
+                        return std::any_of(face.corners.begin(), face.corners.end(), isLeftOut) ||
+                               std::any_of(face.middles.begin(), face.middles.end(), isLeftOut);
+                    }),
+                faces.end());
+    return faces;
+}
+
 std::vector<MeshFace> listLoadedFaces(const Mesh& mesh, const std::vector<char>& isChosen) {
     std::set<Key> hidden;  // sides and edges of whole shells
     for (const ElementBlock& block : mesh.elements) {
@@ -147,23 +160,16 @@ std::vector<MeshFace> listLoadedFaces(const Mesh& mesh, const std::vector<char>&
                              [&](int node) { return isChosen[std::size_t(node)] != 0; }))
                 continue;
             for (const FaceTemplate& shape : getFaces(block.type))
-                if (std::any_of(shape.corners.begin(), shape.corners.end(), [&](int corner) {
-                        return corner >= 0 && corner < firstOnTop;
-                    }))
+                if (std::any_of(shape.corners.begin(), shape.corners.end(),
+                                [&](int corner) { return corner >= 0 && corner < firstOnTop; }))
                     hidden.insert(calcKey(makeFace(shape, block.type, nodes)));
         }
     }
-    std::vector<MeshFace> faces = extractBoundaryFaces(mesh);
-    const auto isLeftOut = [&](int node) { return node >= 0 && !isChosen[std::size_t(node)]; };
-    faces.erase(std::remove_if(faces.begin(), faces.end(),
-                               [&](const MeshFace& face) {
-                                   return std::any_of(face.corners.begin(), face.corners.end(),
-                                                      isLeftOut) ||
-                                          std::any_of(face.middles.begin(), face.middles.end(),
-                                                      isLeftOut) ||
-                                          hidden.count(calcKey(face)) > 0;
-                               }),
-                faces.end());
+    std::vector<MeshFace> faces = listSkinOf(mesh, isChosen);
+    faces.erase(
+        std::remove_if(faces.begin(), faces.end(),
+                       [&](const MeshFace& face) { return hidden.count(calcKey(face)) > 0; }),
+        faces.end());
     return faces;
 }
 

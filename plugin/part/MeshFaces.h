@@ -24,9 +24,12 @@ and memory O(faces) when no node has a large share of them.
 @throws std::invalid_argument that names a node index outside the mesh. **/
 std::vector<MeshFace> extractBoundaryFaces(const Mesh& mesh);
 
-/** The faces of the skin that have these nodes alone; of shells all of whose nodes are among them the
-upper side alone, so that a load per area acts once.
+/** The faces of the skin that have these nodes alone.
 @param isChosen  by mesh index **/
+std::vector<MeshFace> listSkinOf(const Mesh& mesh, const std::vector<char>& isChosen);
+
+/** The same, but of shells all of whose nodes are among them the upper side alone, so that a load
+per area acts once. **/
 std::vector<MeshFace> listLoadedFaces(const Mesh& mesh, const std::vector<char>& isChosen);
 
 /** All faces that have these nodes alone, each once, wherever they lie in the mesh. O(faces).

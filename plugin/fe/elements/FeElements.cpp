@@ -263,14 +263,16 @@ void FeElements::calcShell(int element, const Mesh& mesh, ElementPoints& points)
 void FeElements::calcShellStress(int element, const Mesh& mesh, ElementPoints& points) const {
     const Eigen::Matrix3Xd x = takePositions(mesh, nodesOf(element), numNodesOf(element));
     const std::vector<ShellLayer> layers = makeShellLayers(element, x);
-    points.points.clear();
+    std::vector<std::array<double, 3>> places;
     for (const double zeta : {-1.0, 1.0})
-        for (const auto& [xi, eta] : listShellStressPlaces(typeOf(element))) {
-            ElementPoint point;
-            point.B = calcShellStrainMatrix(x, layers, xi, eta, zeta);
-            point.D = (zeta < 0 ? layers.front() : layers.back()).law;
-            points.points.push_back(std::move(point));
-        }
+        for (const auto& [xi, eta] : listShellStressPlaces(typeOf(element)))
+            places.push_back({xi, eta, zeta});
+    auto strains = calcShellStrainMatrices(x, layers, places);
+    points.points.assign(places.size(), {});
+    for (size_t p = 0; p < places.size(); ++p) {
+        points.points[p].B = std::move(strains[p]);
+        points.points[p].D = (places[p][2] < 0 ? layers.front() : layers.back()).law;
+    }
 }
 
 void FeElements::calcStressPoints(int element, const Mesh& mesh, ElementPoints& points) const {

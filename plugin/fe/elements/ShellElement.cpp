@@ -524,23 +524,19 @@ std::vector<ElementPoint> makeShellPoints(const Eigen::Matrix3Xd& x,
     return points;
 }
 
-std::vector<ElementPoint> makeDirectorPoints(const Eigen::Matrix3Xd& middles,
-                                             const Eigen::Matrix3Xd& directors,
-                                             const std::vector<ShellLayer>& layers) {
-    if (middles.cols() == 4) return Shell<4>(middles, directors, layers).makePoints();
-    return Shell<3>(middles, directors, layers).makePoints();
-}
-
-Eigen::Matrix<double, 6, Eigen::Dynamic> calcShellStrainMatrix(
-    const Eigen::Matrix3Xd& x, const std::vector<ShellLayer>& layers, double xi, double eta,
-    double zeta) {
-    Eigen::Matrix<double, 6, Eigen::Dynamic> B;
+std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> calcShellStrainMatrices(
+    const Eigen::Matrix3Xd& x, const std::vector<ShellLayer>& layers,
+    const std::vector<std::array<double, 3>>& places) {
+    std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> strains;
+    const auto addAll = [&](const auto& shell) {
+        for (const auto& [xi, eta, zeta] : places)
+            toExpanded(strains.emplace_back(shell.calcStrainMatrix(xi, eta, zeta)));
+    };
     if (x.cols() == 8)
-        B = makeShell<4>(x, layers).calcStrainMatrix(xi, eta, zeta);
+        addAll(makeShell<4>(x, layers));
     else
-        B = makeShell<3>(x, layers).calcStrainMatrix(xi, eta, zeta);
-    toExpanded(B);
-    return B;
+        addAll(makeShell<3>(x, layers));
+    return strains;
 }
 
 }  // namespace simflex

@@ -29,6 +29,7 @@ directions in the plane.
         K += p.volume * p.B.transpose() * D(p) * p.B;  **/
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "ElementPoint.h"
@@ -48,16 +49,10 @@ struct ShellLayer {
 std::vector<ElementPoint> makeShellPoints(const Eigen::Matrix3Xd& x,
                                           const std::vector<ShellLayer>& layers);
 
-/** The same in the unknowns Δm of all nodes, then Δd: N and B hold u and ε for those. Slender
-shells keep their digits in these. Both matrices are 3×4 or 3×3. **/
-std::vector<ElementPoint> makeDirectorPoints(const Eigen::Matrix3Xd& middles,
-                                             const Eigen::Matrix3Xd& directors,
-                                             const std::vector<ShellLayer>& layers);
-
-/** 6×3n strain at any place in the deck's axes, for stress σ = D B u with the law of the layer that
-ζ lies in; at the border of two layers the lower one. ξ, η as in C3D8 and C3D6. **/
-Eigen::Matrix<double, 6, Eigen::Dynamic> calcShellStrainMatrix(
-    const Eigen::Matrix3Xd& x, const std::vector<ShellLayer>& layers, double xi, double eta,
-    double zeta);
+/** 6×3n strains at places (ξ, η, ζ) in the deck's axes, for stress σ = D B u with the law of the
+layer that ζ lies in; at the border of two layers the lower one. ξ, η as in C3D8 and C3D6. **/
+std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> calcShellStrainMatrices(
+    const Eigen::Matrix3Xd& x, const std::vector<ShellLayer>& layers,
+    const std::vector<std::array<double, 3>>& places);
 
 }  // namespace simflex
