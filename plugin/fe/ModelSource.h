@@ -31,8 +31,8 @@ struct SourceOptions {
     CalculixOptions calculix;      ///< also note and progress for all other sources
 };
 
-/** True for a deck or bulk data in SI units: the one source from which CalculiX can compute more
-(geometric stiffness, stress) after the matrices. **/
+/** True for a deck or bulk data in SI units, whose mesh is that of the part: readCalculixMesh().
+ * **/
 bool isCalculixDeck(const SourceOptions& options);
 
 /** Reads, converts and checks. Notes go to options.calculix.note and FeModel::notes, warnings
