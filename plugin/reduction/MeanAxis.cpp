@@ -8,9 +8,8 @@ namespace simflex {
 namespace {
 
 /** What may be left of the energy of a shape that nothing resists: so many times as much of the
-sizes it is the sum of as of those of the rigid motions; and of a pivot, a dense matrix's round-off.
-**/
-constexpr double RigidNoise = 30, RoundOff = 1e-13;
+sizes it is the sum of as of those of the rigid motions. **/
+constexpr double RigidNoise = 30;
 /** So many of the slowest are looked at. **/
 constexpr Eigen::Index MostHinges = 8;
 /** 1 − θ of a shape that moves no mass. **/
@@ -68,25 +67,26 @@ Modes solvePencil(const std::string& part, const Eigen::MatrixXd& K, const Eigen
         describeSlenderness(rigid));
 }
 
-/** Shapes that together nothing resists, in units in which each has the same energy. **/
-Eigen::Index countDependent(const Eigen::MatrixXd& K) {
-    const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::VectorXd pivots =
-        calcSymmetricEigen(scale.asDiagonal() * K * scale.asDiagonal()).values;
-    Eigen::Index count = 0;
-    while (count < pivots.size() && !(pivots[count] > RoundOff)) ++count;
-    return count;
-}
-
-/** The slowest shapes that K resists no more than its round-off would. **/
+/** How many of the first shapes, ordered by energy, K resists no more than its round-off would. **/
 Eigen::Index countFree(const FeProducts& products, const RigidMotion& rigid, const Shapes& Phi,
-                       const Eigen::VectorXd& omegaSquared) {
+                       const Eigen::VectorXd& energies) {
     const Eigen::Index most = std::min(MostHinges, Phi.cols());
     const Eigen::VectorXd sizes = products.K.sumSizes(Phi.leftCols(most));
     const double noise = RigidNoise * calcRigidNoise(products, rigid);
     Eigen::Index count = 0;
-    for (Eigen::Index k = 0; k < most; ++k) count += !(omegaSquared[k] > noise * sizes[k]);
+    for (Eigen::Index k = 0; k < most; ++k) count += !(energies[k] > noise * sizes[k]);
     return count;
+}
+
+/** The same of all that shapes can become together: in units in which each has the same energy,
+since a massless one has no frequency. **/
+Eigen::Index countFreeTogether(const FeProducts& products, const RigidMotion& rigid,
+                               const Shapes& Phi, const Eigen::MatrixXd& K) {
+    const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
+    const SymmetricEigen pivots = calcSymmetricEigen(scale.asDiagonal() * K * scale.asDiagonal());
+    const Eigen::MatrixXd softest =
+        scale.asDiagonal() * pivots.vectors.leftCols(std::min(MostHinges, Phi.cols()));
+    return countFree(products, rigid, Phi * softest, pivots.values);
 }
 
 void fixSigns(MeanAxisModes& modes) {
@@ -119,7 +119,8 @@ MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& produ
     const auto calcK = [&] { return symmetricGram(Phi, products.K.multiply(Phi)); };
     const auto calcM = [&] { return symmetricGram(Phi, products.m.multiplyPerAxis(Phi)); };
     const Eigen::MatrixXd K = calcK();
-    if (const Eigen::Index count = countDependent(K)) refuseFree(part, rigid, count);
+    if (const Eigen::Index count = countFreeTogether(products, rigid, Phi, K))
+        refuseFree(part, rigid, count);
     const Modes first = solvePencil(part, K, calcM());
     Phi = (Phi * first.vectors).eval();
     if (const Eigen::Index count = countFree(products, rigid, Phi, first.omegaSquared))

@@ -237,7 +237,7 @@ TEST_F(ThinParts, AnInterfaceThatIsABeamsNodeIsThatNodesMotion) {
     testing::writeText(folder / "deck.inp", deck.text());
     const FeModel model = readCalculixDeck(folder / "deck.inp");
     ReductionOptions options;
-    options.numModes = 6 * int(nodes.size()) + 20;
+    options.numModes = 6 * int(nodes.size()) + 22;  // Ritz falls to the whole with the modes
     const auto hertz = [&](TieType tie) {
         options.interfaces.clear();
         for (const int node : nodes)
