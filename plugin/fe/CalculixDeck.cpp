@@ -41,6 +41,18 @@ void assemble(const DeckModel& deck, const ProgressCallback& progress, FeModel& 
     addSprings(deck, model);
 }
 
+/** K of what is no element of these alone. **/
+SymmetricMatrix assembleBeside(const DeckModel& deck) {
+    if (deck.hinged.empty() && deck.springs.empty()) return {};
+    FeModel beside;
+    beside.mesh = deck.mesh;
+    beside.K = SymmetricMatrix::fromEntries(3 * deck.mesh.numNodes(), {}, {}, {});
+    beside.m = SymmetricMatrix::fromEntries(deck.mesh.numNodes(), {}, {}, {});
+    addHingedElements(deck, beside);
+    addSprings(deck, beside);
+    return beside.K;
+}
+
 void visitMatrix(Archive& archive, SymmetricMatrix& A) {
     archive.visit(A.columnStarts, A.rows, A.values);
     A.size = int(A.columnStarts.size()) - 1;
@@ -91,7 +103,9 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
         visitMatrix(archive, model.m);
     };
     try {
-        model.elements = std::make_shared<const FeElements>(makeElements(deck));
+        FeElements elements = makeElements(deck);
+        elements.beside.K = assembleBeside(deck);
+        model.elements = std::make_shared<const FeElements>(std::move(elements));
         if (!options.checkpoint || !options.checkpoint->load("matrices", hash.get(), visit)) {
             const auto start = std::chrono::steady_clock::now();
             assemble(deck, options.progress, model);

@@ -1,6 +1,7 @@
 #include "Coordinates.h"
 
 #include <algorithm>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
 
@@ -19,31 +20,50 @@ std::vector<int> invertList(const std::vector<int>& listed, int size) {
     return place;
 }
 
-}  // namespace
-
-int Coordinates::size() const {
-    return constraints().empty() ? m_model.K.size : constraints().numCoordinates;
+NodalConstraints makeIdentity(int size) {
+    NodalConstraints T;
+    T.numCoordinates = size;
+    for (int k = 0; k <= size; ++k) T.rowStarts.push_back(k);
+    T.columns.resize(size_t(size));
+    std::iota(T.columns.begin(), T.columns.end(), 0);
+    T.coefficients.assign(size_t(size), 1);
+    return T;
 }
 
-SymmetricMatrix Coordinates::assemble(const SymmetricMatrix& K) const {
-    if (constraints().empty()) return K;
-    const NodalConstraints& T = constraints();
+/** Adds a row of entries given in any order, those of one column added up. **/
+void addRow(std::vector<std::pair<int, double>>& entries, NodalConstraints& T) {
+    std::sort(entries.begin(), entries.end(),
+              [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (size_t k = 0; k < entries.size();) {
+        const int column = entries[k].first;
+        double sum = 0;
+        for (; k < entries.size() && entries[k].first == column; ++k) sum += entries[k].second;
+        if (sum == 0) continue;
+        T.columns.push_back(column);
+        T.coefficients.push_back(sum);
+    }
+    T.rowStarts.push_back(std::int64_t(T.columns.size()));
+    entries.clear();
+}
+
+/** TᵀAT. **/
+SymmetricMatrix transform(const SymmetricMatrix& A, const NodalConstraints& T) {
     std::vector<std::int32_t> rows, columns;
     std::vector<double> values;
-    rows.reserve(K.values.size());
-    columns.reserve(K.values.size());
-    values.reserve(K.values.size());
+    rows.reserve(A.values.size());
+    columns.reserve(A.values.size());
+    values.reserve(A.values.size());
     const auto add = [&](std::int32_t row, std::int32_t column, double value) {
         rows.push_back(row);
         columns.push_back(column);
         values.push_back(value);
     };
-    for (int column = 0; column < K.size; ++column)
-        for (auto k = K.columnStarts[column]; k < K.columnStarts[column + 1]; ++k) {
-            const int row = K.rows[k];
+    for (int column = 0; column < A.size; ++column)
+        for (auto k = A.columnStarts[column]; k < A.columnStarts[column + 1]; ++k) {
+            const int row = A.rows[k];
             for (auto a = T.rowStarts[row]; a < T.rowStarts[row + 1]; ++a)
                 for (auto b = T.rowStarts[column]; b < T.rowStarts[column + 1]; ++b) {
-                    const double value = T.coefficients[a] * K.values[k] * T.coefficients[b];
+                    const double value = T.coefficients[a] * A.values[k] * T.coefficients[b];
                     // A stored entry off the diagonal stands for its mirror image too.
                     if (row != column)
                         add(T.columns[a], T.columns[b],
@@ -55,16 +75,101 @@ SymmetricMatrix Coordinates::assemble(const SymmetricMatrix& K) const {
     return SymmetricMatrix::fromEntries(T.numCoordinates, rows, columns, values);
 }
 
+}  // namespace
+
+Coordinates::Coordinates(const FeModel& model, const Stiffness& stiffness,
+                         const std::vector<int>& tieOf)
+    : m_model(model), m_stiffness(stiffness), m_T(model.constraints) {
+    if (!stiffness.unknowns().empty()) countFromBases(tieOf);
+}
+
+/** Coordinates that are displacements of one node count from those of its base that are, but where
+an interface holds the one and not the other. **/
+void Coordinates::countFromBases(const std::vector<int>& tieOf) {
+    const NodalConstraints T = m_T.empty() ? makeIdentity(m_model.K.size) : std::move(m_T);
+    const auto findOwn = [&](int row) {
+        const auto first = size_t(T.rowStarts[size_t(row)]);
+        const bool isOwn =
+            T.rowStarts[size_t(row) + 1] == std::int64_t(first) + 1 && T.coefficients[first] == 1;
+        return isOwn ? T.columns[first] : -1;
+    };
+    std::vector<int> tieOfCoordinate(size_t(T.numCoordinates), -1);
+    for (int row = 0; row < m_model.K.size; ++row)
+        if (const int tie = tieOf[size_t(row / 3)]; tie >= 0)
+            for (auto k = T.rowStarts[size_t(row)]; k < T.rowStarts[size_t(row) + 1]; ++k)
+                tieOfCoordinate[size_t(T.columns[size_t(k)])] = tie;
+    std::vector<int> baseOf(size_t(T.numCoordinates), -1);
+    std::vector<char> isBase(size_t(T.numCoordinates), 0);
+    const SectionUnknowns& unknowns = m_stiffness.unknowns();
+    for (int row = 0; row < m_model.K.size; ++row) {
+        const int node = unknowns.baseOf(row / 3);
+        if (node < 0) continue;
+        const int own = findOwn(row), base = findOwn(3 * node + row % 3);
+        if (own < 0 || base < 0 || own == base || isBase[size_t(own)] || baseOf[size_t(base)] >= 0)
+            continue;
+        const int tie = tieOfCoordinate[size_t(own)];
+        if (tie >= 0 && tie != tieOfCoordinate[size_t(base)]) continue;
+        baseOf[size_t(own)] = base;
+        isBase[size_t(base)] = 1;
+    }
+    m_T = NodalConstraints();
+    m_T.numCoordinates = T.numCoordinates;
+    m_T.rowStarts.push_back(0);
+    std::vector<std::pair<int, double>> entries;
+    for (int row = 0; row < m_model.K.size; ++row) {
+        const auto add = [&](int of, double factor) {
+            for (auto k = T.rowStarts[size_t(of)]; k < T.rowStarts[size_t(of) + 1]; ++k) {
+                entries.emplace_back(T.columns[size_t(k)], factor * T.coefficients[size_t(k)]);
+                if (const int base = baseOf[size_t(T.columns[size_t(k)])]; base >= 0)
+                    entries.emplace_back(base, factor * T.coefficients[size_t(k)]);
+            }
+        };
+        add(row, 1);
+        if (unknowns.isInternal(row / 3))
+            unknowns.forOrigins(row / 3,
+                                [&](int node, double weight) { add(3 * node + row % 3, weight); });
+        addRow(entries, m_T);
+    }
+}
+
+int Coordinates::size() const {
+    return isIdentity() ? m_model.K.size : m_T.numCoordinates;
+}
+
+SymmetricMatrix Coordinates::assemble(const SymmetricMatrix& A) const {
+    return isIdentity() ? A : transform(A, m_T);
+}
+
+SymmetricMatrix Coordinates::assembleStiffness() const {
+    const SectionUnknowns& unknowns = m_stiffness.unknowns();
+    if (unknowns.empty()) return assemble(m_stiffness.matrix());
+    NodalConstraints ofUnknowns;  // their rows of T: those of u less those of the bases
+    ofUnknowns.numCoordinates = m_T.numCoordinates;
+    ofUnknowns.rowStarts.push_back(0);
+    std::vector<std::pair<int, double>> entries;
+    for (int row = 0; row < m_model.K.size; ++row) {
+        const auto add = [&](int of, double factor) {
+            for (auto k = m_T.rowStarts[size_t(of)]; k < m_T.rowStarts[size_t(of) + 1]; ++k)
+                entries.emplace_back(m_T.columns[size_t(k)], factor * m_T.coefficients[size_t(k)]);
+        };
+        add(row, 1);
+        unknowns.forOrigins(row / 3,
+                            [&](int node, double weight) { add(3 * node + row % 3, -weight); });
+        addRow(entries, ofUnknowns);
+    }
+    return transform(m_stiffness.matrix(), ofUnknowns);
+}
+
 Shapes Coordinates::expand(const std::vector<int>& listed, const Eigen::MatrixXd& q) const {
     Shapes u = Shapes::Zero(m_model.K.size, q.cols());
     const Eigen::Index count = q.cols();
-    if (constraints().empty()) {
+    if (isIdentity()) {
 #pragma omp parallel for schedule(static)
         for (size_t k = 0; k < listed.size(); ++k)
             for (Eigen::Index j = 0; j < count; ++j) u(listed[k], j) = q(Eigen::Index(k), j);
         return u;
     }
-    const NodalConstraints& T = constraints();
+    const NodalConstraints& T = m_T;
     const std::vector<int> place = invertList(listed, size());
 #pragma omp parallel for schedule(static)
     for (int row = 0; row < m_model.K.size; ++row)
@@ -78,13 +183,13 @@ Shapes Coordinates::expand(const std::vector<int>& listed, const Eigen::MatrixXd
 Eigen::MatrixXd Coordinates::contract(const std::vector<int>& listed, const Shapes& f) const {
     const Eigen::Index count = f.cols();
     Eigen::MatrixXd g(Eigen::Index(listed.size()), count);
-    if (constraints().empty()) {
+    if (isIdentity()) {
 #pragma omp parallel for schedule(static)
         for (size_t k = 0; k < listed.size(); ++k)
             for (Eigen::Index j = 0; j < count; ++j) g(Eigen::Index(k), j) = f(listed[k], j);
         return g;
     }
-    const NodalConstraints& T = constraints();
+    const NodalConstraints& T = m_T;
     const std::vector<int> place = invertList(listed, size());
     g.setZero();
     for (int row = 0; row < m_model.K.size; ++row)
@@ -96,7 +201,7 @@ Eigen::MatrixXd Coordinates::contract(const std::vector<int>& listed, const Shap
 }
 
 Shapes Coordinates::solveRigid(const Shapes& R) const {
-    if (constraints().empty()) return R;
+    if (isIdentity()) return R;
     SymmetricMatrix identity;
     identity.size = m_model.K.size;
     for (int dof = 0; dof <= identity.size; ++dof) identity.columnStarts.push_back(dof);
@@ -134,11 +239,11 @@ Shapes Coordinates::solveRigid(const Shapes& R) const {
 
 std::vector<int> Coordinates::coordinatesOf(int node) const {
     std::vector<int> result;
-    if (constraints().empty()) {
+    if (isIdentity()) {
         for (int a = 0; a < 3; ++a) result.push_back(3 * node + a);
         return result;
     }
-    const NodalConstraints& T = constraints();
+    const NodalConstraints& T = m_T;
     for (auto k = T.rowStarts[3 * node]; k < T.rowStarts[3 * node + 3]; ++k)
         result.push_back(T.columns[k]);
     std::sort(result.begin(), result.end());
@@ -148,13 +253,11 @@ std::vector<int> Coordinates::coordinatesOf(int node) const {
 
 int Coordinates::nodeNumberOf(int coordinate) const {
     int row = coordinate;
-    if (!constraints().empty()) {
-        const auto found =
-            std::find(constraints().columns.begin(), constraints().columns.end(), coordinate);
-        const auto at = found - constraints().columns.begin();
-        row = int(std::upper_bound(constraints().rowStarts.begin(), constraints().rowStarts.end(),
-                                   at) -
-                  constraints().rowStarts.begin()) -
+    if (!isIdentity()) {
+        const auto found = std::find(m_T.columns.begin(), m_T.columns.end(), coordinate);
+        const auto at = found - m_T.columns.begin();
+        row = int(std::upper_bound(m_T.rowStarts.begin(), m_T.rowStarts.end(), at) -
+                  m_T.rowStarts.begin()) -
               1;
     }
     return m_model.mesh.nodeNumbers[size_t(row / 3)];

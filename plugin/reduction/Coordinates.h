@@ -1,7 +1,8 @@
 #pragma once
 /** @file
-The generalized coordinates q of a part's nodes, u = T q (see NodalConstraints). Internal to
-reduction. Without constraints q = u, and T costs nothing. **/
+The generalized coordinates q of a part's nodes, u = T q: those of its constraints, with nodes of
+shells and beams counted from the bases of their sections (NodalConstraints, SectionUnknowns).
+Internal to reduction. Without either q = u, and T costs nothing. **/
 
 #include "SymmetricProduct.h"
 
@@ -9,13 +10,20 @@ namespace simflex {
 
 class Coordinates {
 public:
-    /** Keeps a reference to the model. **/
-    explicit Coordinates(const FeModel& model) : m_model(model) {}
+    /** Keeps references.
+    @param tieOf  by node: the rigid interface that it follows, negative: none **/
+    Coordinates(const FeModel& model, const Stiffness& stiffness, const std::vector<int>& tieOf);
 
     int size() const;
 
-    /** TᵀKT. **/
-    SymmetricMatrix assemble(const SymmetricMatrix& K) const;
+    /** True where q = u. **/
+    bool isIdentity() const { return m_T.empty(); }
+
+    /** TᵀAT of a matrix A of displacements. **/
+    SymmetricMatrix assemble(const SymmetricMatrix& A) const;
+
+    /** TᵀKT, of the matrix in unknowns of sections where there are such. **/
+    SymmetricMatrix assembleStiffness() const;
 
     /** u = T q for the columns of q; only the listed coordinates, q's rows in their order, are not
     zero. **/
@@ -35,9 +43,11 @@ public:
     int nodeNumberOf(int coordinate) const;
 
 private:
-    const NodalConstraints& constraints() const { return m_model.constraints; }
+    void countFromBases(const std::vector<int>& tieOf);
 
     const FeModel& m_model;
+    const Stiffness& m_stiffness;
+    NodalConstraints m_T;
 };
 
 }  // namespace simflex

@@ -140,7 +140,7 @@ struct FixedInterfaces::Data {
           products(feProducts),
           rigid(rigidMotion),
           ties(interfaceTies),
-          coordinates(fe) {}
+          coordinates(fe, feProducts.K, interfaceTies.tieOf()) {}
 
     const std::string part;
     const FeModel& model;
@@ -226,12 +226,11 @@ struct FixedInterfaces::Data {
         return u;
     }
 
-    /** Rows and columns of the free coordinates. **/
+    /** Rows and columns of the free coordinates of a matrix of all. **/
     SymmetricMatrix takeFree(const SymmetricMatrix& A) const {
         std::vector<int> place(size_t(coordinates.size()), -1);
         for (size_t k = 0; k < free.size(); ++k) place[size_t(free[k])] = int(k);
-        return model.constraints.empty() ? takeListed(A, free, place)
-                                         : takeListed(coordinates.assemble(A), free, place);
+        return takeListed(A, free, place);
     }
 
     void findCoordinates();
@@ -321,7 +320,9 @@ void FixedInterfaces::Data::checkMemory(const SparseCholesky::Prediction& predic
 void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& options,
                                        const ProgressCallback& progress) {
     try {
-        const SymmetricMatrix K = takeFree(model.K);
+        const SymmetricMatrix K = coordinates.isIdentity()
+                                      ? takeFree(products.K.matrix())
+                                      : takeFree(coordinates.assembleStiffness());
         norm = calcNorm(K);
         if (options.solver) {
             solver = options.solver;
@@ -525,7 +526,7 @@ FixedInterfaces::NormalModes FixedInterfaces::calcNormalModes(
         return {pairs.values.cwiseInverse(), toShapes(pairs.vectors), pairs.numBlocks};
     }
     // The mass of x with the rigid motion of makeShapes() in it, (1 − R Aᵀ)ᵀ M (1 − R Aᵀ).
-    const SymmetricMatrix M = d.takeFree(tripleAxes(d.model.m));
+    const SymmetricMatrix M = d.takeFree(d.coordinates.assemble(tripleAxes(d.model.m)));
     MatrixXd U(Index(d.free.size()), 0), S(0, 0);
     if (d.isSupported()) {
         const Shapes MR = d.products.m.multiplyPerAxis(d.rigid.R);

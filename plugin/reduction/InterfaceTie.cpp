@@ -75,9 +75,8 @@ void checkNodes(const std::string& where, const std::string& selection, const Me
 }  // namespace
 
 InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& options)
-    : m_rigidTieOf(size_t(model.mesh.numNodes()), -1) {
+    : m_tieOf(size_t(model.mesh.numNodes()), -1) {
     const Mesh& mesh = model.mesh;
-    std::vector<int> tieOf(size_t(mesh.numNodes()), -1);
     for (const InterfaceOptions& wanted : options.interfaces) {
         const std::string where = "part '" + options.name + "', interface '" + wanted.name + "': ";
         if (wanted.name.empty())
@@ -103,14 +102,15 @@ InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& optio
             throw std::invalid_argument(where + describeDistance(mesh, tie) +
                                         "; it is given in metres, where the mesh is");
         for (const int node : tie.nodes) {
-            int& owner = tieOf[size_t(node)];
-            if (owner >= 0)
+            int& owner = m_tieOf[size_t(node)];
+            if (owner != -1)
                 throw std::invalid_argument(where + "node " +
                                             std::to_string(mesh.nodeNumbers[size_t(node)]) +
-                                            " belongs to interface '" + m_ties[size_t(owner)].name +
+                                            " belongs to interface '" +
+                                            m_ties[size_t(owner >= 0 ? owner : -2 - owner)].name +
                                             "' as well; interfaces must not overlap");
             owner = int(m_ties.size());
-            if (tie.type == TieType::Rigid) m_rigidTieOf[size_t(node)] = owner;
+            if (tie.type == TieType::Distributing) owner = -2 - owner;
         }
         m_ties.push_back(std::move(tie));
     }

@@ -9,6 +9,7 @@ x_I)×]. Its load is spread out by Dᵀ, as a traction that is linear over a fla
   nothing. One node of a beam is always this: the mean of its section. **/
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -40,14 +41,17 @@ public:
     bool hasRigid() const;
 
     /** The rigid tie that a node belongs to, −1 if none. **/
-    int rigidTieOf(int node) const { return m_rigidTieOf[size_t(node)]; }
+    int rigidTieOf(int node) const { return std::max(-1, m_tieOf[size_t(node)]); }
+
+    /** By node: k ≥ 0 of the rigid tie k, −2 − k of the distributing tie k, −1 of none. **/
+    const std::vector<int>& tieOf() const { return m_tieOf; }
 
     /** D of a distributing tie: 6×(3·its nodes). **/
     Eigen::MatrixXd calcMean(const Mesh& mesh, const Tie& tie) const;
 
 private:
     std::vector<Tie> m_ties;
-    std::vector<int> m_rigidTieOf;  ///< per node
+    std::vector<int> m_tieOf;
 };
 
 }  // namespace simflex

@@ -1,8 +1,10 @@
 #include "MeanAxis.h"
 
+#include <limits>
 #include <stdexcept>
 
 #include "simflex/base/DenseAlgebra.h"
+#include "simflex/base/NumberText.h"
 
 namespace simflex {
 namespace {
@@ -10,6 +12,8 @@ namespace {
 /** What may be left of the energy of a shape that nothing resists: so many times as much of the
 sizes it is the sum of as of those of the rigid motions. **/
 constexpr double RigidNoise = 30;
+/** By how much round-off in K may change a frequency. **/
+constexpr double FrequencyDigits = 1e-3;
 /** So many of the slowest are looked at. **/
 constexpr Eigen::Index MostHinges = 8;
 /** 1 − θ of a shape that moves no mass. **/
@@ -89,6 +93,22 @@ Eigen::Index countFreeTogether(const FeProducts& products, const RigidMotion& ri
     return countFree(products, rigid, Phi * softest, pivots.values);
 }
 
+/** Energies of the slowest shapes are sums of far larger terms, each rounded. **/
+void checkDigits(const std::string& part, const FeProducts& products, const RigidMotion& rigid,
+                 const Shapes& Phi, const Eigen::VectorXd& omegaSquared) {
+    constexpr double UnitRoundOff = std::numeric_limits<double>::epsilon() / 2;
+    const Eigen::Index most = std::min(MostHinges, Phi.cols());
+    const Eigen::VectorXd sizes = products.K.sumSizes(Phi.leftCols(most));
+    // Half of what it is for ω².
+    const double lost =
+        0.5 * UnitRoundOff * sizes.cwiseQuotient(omegaSquared.head(most)).maxCoeff();
+    if (lost <= FrequencyDigits) return;
+    throw std::invalid_argument("part '" + part +
+                                "': round-off in the stiffness matrix may change "
+                                "its lowest frequencies by " +
+                                writeGeneral(100 * lost, 2) + " %" + describeSlenderness(rigid));
+}
+
 void fixSigns(MeanAxisModes& modes) {
     for (Eigen::Index i = 0; i < modes.Phi.cols(); ++i) {
         const double largest = modes.Phi.col(i).cwiseAbs().maxCoeff();
@@ -125,6 +145,7 @@ MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& produ
     Phi = (Phi * first.vectors).eval();
     if (const Eigen::Index count = countFree(products, rigid, Phi, first.omegaSquared))
         refuseFree(part, rigid, count);
+    checkDigits(part, products, rigid, Phi, first.omegaSquared);
     boundary = (boundary * first.vectors).eval();
     const Modes second = solvePencil(part, calcK(), calcM());
     MeanAxisModes modes;

@@ -103,7 +103,7 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     for (size_t k = 0; k < ties.ties().size(); ++k)
         masters.col(k) = Eigen::Map<const Eigen::Vector3d>(ties.ties()[k].master.data());
 
-    const FeProducts products(model);
+    const FeProducts products(model, ties.tieOf());
     const RigidMotion rigid = calcRigidMotions(model, products);
     ModeBasis basis = calcCraigBamptonBasis(model, products, rigid, ties, options, progress, time);
 
@@ -131,8 +131,7 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
         body.provenance.program = model.program;
         time.invariants += lapTime(lap);
         if (options.hasStiffening)
-            body.stiffening =
-                calcStiffening(model, products, rigid, ties, of, modes, progress);
+            body.stiffening = calcStiffening(model, products, rigid, ties, of, modes, progress);
         time.stiffening += lapTime(lap);
         if (options.stress)
             body.modalStress = calcModalStress(model, body, *options.stress, progress);

@@ -126,8 +126,8 @@ struct ReductionTimings {
 @throws std::invalid_argument naming part, interface or number, and the cure: an interface with
     an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface, a
     master point more than ten times the part's size away from them; a load point without nodes or
-on a rigid interface; too few or too many modes; K singular beyond its six rigid motions; more memory than
-there is.
+on a rigid interface; too few or too many modes; K singular beyond its six rigid motions; more
+memory than there is.
 @throws std::invalid_argument for stress and stiffening, if the model was read as matrices or has
     elements that have none.
 @throws Cancelled if progress asks to stop. **/

@@ -11,9 +11,10 @@ namespace simflex {
 
 namespace {
 
-/** Length over thickness: of parts that may be too thin for the digits of K, of those that are. **/
+/** Length over thickness: of parts that may be too thin for the digits of K, and of those that are,
+of solids and of others. **/
 constexpr double Slender = 500;
-constexpr int TooSlender = 2000;
+constexpr int TooSlenderSolid = 2000, TooSlender = 100000;
 
 }  // namespace
 
@@ -66,9 +67,10 @@ std::string describeSlenderness(const RigidMotion& rigid) {
     if (!(slenderness > Slender)) return {};
     std::ostringstream text;
     text << ". It is " << std::fixed << std::setprecision(0) << slenderness
-         << " times as long as it is thick: from about " << TooSlender
-         << " on, round-off in the matrix outweighs what resists its bending, and the finite "
-            "element program's own frequencies are off. Are its units right? Otherwise make it of "
+         << " times as long as it is thick: round-off in the matrix outweighs what resists its "
+            "bending from about "
+         << TooSlenderSolid << " on if it is made of solid elements, from about " << TooSlender
+         << " on if of shells or beams. Are its units right? Otherwise take shells or beams, or "
             "shorter pieces, a part each, and weld these";
     return text.str();
 }

@@ -10,8 +10,8 @@ the forces c by which rigid interfaces hold their nodes: K u = f + c. Under that
 
 the second term because a node at r from the master of a rigid interface J that turns by θ = Ψ_Jξ
 moves by ½ θ×(θ×r) to second order. The load of a distributing interface is shared out among its
-nodes, and those forces turn with it likewise. Then f·u₂ = −½ ξᵀKξ for the displacement u₂ that modes cause to second order, as rotations
-shorten a beam. **/
+nodes, and those forces turn with it likewise. Then f·u₂ = −½ ξᵀKξ for the displacement u₂ that
+modes cause to second order, as rotations shorten a beam. **/
 
 #include "MeanAxis.h"
 

@@ -98,4 +98,34 @@ Eigen::VectorXd LowerTriangle::sumSizes(const Shapes& X) const {
     return sums;
 }
 
+Stiffness::Stiffness(const FeModel& model, const std::vector<int>& tieOf) : m_model(model) {
+    if (!model.elements) return;
+    m_unknowns = SectionUnknowns(*model.elements, model.mesh, tieOf);
+    if (!m_unknowns.empty()) m_own = assembleStiffness(*model.elements, model.mesh, m_unknowns);
+}
+
+Shapes Stiffness::toUnknowns(const Shapes& u) const {
+    Shapes q = u;
+    for (int node = 0; node < m_unknowns.numNodes(); ++node)
+        m_unknowns.forOrigins(node, [&](int from, double weight) {
+            q.middleRows<3>(3 * node) -= weight * u.middleRows<3>(3 * from);
+        });
+    return q;
+}
+
+Shapes Stiffness::multiply(const Shapes& u) const {
+    if (m_unknowns.empty()) return LowerTriangle(m_model.K).multiply(u);
+    const Shapes ofUnknowns = LowerTriangle(m_own).multiply(toUnknowns(u));
+    Shapes f = ofUnknowns;
+    for (int node = 0; node < m_unknowns.numNodes(); ++node)
+        m_unknowns.forOrigins(node, [&](int from, double weight) {
+            f.middleRows<3>(3 * from) -= weight * ofUnknowns.middleRows<3>(3 * node);
+        });
+    return f;
+}
+
+Eigen::VectorXd Stiffness::sumSizes(const Shapes& u) const {
+    return LowerTriangle(matrix()).sumSizes(m_unknowns.empty() ? u : toUnknowns(u));
+}
+
 }  // namespace simflex

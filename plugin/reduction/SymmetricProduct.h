@@ -8,6 +8,7 @@ vectors lie side by side, so that each matrix entry is read once for all of them
 #include <Eigen/Dense>
 
 #include "simflex/fe/FeModel.h"
+#include "simflex/fe/elements/SectionUnknowns.h"
 
 namespace simflex {
 
@@ -52,11 +53,37 @@ private:
     const SymmetricMatrix& m_lower;
 };
 
+/** K of a part, of shells and beams in the unknowns that keep its digits. **/
+class Stiffness {
+public:
+    /** Keeps a reference to the model.
+    @param tieOf  see SectionUnknowns **/
+    Stiffness(const FeModel& model, const std::vector<int>& tieOf);
+
+    /** K u of displacements u, and the result, size×k. **/
+    Shapes multiply(const Shapes& u) const;
+
+    /** What uᵀKu is the sum of for each column u: see LowerTriangle. **/
+    Eigen::VectorXd sumSizes(const Shapes& u) const;
+
+    const SectionUnknowns& unknowns() const { return m_unknowns; }
+    /** In these unknowns. **/
+    const SymmetricMatrix& matrix() const { return m_unknowns.empty() ? m_model.K : m_own; }
+
+private:
+    /** q of u. **/
+    Shapes toUnknowns(const Shapes& u) const;
+
+    const FeModel& m_model;
+    SectionUnknowns m_unknowns;
+    SymmetricMatrix m_own;
+};
+
 /** The finite element matrices in the form that the reduction multiplies with. **/
 struct FeProducts {
-    explicit FeProducts(const FeModel& model) : K(model.K), m(model.m) {}
-    LowerTriangle K;  ///< numDofs
-    FullRows m;       ///< numNodes, M = m ⊗ 1₃
+    FeProducts(const FeModel& model, const std::vector<int>& tieOf) : K(model, tieOf), m(model.m) {}
+    Stiffness K;  ///< numDofs
+    FullRows m;   ///< numNodes, M = m ⊗ 1₃
 };
 
 }  // namespace simflex

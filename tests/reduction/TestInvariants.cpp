@@ -38,7 +38,7 @@ Eigen::Matrix3d boxInertia(const Brick& b) {
 /** Invariants of modes that are given by hand as displacement fields of s. **/
 template <class Field>
 ReducedBody invariantsOf(const FeModel& model, int numModes, Field field) {
-    const FeProducts products(model);
+    const FeProducts products(model, std::vector<int>(size_t(model.mesh.numNodes()), -1));
     const RigidMotion rigid = calcRigidMotions(model, products);
     MeanAxisModes modes;
     modes.Phi.resize(model.K.size, numModes);
@@ -200,7 +200,7 @@ TEST_P(ReducedBrick, ModesAreOrthonormalAndStiffnessDiagonal) {
     const int n = body.numModes;
     const Shapes Phi =
         Eigen::Map<const Eigen::MatrixXd>(body.Phi.data(), 3 * model.mesh.numNodes(), n);
-    const FeProducts products(model);
+    const FeProducts products(model, std::vector<int>(size_t(model.mesh.numNodes()), -1));
     const Eigen::MatrixXd mass = Phi.transpose() * products.m.multiplyPerAxis(Phi);
     const Eigen::MatrixXd stiffness = Phi.transpose() * products.K.multiply(Phi);
     const RigidMotion rigid = calcRigidMotions(model, products);

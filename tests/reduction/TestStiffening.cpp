@@ -254,7 +254,8 @@ TEST_F(StiffeningTest, TheSamePartInAnyUnits) {
     testing::writeText(folder / "si.inp", si.text());
     testing::writeText(folder / "mm.inp", mm.text());
     std::vector<ReducedBody> parts;
-    for (const auto& [file, units] : {std::pair("si.inp", "m-kg-s"), std::pair("mm.inp", "mm-t-s")}) {
+    for (const auto& [file, units] :
+         {std::pair("si.inp", "m-kg-s"), std::pair("mm.inp", "mm-t-s")}) {
         SourceOptions source;
         source.path = folder / file;
         source.units = units;

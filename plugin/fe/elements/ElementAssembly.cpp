@@ -217,11 +217,8 @@ void ElementAssembly::assemble(const Calc& calc, SymmetricMatrix* K, SymmetricMa
         if (A) dropZeros(*A);
 }
 
-void integrateElement(const FeElements& elements, const Mesh& mesh, int element,
-                      ElementWork& work) {
-    elements.calcPoints(element, mesh, work.points);
-    const auto& points = work.points.points;
-    const Eigen::Index n = elements.numNodesOf(element);
+void integrateStiffness(ElementWork& work) {
+    const Eigen::Index n = work.points.points[0].N.size();
     work.K.resize(3 * n, 3 * n);
     if (work.points.hasOneLaw)
         integrateByPairs(work);
@@ -230,8 +227,15 @@ void integrateElement(const FeElements& elements, const Mesh& mesh, int element,
     for (Eigen::Index j = 0; j < work.points.hourglass.cols(); ++j)
         for (Eigen::Index i = 0; i < work.points.hourglass.rows(); ++i)
             work.K.block<3, 3>(3 * i, 3 * j).diagonal().array() += work.points.hourglass(i, j);
+}
+
+void integrateElement(const FeElements& elements, const Mesh& mesh, int element,
+                      ElementWork& work) {
+    elements.calcPoints(element, mesh, work.points);
+    integrateStiffness(work);
+    const Eigen::Index n = elements.numNodesOf(element);
     work.m.setZero(n, n);
-    for (const ElementPoint& point : points)
+    for (const ElementPoint& point : work.points.points)
         work.m.selfadjointView<Eigen::Lower>().rankUpdate(point.N, point.density * point.volume);
 }
 

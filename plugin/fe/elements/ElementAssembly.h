@@ -50,6 +50,9 @@ private:
     std::vector<std::vector<int>> m_colors;  ///< chunks
 };
 
+/** K of an element of which work has the points. **/
+void integrateStiffness(ElementWork& work);
+
 /** K and m of one element into work. **/
 void integrateElement(const FeElements& elements, const Mesh& mesh, int element, ElementWork& work);
 

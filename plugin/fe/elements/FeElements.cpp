@@ -111,6 +111,7 @@ void FeElements::convertUnits(double length, double stress, double density) {
     m_length *= length;
     m_stress *= stress;
     m_density *= density;
+    for (double& k : beside.K.values) k *= stress * length;
 }
 
 ElasticMatrix FeElements::calcLaw(int material, int orientation, const Vec3d& at) const {

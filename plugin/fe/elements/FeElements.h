@@ -36,6 +36,7 @@ does, for comparison. **/
 #include "ElementPoint.h"
 #include "ShellElement.h"
 #include "SolidElements.h"
+#include "simflex/fe/FeModel.h"
 
 namespace simflex {
 
@@ -99,6 +100,7 @@ public:
     struct Beside {
         bool hasSprings = false, hasHinged = false;  ///< trusses, membranes
         bool hasRigidBodies = false;
+        SymmetricMatrix K;  ///< of springs and hinged elements, 3·node + axis; may be empty [N/m]
     } beside;
 
     /** For comparison with CalculiX 2.20, see above. **/
