@@ -87,6 +87,34 @@ TEST_P(LinearShellPart, OfASkewMeshHasThePlatesFrequencies) {
         EXPECT_NEAR(held[i], scale * clamped[i], 0.01 * scale * clamped[i]) << "mode " << i + 1;
 }
 
+TEST_P(LinearShellPart, OfASkewMeshBendsAsARingHoweverThin) {
+    const double R = 1;
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> off(-0.2, 0.2);
+    constexpr int Around = 72, Across = 6;
+    std::vector<std::array<double, 2>> moved;  // on the ring, by place
+    for (int place = 0; place < Around * (Across + 1); ++place)
+        moved.push_back({off(random), place % (Across + 1) % Across == 0 ? 0 : off(random)});
+    for (const double h : {1e-2, 1e-3, 1e-4}) {
+        deck = ThinDeck();
+        deck.nu = 0;
+        deck.addPatch(GetParam(), "RING", Around, Across, [&](double u, double v) -> Point {
+            const long i = std::lround(Around * u) % Around, j = std::lround(Across * v);
+            const auto& by = moved[size_t(i * (Across + 1) + j)];
+            const double angle = 2 * M_PI * (double(i) + by[0]) / Around;
+            return {R * std::cos(angle), R * std::sin(angle), 0.2 * (double(j) + by[1]) / Across};
+        });
+        deck.addShellSection("RING", h);
+        ReductionOptions options;
+        options.numModes = 6 + 2;
+        const ReducedBody body = reduceDeck(options);
+        const double expected =
+            6 / std::sqrt(5.0) * h / (R * R) * std::sqrt(70e9 / (12 * 2700)) / (2 * M_PI);
+        for (int i = 0; i < 2; ++i)
+            EXPECT_NEAR(hertzOf(body, i), expected, 1e-2 * expected) << "h = " << h;
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Types, LinearShellPart, ::testing::Values("S3", "S4", "S4R"));
 
 TEST_F(ThinParts, AFreeDiscHasItsTheorysFrequencies) {

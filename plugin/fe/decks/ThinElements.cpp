@@ -3,8 +3,11 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <set>
 #include <stdexcept>
 
+#include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/fe/elements/SolidElements.h"
 
@@ -15,6 +18,7 @@ constexpr double SameNormal = 0.939693;    // cosine of 20°, CalculiX's digits
 constexpr double SameAsGiven = 0.999962;   // of half a degree, from a *NORMAL
 constexpr double SameThickness = 1e-10;    // thicknesses [m] and offsets, CalculiX's too
 constexpr double NearlyParallel = 0.0087;  // sine of half a degree between normals of a knot
+constexpr double SameSurface = 0.05;       // smallest share of a direction in a surface's fit
 constexpr double Flat = 1e-8;              // share of the largest moment that counts as none
 
 const std::map<std::string, ThinType> Thin = {
@@ -80,6 +84,7 @@ public:
             groupShells(node, corners);
             groupBeams(node, corners);
         }
+        if (m_use == ShellUse::Shells) fitNormals();
         for (const ThinElement& element : m_elements) addSolid(element);
         for (auto& [node, expansions] : m_expansions) {
             if (expansions.size() > 1) {
@@ -243,6 +248,83 @@ private:
             expansion.isBeam = true;
             m_expansions[node].push_back(expansion);
         }
+    }
+
+    const Corner& cornerAt(const ThinElement& element, int node) const {
+        const auto& corners = m_corners.at(node);
+        return *std::find_if(corners.begin(), corners.end(),
+                             [&](const Corner& corner) { return corner.element == &element; });
+    }
+
+    /** Normals of linear shells: those of the surface through the nodes around. The mean of the
+    facets' is off by their size, on skew meshes and at borders, and thin shells resist bending by
+    as much. **/
+    void fitNormals() {
+        std::map<int, Vec3d> fitted;
+        for (const auto& [node, corners] : m_corners) {
+            const auto isOfShell = [](const Expansion& e) { return !e.isBeam; };
+            const auto& expansions = m_expansions.at(node);
+            if (std::count_if(expansions.begin(), expansions.end(), isOfShell) != 1) continue;
+            const bool isLeft = std::any_of(corners.begin(), corners.end(), [](const Corner& c) {
+                return !isBeam(*c.element) && (c.isGiven || c.element->nodes.size() > 4);
+            });
+            if (!isLeft)
+                if (const auto normal = fitNormal(node, expansions[0].normal))
+                    fitted[node] = *normal;
+        }
+        for (const auto& [node, normal] : fitted) m_expansions.at(node)[0].normal = normal;
+    }
+
+    /** Nodes of the elements about one that are smooth there, the node itself left out; whether
+    they go all around it. **/
+    bool addRing(int node, int expansion, std::set<int>& ring) const {
+        std::map<int, int> numEdges;  // by the node at their other end
+        for (const Corner& corner : m_corners.at(node)) {
+            if (corner.expansion != expansion || isBeam(*corner.element)) continue;
+            const auto& nodes = corner.element->nodes;
+            const size_t n = nodes.size(), k = size_t(corner.local);
+            ++numEdges[nodes[(k + 1) % n]], ++numEdges[nodes[(k + n - 1) % n]];
+            ring.insert(nodes.begin(), nodes.end());
+        }
+        return std::all_of(numEdges.begin(), numEdges.end(),
+                           [](const auto& edge) { return edge.second == 2; });
+    }
+
+    /** z = a x² + b xy + c y² + d x + e y over the tangent plane to a first guess; none where the
+    nodes do not show it. **/
+    std::optional<Vec3d> fitNormal(int node, const Vec3d& guess) const {
+        std::set<int> ring;
+        const bool isInside = addRing(node, 0, ring);
+        if (!isInside || ring.size() < 6) {
+            for (const Corner& corner : m_corners.at(node)) {
+                if (isBeam(*corner.element)) continue;
+                for (const int next : corner.element->nodes)
+                    addRing(next, cornerAt(*corner.element, next).expansion, ring);
+            }
+        }
+        ring.erase(node);
+        if (ring.size() < 5) return std::nullopt;
+        const Eigen::Map<const Eigen::Vector3d> n(guess.data()), x0(m_nodes.at(node).data());
+        const Eigen::Vector3d first = n.unitOrthogonal(), second = n.cross(first);
+        Eigen::MatrixXd at(Eigen::Index(ring.size()), 3);
+        Eigen::Index row = 0;
+        for (const int other : ring) {
+            const Eigen::Vector3d arm =
+                Eigen::Map<const Eigen::Vector3d>(m_nodes.at(other).data()) - x0;
+            at.row(row++) << arm.dot(first), arm.dot(second), arm.dot(n);
+        }
+        at /= at.cwiseAbs().maxCoeff();
+        const auto x = at.col(0).array(), y = at.col(1).array();
+        Eigen::MatrixXd A(at.rows(), 5);
+        A << x.square(), x * y, y.square(), x, y;
+        for (Eigen::Index k = 0; k < 5; ++k) A.col(k).normalize();
+        const LeastSquares surface(A, SameSurface);
+        if (surface.getRank() < 5) return std::nullopt;
+        const Eigen::VectorXd c = surface.solve(at.col(2));
+        const double d = c[3] / x.matrix().norm(), e = c[4] / y.matrix().norm();
+        const Eigen::Vector3d normal = (n - d * first - e * second).normalized();
+        if (!(normal.dot(n) > SameNormal)) return std::nullopt;
+        return Vec3d{normal.x(), normal.y(), normal.z()};
     }
 
     /** Place of an expanded node from its deck node. **/
