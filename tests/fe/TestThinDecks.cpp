@@ -27,11 +27,11 @@ Point flat(double u, double v) {
 
 class ThinDecks : public ::testing::Test {
 protected:
-    /** Linear shells are CalculiX's solids here. **/
-    FeModel read(const std::string& text) {
+    /** Linear shells are CalculiX's solids unless they are asked for. **/
+    FeModel read(const std::string& text, bool hasCalculixShells = true) {
         testing::writeText(folder / "deck.inp", text);
         CalculixOptions options;
-        options.hasCalculixShells = true;
+        options.hasCalculixShells = hasCalculixShells;
         return readCalculixDeck(folder / "deck.inp", options);
     }
 
@@ -433,6 +433,48 @@ TEST_F(ThinDecks, ANodeByItsNumberIsChosenWithItsExpandedNodes) {
     const Mesh mesh = read(deck.text()).mesh;
     EXPECT_EQ(selectNodes(mesh, "node:" + std::to_string(end)), mesh.nodeSets.at("END"));
     EXPECT_EQ(mesh.nodeSets.at("END").size(), 9u);
+}
+
+TEST_F(ThinDecks, ASecondSectionOfAnElementIsWarnedOf) {
+    deck.addPatch("S8R", "PLATE", 6, 4, flat);
+    deck.addShellSection("PLATE", 0.004);
+    EXPECT_THAT(read(deck.text()).warnings, ::testing::IsEmpty());
+    deck.add("*ELSET, ELSET=TWO\n1, 3\n");
+    deck.addShellSection("TWO", 0.008);
+    EXPECT_THAT(read(deck.text()).warnings,
+                ::testing::ElementsAre(AllOf(HasSubstr("element 1 and 1 other a second section"),
+                                             HasSubstr("*SHELL SECTION"))));
+}
+
+TEST_F(ThinDecks, OppositeNormalsOfNeighboursAreWarnedOfWhereTheSideMatters) {
+    for (const double offset : {0.0, 0.5}) {
+        deck = ThinDeck();
+        deck.addPatch("S8R", "PLATE", 3, 4, flat);
+        deck.addPatch("S8R", "TURNED", 3, 4, [](double u, double v) { return flat(2 - u, v); });
+        deck.addShellSection("PLATE", 0.004, offset);
+        deck.addShellSection("TURNED", 0.004, offset);
+        const auto warnings = read(deck.text()).warnings;
+        if (offset == 0)
+            EXPECT_THAT(warnings, ::testing::IsEmpty());
+        else
+            EXPECT_THAT(warnings, ::testing::ElementsAre(HasSubstr("opposite normals")));
+    }
+}
+
+TEST_F(ThinDecks, QuadrilateralShellsWithACornerTwiceAreTriangles) {
+    const auto plateOf = [&](const std::string& type, const std::string& elements) {
+        return read("*NODE\n1,0,0,0\n2,1,0,0\n3,1.1,1,0\n4,0,1,0\n*ELEMENT, TYPE=" + type +
+                        ", ELSET=PLATE\n" + elements +
+                        "*SHELL SECTION, ELSET=PLATE, MATERIAL=M\n0.1\n*MATERIAL, NAME=M\n"
+                        "*ELASTIC\n1e9, 0.3\n*DENSITY\n1000\n",
+                    false);
+    };
+    const FeModel triangles = plateOf("S3", "1, 1,2,3\n2, 1,3,4\n");
+    for (const char* collapsed : {"1, 1,2,3,3\n2, 1,1,3,4\n", "1, 1,2,2,3\n2, 1,3,4,1\n"}) {
+        const FeModel model = plateOf("S4", collapsed);
+        EXPECT_EQ(model.K.values, triangles.K.values);
+        EXPECT_EQ(model.m.values, triangles.m.values);
+    }
 }
 
 TEST_F(ThinDecks, NodeSetsHoldTheExpandedNodesToo) {

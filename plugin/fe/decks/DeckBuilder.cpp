@@ -707,13 +707,62 @@ private:
         }
     }
 
+    static bool isSection(const DeckCard& card) {
+        return card.keyword == "SOLIDSECTION" || card.keyword == "SHELLSECTION" ||
+               card.keyword == "BEAMSECTION";
+    }
+
+    /** Of an element in two sections the last one holds, as in CalculiX; other programs differ. **/
+    void warnOfSecondSections() {
+        std::unordered_map<int, int> lines;  // of the section of an element
+        for (const DeckCard& card : m_model.sections) {
+            if (!isSection(card)) continue;
+            const auto members = m_elementSets.find(card.get("ELSET"));
+            if (members == m_elementSets.end()) continue;
+            size_t count = 0;
+            int number = 0, line = 0;
+            for (const int member : members->second) {
+                const auto [first, isNew] = lines.try_emplace(member, card.line);
+                if (isNew || first->second == card.line) continue;
+                if (count++ == 0) number = member, line = first->second;
+                first->second = card.line;
+            }
+            if (count)
+                m_model.warnings.push_back(
+                    card.where() + card.title + " gives element " + std::to_string(number) +
+                    (count > 1 ? " and " + plural(count - 1, "other") : "") +
+                    " a second section, which holds; the first one is in line " +
+                    std::to_string(line));
+        }
+    }
+
+    /** Quadrilaterals of linear shells that have a corner twice are triangles. **/
+    void makeTriangles() {
+        size_t count = 0;
+        for (ThinElement& element : m_thin) {
+            if (m_shells != ShellUse::Shells || (element.type != "S4" && element.type != "S4R"))
+                continue;
+            std::vector<int> nodes;
+            for (size_t k = 0; k < 4; ++k)
+                if (element.nodes[k] != element.nodes[(k + 1) % 4])
+                    nodes.push_back(element.nodes[k]);
+            if (nodes.size() != 3) continue;
+            element.nodes = std::move(nodes);
+            element.type = "S3";
+            ++count;
+        }
+        if (count)
+            m_model.notes.push_back(plural(count, "quadrilateral shell") +
+                                    " with two corners at one node taken as triangles, S3");
+    }
+
     /** Thicknesses and axes of shells and beams; their cards become those of solids. **/
     void finishSections() {
         finishHinged();
+        makeTriangles();
+        warnOfSecondSections();
         for (DeckCard& card : m_model.sections) {
-            if (card.keyword != "SOLIDSECTION" && card.keyword != "SHELLSECTION" &&
-                card.keyword != "BEAMSECTION")
-                continue;
+            if (!isSection(card)) continue;
             const std::string& set = card.get("ELSET");
             const auto members = m_elementSets.find(set);
             if (members == m_elementSets.end())
@@ -1008,6 +1057,7 @@ private:
         m_constraints.thin = expandThinElements(m_nodes, m_thin, readNodalThickness(), m_shells);
         const ThinExpansion& thin = m_constraints.thin;
         noteHinges();
+        m_model.warnings.insert(m_model.warnings.end(), thin.warnings.begin(), thin.warnings.end());
         for (const auto& solid : thin.solids) {
             m_model.solids[solid.type].push_back({solid.number, solid.nodes});
             m_solidNumbers[solid.number] = solid.type;

@@ -84,6 +84,7 @@ public:
             groupShells(node, corners);
             groupBeams(node, corners);
         }
+        warnOfOtherSides();
         if (m_use == ShellUse::Shells) fitNormals();
         for (const ThinElement& element : m_elements) addSolid(element);
         for (auto& [node, expansions] : m_expansions) {
@@ -248,6 +249,32 @@ private:
             expansion.isBeam = true;
             m_expansions[node].push_back(expansion);
         }
+    }
+
+    /** Neighbours whose nodes go around the other way, where that matters. **/
+    void warnOfOtherSides() {
+        const auto hasSides = [](const Corner& corner) {
+            return !isBeam(*corner.element) &&
+                   (corner.element->isLayered || !isSame(corner.element->offset[0], 0));
+        };
+        const ThinElement *first = nullptr, *second = nullptr;
+        int at = 0, count = 0;
+        for (const auto& [node, corners] : m_corners)
+            for (const Corner& a : corners)
+                for (const Corner& b : corners) {
+                    if (a.element->number >= b.element->number || isBeam(*b.element) ||
+                        isBeam(*a.element) || !(hasSides(a) || hasSides(b)) ||
+                        dot(a.normal, b.normal) > -SameNormal)
+                        continue;
+                    if (count++ == 0) first = a.element, second = b.element, at = node;
+                }
+        if (count)
+            m_result.warnings.push_back(
+                first->where + "shells " + std::to_string(first->number) + " and " +
+                std::to_string(second->number) + " meet at node " + std::to_string(at) +
+                " with opposite normals, so that their offset or layers lie on opposite sides" +
+                (count > 1 ? ", as at other nodes" : "") +
+                "; turn the order of the nodes of one around if they should not");
     }
 
     const Corner& cornerAt(const ThinElement& element, int node) const {

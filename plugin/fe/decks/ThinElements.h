@@ -88,6 +88,7 @@ struct ThinExpansion {
     std::vector<Knot> knots;
     std::vector<Between> betweens;
     std::map<int, std::vector<int>> expandedOf;  ///< deck node → its expanded nodes
+    std::vector<std::string> warnings;
 };
 
 /** Expands all shells and beams of a deck.
