@@ -4,6 +4,7 @@ and rings. **/
 
 #include <gmock/gmock.h>
 
+#include <Eigen/Dense>
 #include <array>
 #include <cmath>
 #include <map>
@@ -359,6 +360,53 @@ TEST_F(ThinParts, ShellsBeamsAndSolidsTiedTogetherHaveCalculixFrequencies) {
         EXPECT_NEAR(hertzOf(body, i), reference[size_t(6 + i)], 1e-5 * reference[size_t(6 + i)])
             << "mode " << i + 1;
 }
+
+class StiffenedStrip : public ThinParts, public ::testing::WithParamInterface<const char*> {};
+
+/** Pressed at both ends by forces that keep their direction, it bends away at π²EI/L². **/
+TEST_P(StiffenedStrip, BucklesAtEulersLoad) {
+    const double L = 1, w = 0.02, t = 0.01, EI = 70e9 * w * t * t * t / 12;
+    const std::string type = GetParam();
+    for (const TieType tie : {TieType::Rigid, TieType::Distributing}) {
+        deck = ThinDeck();
+        deck.nu = 0;
+        ReductionOptions options;
+        options.numModes = 6 + 12;
+        options.hasStiffening = true;
+        if (type[0] == 'B') {
+            deck.addBeam(type, "STRIP", 40, {0, 0, 0}, {L, 0, 0});
+            deck.addBeamSection("STRIP", "RECT", w, t, "0,1,0");
+            options.interfaces = {{"a", "node:" + std::to_string(deck.addNode({0, 0, 0})), tie},
+                                  {"b", "node:" + std::to_string(deck.addNode({L, 0, 0})), tie}};
+        } else {
+            deck.addPatch(type, "STRIP", 40, 2, [&](double u, double v) -> Point {
+                return {L * u, w * v, 0};
+            });
+            deck.addShellSection("STRIP", t);
+            deck.addNodeSet("A", [](const Point& x) { return x[0] < 1e-9; });
+            deck.addNodeSet("B", [&](const Point& x) { return x[0] > L - 1e-9; });
+            options.interfaces = {{"a", "A", tie}, {"b", "B", tie}};
+        }
+        const ReducedBody body = reduceDeck(options);
+        const auto ofForce = [&](size_t interface) {
+            return Eigen::Map<const Eigen::MatrixXd>(
+                body.stiffening->interfaces[interface][0].data(), body.numModes, body.numModes);
+        };
+        // (Ω² + P (K_a − K_b)) x = 0 as (K_b − K_a) x = 1/P Ω² x.
+        const Eigen::Map<const Eigen::VectorXd> omegaSquared(body.omegaSquared.data(),
+                                                             body.numModes);
+        const Eigen::VectorXd inverse = omegaSquared.cwiseSqrt().cwiseInverse();
+        const Eigen::MatrixXd scaled =
+            inverse.asDiagonal() * (ofForce(1) - ofForce(0)) * inverse.asDiagonal();
+        const double load =
+            1 / Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues().maxCoeff();
+        const double expected = M_PI * M_PI * EI / (L * L);
+        EXPECT_NEAR(load, expected, 5e-3 * expected);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Types, StiffenedStrip,
+                         ::testing::Values("S3", "S4", "S4R", "S8R", "B31", "B32", "B32R"));
 
 class BeamPart : public ThinParts, public ::testing::WithParamInterface<const char*> {
 protected:
