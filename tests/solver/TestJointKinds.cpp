@@ -346,7 +346,7 @@ TEST(PrescribedMotionOfJoints, LiftIsDrivenByItsWeightAndInertia) {
                                              "drive");
     State state = system.realizeTopology();
 
-    Real imbalance[2];  // of energy and work, integrated with the scheme's own order
+    Real imbalance[2] = {0, 0};  // largest of energy and work
     for (int run = 0; run < 2; ++run) {
         BdfIntegrator integrator(system);
         integrator.setAccuracy(run == 0 ? 1e-5 : 1e-7);
@@ -368,15 +368,16 @@ TEST(PrescribedMotionOfJoints, LiftIsDrivenByItsWeightAndInertia) {
             EXPECT_NEAR(force, m * (g + motion(t)[2]), 1e-8);
             EXPECT_NEAR(drive.calcDrivingForces(integrator.getMultipliers(drive))[0], force,
                         run == 0 ? 0.5 : 0.02);
+            imbalance[run] = std::max(
+                imbalance[run], std::abs(integrator.getWork() - (calcEnergy() - energyAtStart)));
         }
         const Real gained = calcEnergy() - energyAtStart;
         const Real speed = motion(0.9)[1], speedAtStart = motion(0)[1];
         EXPECT_NEAR(
             gained,
             m * g * motion(0.9)[0] + 0.5 * m * (speed * speed - speedAtStart * speedAtStart), 1e-8);
-        imbalance[run] = std::abs(integrator.getWork() - gained);
     }
-    EXPECT_LT(imbalance[0], 0.02);
+    EXPECT_LT(imbalance[0], 2e-3);
     EXPECT_LT(imbalance[1], imbalance[0] / 8);
 }
 

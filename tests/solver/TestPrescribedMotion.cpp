@@ -8,6 +8,8 @@
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
 #include "simflex/solver/BdfIntegrator.h"
+#include "simflex/solver/GeneralizedAlphaIntegrator.h"
+#include "simflex/solver/RadauIntegrator.h"
 #include "support/PointMassPart.h"
 
 namespace simflex {
@@ -205,6 +207,34 @@ private:
     const MobilizedBody &m_locked, &m_free;
     Real m_time;
 };
+
+template <class Integrator>
+class DrivenWork : public testing::Test {};
+using DrivingIntegrators =
+    testing::Types<BdfIntegrator, GeneralizedAlphaIntegrator, RadauIntegrator>;
+TYPED_TEST_SUITE(DrivenWork, DrivingIntegrators);
+
+TYPED_TEST(DrivenWork, BalancesEnergyWhereAllMotionIsPrescribed) {
+    // 1 kg to and fro: what is given is exact, and steps are as long as it lets them be.
+    for (const Real accuracy : {1e-4, 1e-6, 1e-8}) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        MobilizedBody::Slider mass(matter.Ground(), Transform(),
+                                   Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))),
+                                   Transform());
+        Motion::Sinusoid(mass, Motion::Position, 0.1, 20, 0);
+        TypeParam integrator(system);
+        integrator.setAccuracy(accuracy);
+        integrator.initialize(system.realizeTopology());
+        const Real start = system.calcEnergy(integrator.getState());
+        for (int row = 1; row <= 30; ++row) {
+            integrator.stepTo(0.1 * row);
+            const Real energy = system.calcEnergy(integrator.getState()) - start;
+            // Of 2 J.
+            EXPECT_NEAR(energy, integrator.getWork(), 2 * std::pow(accuracy, 0.6)) << accuracy;
+        }
+    }
+}
 
 TEST(PrescribedMotion, HandlersMayLockAndUnlock) {
     Rigid rigid;

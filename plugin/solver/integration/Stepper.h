@@ -148,6 +148,8 @@ private:
     bool isEndAskedFor() const;
     /** Brings m_new's positions onto the joints. @returns false if it cannot. **/
     bool projectNew(ImplicitStep::Start from);
+    /** Work until the step's end, of which power is known. **/
+    double calcWork(int order) const;
     void acceptStep(double h, int order);
     void chooseNextStep(double error, double h, int order);
     /** Size of m_error in units of the accuracy. **/
