@@ -136,7 +136,7 @@ def check_energy(case: Case):
         if body.bar is None:
             yield from _compare_energy(f"kinetic energy of {body.name} by its state", mechanics.calc_kinetic(run, body),
                                        run[f"{body.name}_T"], size, run, ROUND_OFF)
-    bound = FACTOR * ACCURACY**0.75 + ACCURACY * mechanics.calc_weight(run) / size
+    bound = FACTOR * ACCURACY**0.75 + ACCURACY * mechanics.calc_largest_force(run) / size
     if case.builder.has_flexible():  # its fast modes die away
         bound *= 30 if vibrates_after_impact(case) else 3
     yield from _compare_energy("balance and its start", run["B"], run["B"][0] + 0 * run["B"], size, run, bound)

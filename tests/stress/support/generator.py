@@ -358,6 +358,7 @@ def _add_torsion_spring(b, rng, name, first, second) -> None:
         return
     pin = pins[rng.integers(len(pins))]
     frames = [dict(frame) for frame in _turned_frames(b, pin)]
+    b.facts.sprung.add(pin.name)
     entry = {"type": "torsion_spring", "between": frames}
     if rng.random() < 0.5:
         stiffness = float(rng.uniform(1, 50))
@@ -491,11 +492,12 @@ def _add_states(b: Builder, rng) -> None:
 def _add_states_without_samples(b: Builder, rng) -> None:
     if rng.random() < 0.4:
         name = b.names.take()
-        watched = next((joint.probes[1] for joint in b.joints if joint.probes), None)
-        length = next((b.quantities[watched].length for joint in b.joints if joint.probes), 0) if watched else 0
+        joint = next((joint for joint in b.joints if joint.probes), None)
+        watched = joint.probes[1] if joint else None
+        length = b.quantities[watched].length if watched else 0
         b.keys["states"][name] = {"rate": f"{watched or 1}/{b.view.length**length!r} - 3*{name}", "initial": 0.1}
         b.probe("filtered", {"state": name}, "position")
-        b.filter = name
+        b.filter, b.filtered_joint = name, joint
 
 
 def _add_events(b: Builder, rng, joints) -> None:
@@ -517,7 +519,8 @@ def _add_events(b: Builder, rng, joints) -> None:
             if rng.random() < 0.6:
                 _add_event(b, f"t > {until!r}", [{"unlock": joint.name}])
         elif action == "release" and not _is_driven(b, joint) and "coupled" not in b.keys["joints"] and b.title in ("tree", "isolated"):
-            if not any(connector.get("joint") == joint.name for connector in b.keys["connectors"].values()):
+            if joint.name not in b.facts.sprung and not any(
+                    connector.get("joint") == joint.name for connector in b.keys["connectors"].values()):
                 _add_event(b, f"t > {at!r}", [{"release": joint.name}])
         elif action == "engage" and _is_driven(b, joint):
             _add_event(b, f"t > {at!r}", [{"release": "drive"}])
@@ -553,12 +556,14 @@ def _are_rates_known(b: Builder) -> bool:
 
 
 def _drop_released(b: Builder) -> None:
-    """Coordinates of joints that are released mean nothing from there on, and are not compared."""
+    """Coordinates of joints that are released mean nothing from there on, and are not compared, nor what follows them."""
     released = {action["release"] for actions in b.facts.actions.values() for action in actions if "release" in action}
     for joint in b.joints:
         if joint.name in released:
             for probe in joint.probes:
                 b.quantities.pop(probe, None)
+            if getattr(b, "filtered_joint", None) is joint:
+                b.quantities.pop("filtered")
 
 
 # ---- probes and settings

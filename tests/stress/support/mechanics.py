@@ -81,9 +81,11 @@ def calc_energy_size(run: Run) -> float:
     return max(1e-3, *map(float, sizes))
 
 
-def calc_weight(run: Run) -> float:
-    """Of all bodies on Earth [N]; an error of the accuracy moves it."""
-    return 9.8 * sum(body.mass for body in run.builder.bodies) * run.builder.view.unit(1, 1)
+def calc_largest_force(run: Run) -> float:
+    """Of weight on Earth and what joints transmit [N]; an error of the accuracy moves it, and no step resolves vibrations of a
+    flexible part that are smaller."""
+    weight = 9.8 * sum(body.mass for body in run.builder.bodies) * run.builder.view.unit(1, 1)
+    return max([weight] + [np.abs(run[f"{joint.name}_f"]).max() for joint in run.builder.joints if f"{joint.name}_f" in run])
 
 
 def calc_potential(run: Run) -> np.ndarray:
