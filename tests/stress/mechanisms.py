@@ -68,4 +68,4 @@ def try_case(seed: int, index: int, folder) -> harness.Outcome:
 
 
 if __name__ == "__main__":
-    harness.main(__doc__, "mechanisms", try_case, count=100, limit=60, prepare=parts.reduce_bars)
+    harness.main(__doc__, "mechanisms", try_case, count=100, limit=240, prepare=parts.reduce_bars)

@@ -111,7 +111,8 @@ def _close_loops(b: Builder, rng, tips, with_ground: bool) -> None:
     """One loop at most, that takes one freedom: a rod, a point on a plane, or coupled coordinates."""
     kind = rng.choice(["none", "rod", "plane", "coupler", "gear"])
     single = [joint for joint in b.joints if joint.type == "pin" and (with_ground or joint.bodies[0] is not None)]
-    if any(joint.type == "weld" for joint in b.joints):
+    mobilizers = [body["mobilizer"]["type"] for body in b.keys["bodies"].values() if "mobilizer" in body]
+    if "weld" in mobilizers + [joint.type for joint in b.joints]:  # there may be no freedom to take
         return
     if kind == "rod" and len(tips) >= 3:
         anchor = tips[0][3] + rng.normal(size=3)
