@@ -11,6 +11,7 @@
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/Joint.h"
 #include "simflex/body/ReportInterval.h"
+#include "simflex/part/PartColumns.h"
 
 namespace simflex {
 
@@ -138,12 +139,43 @@ LinearRangeReporter::LinearRangeReporter(const FlexibleBodySubsystem& subsystem,
     if (!m_warn) m_warn = [](const std::string& text) { std::cerr << "simflex: " << text << '\n'; };
 }
 
-void LinearRangeReporter::warnOnce(int body, bool isRotation, const std::string& message) const {
-    if (m_warned.emplace(body, isRotation).second) m_warn(message);
+void LinearRangeReporter::warnOnce(int body, Kind kind, const std::string& message) const {
+    if (m_warned.emplace(body, kind).second) m_warn(message);
+}
+
+void LinearRangeReporter::checkAxialLoad(const State& state, FlexibleBodyIndex index) const {
+    const FlexibleBodySubsystem::Guts& guts = m_subsystem.getGuts();
+    const FlexibleBody body = m_subsystem.getBody(index);
+    if (m_warned.count({int(index), Kind::AxialLoad}) > 0 || body.isRigid(state) ||
+        body.isStiffeningEnabled(state))
+        return;
+    const ReducedBody& part = body.getPart();
+    std::shared_ptr<PartColumns>& columns = m_columns[&part];
+    if (!columns) columns = std::make_shared<PartColumns>(part);
+    const ::Eigen::VectorXd xi = guts.getXi(state, guts.body(index));
+    const auto [compression, tension] = columns->findLargest(xi.data());
+    const bool isPressed = compression.share > LargestCompression;
+    if (!isPressed && !(tension.share > LargestTension)) return;
+    const PartColumns::Load& load = isPressed ? compression : tension;
+    warnOnce(int(index), Kind::AxialLoad,
+             "'" + body.getName() + "' at t = " + toThreeDigits(state.getTime()) +
+                 " s: without geometric stiffening it is " +
+                 (isPressed ? "compressed" : "pulled apart") + " between interfaces '" +
+                 part.interfaces[size_t(load.from)].name + "' and '" +
+                 part.interfaces[size_t(load.to)].name + "' by " + toThreeDigits(load.force) +
+                 " N, about " + toThreeDigits(100 * load.share) +
+                 " % of the load at which it would buckle on hinges there; " +
+                 (isPressed ? "its bending is too stiff by about that part, and it buckles too "
+                              "late or not at all. "
+                            : "its bending is too soft by that part and more. ") +
+                 (body.hasStiffening() ? "Enable its stiffening ('stiffening: true' of the body)."
+                                       : "Reduce its part with stiffening ('stiffening: true' of "
+                                         "the part, or 'simflex reduce --stiffening')."));
 }
 
 void LinearRangeReporter::handleEvent(const State& state) const {
     for (FlexibleBodyIndex b(0); b < m_subsystem.getNumBodies(); ++b) {
+        checkAxialLoad(state, b);
         const Deformation found = calcDeformation(m_subsystem.getGuts(), state, b, LargestShare);
         const bool isDisplaced = found.displacement > LargestShare * found.size;
         const bool isTurned = found.rotation > LargestRotation;
@@ -151,8 +183,9 @@ void LinearRangeReporter::handleEvent(const State& state) const {
         const std::string at = "'" + m_subsystem.getBody(b).getName() +
                                "' at t = " + toThreeDigits(state.getTime()) + " s: ";
         const char* advice = ". Divide the part into several, or reduce its load.";
-        if (isDisplaced) warnOnce(int(b), false, at + describeDisplacement(found) + advice);
-        if (isTurned) warnOnce(int(b), true, at + describeRotation(found) + advice);
+        if (isDisplaced)
+            warnOnce(int(b), Kind::Displacement, at + describeDisplacement(found) + advice);
+        if (isTurned) warnOnce(int(b), Kind::Rotation, at + describeRotation(found) + advice);
     }
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 /** @file
 Says when a flexible body leaves the range in which modes describe it: a node displaced by more than
-10 % of the part's size (twice its radius about the centre of mass), as Adams warns, or an interface
-turned by more than 0.2 rad against the body's frame. Once for each body and kind.
+10 % of the part's size (twice its radius about the centre of mass), as Adams warns, an interface
+turned by more than 0.2 rad against the body's frame, or a body without geometric stiffening pressed
+together between two interfaces by more than 10 % of the load at which it would buckle on hinges
+there, or pulled apart by more than that load. Once for each body and kind.
 
     system.addEventReporter(new LinearRangeReporter(flexible, 0.001));
 
@@ -10,6 +12,8 @@ turned by more than 0.2 rad against the body's frame. Once for each body and kin
 m); modes describe deformations up to 10 % of it. … **/
 
 #include <functional>
+#include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <utility>
@@ -18,10 +22,16 @@ m); modes describe deformations up to 10 % of it. … **/
 
 namespace simflex {
 
+class PartColumns;
+
 class LinearRangeReporter : public SimTK::PeriodicEventReporter {
 public:
     static constexpr SimTK::Real LargestShare = 0.1;     ///< of the part's size
     static constexpr SimTK::Real LargestRotation = 0.2;  ///< [rad]
+    /** Of Euler's load on hinges. **/
+    static constexpr SimTK::Real LargestCompression = 0.1, LargestTension = 1;
+
+    enum class Kind { Displacement, Rotation, AxialLoad };
 
     using Warn = std::function<void(const std::string& message)>;
 
@@ -34,17 +44,19 @@ public:
 
     void handleEvent(const SimTK::State& state) const override;
 
-    /** What it has told already: number of the body, and whether an interface was turned; for runs
-    that go on later. **/
-    const std::set<std::pair<int, bool>>& getWarned() const { return m_warned; }
-    void setWarned(const std::set<std::pair<int, bool>>& warned) { m_warned = warned; }
+    /** What it has told already: number of the body, and of what kind; for runs that go on later.
+     * **/
+    const std::set<std::pair<int, Kind>>& getWarned() const { return m_warned; }
+    void setWarned(const std::set<std::pair<int, Kind>>& warned) { m_warned = warned; }
 
 private:
-    void warnOnce(int body, bool isRotation, const std::string& message) const;
+    void warnOnce(int body, Kind kind, const std::string& message) const;
+    void checkAxialLoad(const SimTK::State& state, FlexibleBodyIndex index) const;
 
     const FlexibleBodySubsystem& m_subsystem;
     Warn m_warn;
-    mutable std::set<std::pair<int, bool>> m_warned;
+    mutable std::set<std::pair<int, Kind>> m_warned;
+    mutable std::map<const ReducedBody*, std::shared_ptr<PartColumns>> m_columns;
 };
 
 /** Whether an assembly has deformed a flexible body beyond this range, or one that was beyond it

@@ -8,6 +8,7 @@ Warnings about large deformations, and strain energy by modes. **/
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/LinearRangeReporter.h"
+#include "simflex/part/PartColumns.h"
 #include "support/PointMassPart.h"
 
 namespace simflex::test {
@@ -93,6 +94,38 @@ TEST_F(LinearRangeTest, LargeRotationsOfInterfacesAreNamed) {
             EXPECT_EQ(isNamed, angle > 0.2);
         }
     }
+}
+
+TEST_F(LinearRangeTest, AxialLoadWithoutStiffeningIsNamed) {
+    // The part pushed at its interfaces against each other.
+    Vector xi(part->numModes, Real(0));
+    const ReducedBody::Interface &A = part->interfaces[0], &B = part->interfaces[1];
+    const Vec3 d = Vec3(B.position[0] - A.position[0], B.position[1] - A.position[1],
+                        B.position[2] - A.position[2])
+                       .normalize();
+    for (int i = 0; i < xi.size(); ++i)
+        for (int a = 0; a < 3; ++a)
+            xi[i] += d[a] * (A.Phi[size_t(3 * i + a)] - B.Phi[size_t(3 * i + a)]) /
+                     part->omegaSquared[size_t(i)];
+    const PartColumns::Load unit = PartColumns(*part).findLargest(&xi[0]).compression;
+    ASSERT_GT(unit.share, 0);
+    const auto countMessages = [&](Real share) {
+        State state = system.realizeTopology();
+        body.setModalCoordinates(state, share / unit.share * xi);
+        system.realize(state, Stage::Velocity);
+        reporter.handleEvent(state);
+        reporter.handleEvent(state);
+        int count = 0;
+        for (const std::string& text : messages)
+            if (text.find("between interfaces 'A' and 'B' by") != std::string::npos) ++count;
+        return count;
+    };
+    EXPECT_EQ(countMessages(0.099), 0);
+    EXPECT_EQ(countMessages(-0.99), 0);  // pulled
+    EXPECT_EQ(countMessages(0.101), 1);  // once
+    messages.clear();
+    reporter.setWarned({});
+    EXPECT_EQ(countMessages(-1.01), 1);
 }
 
 TEST_F(LinearRangeTest, StrainEnergiesOfModesAddUpToTheBodys) {

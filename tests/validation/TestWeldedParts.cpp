@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "simflex/forces/AttachmentForce.h"
+#include "simflex/part/PartColumns.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/StaticEquilibrium.h"
 #include "validation/WeldedParts.h"
@@ -26,36 +27,46 @@ TEST(WeldedParts, FrequenciesAreThoseOfTheWholeFiniteElementModel) {
     }
 }
 
-/** Load under which a cantilever of 1 m of bending pieces first has another equilibrium, over
-Euler's π²EI/4L² [-]. **/
-Real calcBucklingLoad(int numPieces, TieType tie = TieType::Rigid, bool hasStiffening = false) {
-    simflex::testing::Brick brick;
-    brick.size = {1.0 / numPieces, 0.02, 0.03};  // bends in y
-    brick.elements = {16 / numPieces, 1, 1};
-    brick.type = hasStiffening ? "C3D20" : "C3D20R";
-    brick.nu = 0;
-    const auto part = test::reduceBrick(brick, 16, tie, hasStiffening);
+/** A cantilever of 1 m of bending pieces that is pressed or pulled at its end. **/
+struct Column {
+    /** @param push  over Euler's load π²EI/4L² **/
+    Column(int numPieces, Real push, TieType tie = TieType::Rigid, bool hasStiffening = false) {
+        simflex::testing::Brick brick;
+        brick.size = {1.0 / numPieces, 0.02, 0.03};  // bends in y
+        brick.elements = {16 / numPieces, 1, 1};
+        brick.type = hasStiffening ? "C3D20" : "C3D20R";
+        brick.nu = 0;
+        const auto part = test::reduceBrick(brick, 16, tie, hasStiffening);
+        std::vector<FlexibleBody> pieces;
+        for (int i = 0; i < numPieces; ++i)
+            pieces.emplace_back(flexible, part, "piece" + std::to_string(i));
+        Joint::Weld(flexible, matter.Ground(), pieces[0].interface("left"), "clamp");
+        for (size_t i = 1; i < pieces.size(); ++i)
+            Joint::Weld(flexible, pieces[i - 1].interface("right"), pieces[i].interface("left"),
+                        "weld" + std::to_string(i));
+        const Real I = brick.size[2] * std::pow(brick.size[1], 3) / 12;
+        const Real euler = Pi * Pi * brick.E * I / 4;
+        AttachmentForce(flexible, pieces.back().interface("right"),
+                        SpatialVec(Vec3(0), Vec3(-push * euler, 0, 0)));
+        state = system.realizeTopology();
+        for (size_t i = 0; i < pieces.size(); ++i)
+            pieces[i].setPoseByInterface(state, "left",
+                                         Transform(Vec3(Real(i) * brick.size[0], 0, 0)));
+    }
+
     MultibodySystem system;
-    SimbodyMatterSubsystem matter(system);
-    FlexibleBodySubsystem flexible(system, matter);
-    std::vector<FlexibleBody> pieces;
-    for (int i = 0; i < numPieces; ++i)
-        pieces.emplace_back(flexible, part, "piece" + std::to_string(i));
-    Joint::Weld(flexible, matter.Ground(), pieces[0].interface("left"), "clamp");
-    for (size_t i = 1; i < pieces.size(); ++i)
-        Joint::Weld(flexible, pieces[i - 1].interface("right"), pieces[i].interface("left"),
-                    "weld" + std::to_string(i));
-    const Real I = brick.size[2] * std::pow(brick.size[1], 3) / 12;
-    const Real euler = Pi * Pi * brick.E * I / 4;
+    SimbodyMatterSubsystem matter{system};
+    FlexibleBodySubsystem flexible{system, matter};
+    State state;
+};
+
+/** Load under which it first has another equilibrium, over Euler's [-]. **/
+Real calcBucklingLoad(int numPieces, TieType tie = TieType::Rigid, bool hasStiffening = false) {
     constexpr Real Most = 1.3;  // in z it buckles at 2.25
-    AttachmentForce(flexible, pieces.back().interface("right"),
-                    SpatialVec(Vec3(0), Vec3(-Most * euler, 0, 0)));
-    State state = system.realizeTopology();
-    for (size_t i = 0; i < pieces.size(); ++i)
-        pieces[i].setPoseByInterface(state, "left", Transform(Vec3(Real(i) * brick.size[0], 0, 0)));
-    StaticEquilibrium equilibrium(system);
+    const Column column(numPieces, Most, tie, hasStiffening);
+    StaticEquilibrium equilibrium(column.system);
     Real load = NaN;
-    for (const auto& point : equilibrium.followPath(state, {}))
+    for (const auto& point : equilibrium.followPath(column.state, {}))
         if (point.kind == StaticEquilibrium::PathPoint::Kind::Bifurcation) {
             EXPECT_TRUE(std::isnan(load)) << "two bifurcations";
             EXPECT_EQ(point.numChanging, 1);
@@ -70,6 +81,38 @@ TEST(WeldedParts, ColumnsBuckleAtEulersLoad) {
     EXPECT_NEAR((two - four) / (four - eight), 4, 0.2);
     // Shear in the section and the shortened column take a few 1e-4.
     EXPECT_NEAR((4 * eight - four) / 3, 1, 1e-3);
+}
+
+/** What compresses a part, and Euler's load of it on hinges, by its modes alone. **/
+TEST(WeldedParts, ColumnsKnowTheirLoadsAndEulersLoad) {
+    simflex::testing::Brick brick;
+    brick.size = {1, 0.02, 0.03};
+    brick.elements = {16, 1, 1};
+    brick.type = "C3D20";
+    brick.nu = 0;
+    const Real euler = Pi * Pi * brick.E * brick.size[2] * std::pow(brick.size[1], 3) / 12;
+    for (const TieType tie : {TieType::Rigid, TieType::Distributing}) {
+        const auto part = test::reduceBrick(brick, 16, tie, false);
+        PartColumns columns(*part);
+        const auto calcXi = [&](Real push, Real moment) {  // on both ends, against each other
+            const auto &left = part->getInterface("left"), &right = part->getInterface("right");
+            std::vector<double> xi(size_t(part->numModes));
+            for (size_t i = 0; i < xi.size(); ++i)
+                xi[i] = (push * (left.Phi[3 * i] - right.Phi[3 * i]) +
+                         moment * (left.Psi[3 * i + 2] - right.Psi[3 * i + 2])) /
+                        part->omegaSquared[i];
+            return xi;
+        };
+        for (const Real moment : {0.0, 1.0}) {
+            const PartColumns::Load load =
+                columns.findLargest(calcXi(0.25 * euler, moment).data()).compression;
+            EXPECT_NEAR(load.force, 0.25 * euler, 1e-6 * euler);
+            EXPECT_NEAR(load.share, 0.25, 0.25 * 0.01);
+        }
+        const PartColumns::Loads pulled = columns.findLargest(calcXi(-2 * euler, 1).data());
+        EXPECT_EQ(pulled.compression.share, 0);
+        EXPECT_NEAR(pulled.tension.share, 2, 2 * 0.01);
+    }
 }
 
 /** With their geometric stiffness pieces buckle within, whatever ties them. **/

@@ -102,8 +102,8 @@ std::vector<double> MotionWarnings::save() const {
     saved.insert(saved.end(), m_outOfRange.begin(), m_outOfRange.end());
     for (const bool isTold : m_isNotFinite) saved.push_back(isTold);
     for (const bool isTold : m_turnsFast) saved.push_back(isTold);
-    for (const auto& [body, isRotation] : m_linearRange.getWarned())
-        saved.insert(saved.end(), {double(body), double(isRotation)});
+    for (const auto& [body, kind] : m_linearRange.getWarned())
+        saved.insert(saved.end(), {double(body), double(int(kind))});
     return saved;
 }
 
@@ -118,10 +118,10 @@ void MotionWarnings::restore(const std::vector<double>& saved) {
     for (double rest = take(); rest > 0; --rest) m_outOfRange.insert(int(take()));
     for (size_t k = 0; k < m_isNotFinite.size(); ++k) m_isNotFinite[k] = take() != 0;
     for (size_t k = 0; k < m_turnsFast.size(); ++k) m_turnsFast[k] = take() != 0;
-    std::set<std::pair<int, bool>> warned;
+    std::set<std::pair<int, LinearRangeReporter::Kind>> warned;
     while (at < saved.size()) {
         const int body = int(take());
-        warned.emplace(body, take() != 0);
+        warned.emplace(body, LinearRangeReporter::Kind(int(take())));
     }
     m_linearRange.setWarned(warned);
 }

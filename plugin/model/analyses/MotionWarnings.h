@@ -1,9 +1,9 @@
 #pragma once
 /** @file
 Warnings of a motion, each told once: flexible bodies that are bent beyond what modes describe, or
-turn so fast that they want geometric stiffening and have none, probes without a finite value,
-connectors that have left the range in which their force means something. What `simflex run` and the
-prompt tell alike. **/
+turn so fast or are so compressed that they want geometric stiffening and have none, probes without
+a finite value, connectors that have left the range in which their force means something. What
+`simflex run` and the prompt tell alike. **/
 
 #include <functional>
 #include <set>

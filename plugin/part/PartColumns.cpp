@@ -1,0 +1,149 @@
+#include "simflex/part/PartColumns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace simflex {
+
+using ::Eigen::Map;
+using ::Eigen::MatrixXd;
+using ::Eigen::Vector3d;
+using ::Eigen::VectorXd;
+
+namespace {
+
+Vector3d getPosition(const ReducedBody::Interface& interface) {
+    return Map<const Vector3d>(interface.position.data());
+}
+
+Map<const MatrixXd> getPhi(const ReducedBody::Interface& interface, int numModes) {
+    return {interface.Phi.data(), 3, numModes};
+}
+
+/** Forces on interfaces for each mode, 3k×n_f: those rows of F, see above. **/
+MatrixXd calcForces(const ReducedBody& part) {
+    constexpr double Resolved = 1e-10;  // of the largest compliance: stiffer is rigid
+    const int n = part.numModes;
+    const auto k = ::Eigen::Index(part.interfaces.size());
+    const double radius = part.calcRadius();
+    MatrixXd B(6 * k, n), rigid = MatrixXd::Zero(6 * k, 6);
+    for (::Eigen::Index i = 0; i < k; ++i) {
+        const ReducedBody::Interface& interface = part.interfaces[size_t(i)];
+        B.middleRows(3 * i, 3) = getPhi(interface, n);
+        B.middleRows(3 * (k + i), 3) =
+            radius * Map<const MatrixXd>(interface.Psi.data(), 3, n);  // moments over the radius
+        rigid.block<3, 3>(3 * i, 0).setIdentity();
+        rigid.block<3, 3>(3 * (k + i), 3).setIdentity();
+        for (int a = 0; a < 3; ++a)
+            rigid.block<3, 1>(3 * i, 3 + a) =
+                Vector3d::Unit(a).cross(getPosition(interface)) / radius;
+    }
+    const MatrixXd Z =
+        MatrixXd(::Eigen::HouseholderQR<MatrixXd>(rigid).householderQ()).rightCols(6 * k - 6);
+    const VectorXd flexibility = Map<const VectorXd>(part.omegaSquared.data(), n).cwiseInverse();
+    const MatrixXd displacements = Z.transpose() * B;
+    const ::Eigen::SelfAdjointEigenSolver<MatrixXd> compliance(
+        displacements * flexibility.asDiagonal() * displacements.transpose());
+    const VectorXd& values = compliance.eigenvalues();
+    VectorXd inverse = VectorXd::Zero(values.size());
+    for (::Eigen::Index i = 0; i < values.size(); ++i)
+        if (values[i] > Resolved * values[values.size() - 1]) inverse[i] = 1 / values[i];
+    const MatrixXd& vectors = compliance.eigenvectors();
+    return Z.topRows(3 * k) *
+           (vectors * (inverse.asDiagonal() * (vectors.transpose() * displacements)));
+}
+
+}  // namespace
+
+PartColumns::PartColumns(const ReducedBody& part) : m_part(part) {
+    constexpr double Nearest = 1e-3;  // of the part's radius: closer interfaces are one place
+    if (part.interfaces.size() < 2 || part.numModes == 0) return;
+    const int n = part.numModes;
+    const double least = Nearest * part.calcRadius();
+    const MatrixXd forces = calcForces(part);
+    for (int b = 0; b < int(part.interfaces.size()); ++b)
+        for (int a = 0; a < b; ++a) {
+            const ReducedBody::Interface& from = part.interfaces[size_t(a)];
+            const ReducedBody::Interface& to = part.interfaces[size_t(b)];
+            const Vector3d way = getPosition(to) - getPosition(from), d = way.normalized();
+            if (!(way.norm() > least)) continue;
+            m_columns.push_back(
+                {a, b, way.norm(), (getPhi(from, n) - getPhi(to, n)).transpose() * d,
+                 0.5 * (forces.middleRows(3 * a, 3) - forces.middleRows(3 * b, 3)).transpose() *
+                     d});
+        }
+}
+
+PartColumns::Loads PartColumns::findLargest(const double* xi) {
+    constexpr double Noticed = 1e-7;  // of a length: no slender part buckles at less
+    const Map<const VectorXd> at(xi, m_part.numModes);
+    Loads largest;
+    for (Column& column : m_columns) {
+        const double shortening = column.shortening.dot(at), force = column.force.dot(at);
+        if (!(std::abs(shortening) > Noticed * column.length) || !(force * shortening > 0))
+            continue;
+        if (column.critical < 0) column.critical = calcCriticalLoad(column);
+        const double share = std::abs(force) / column.critical;
+        Load& load = force > 0 ? largest.compression : largest.tension;
+        if (share > load.share) load = {column.from, column.to, std::abs(force), share};
+    }
+    return largest;
+}
+
+double PartColumns::calcCriticalLoad(const Column& column) const {
+    constexpr int NumSlices = 24;
+    const int n = m_part.numModes;
+    const ReducedBody::Interface& from = m_part.interfaces[size_t(column.from)];
+    const ReducedBody::Interface& to = m_part.interfaces[size_t(column.to)];
+    const Vector3d start = getPosition(from);
+    const Vector3d d = (getPosition(to) - start) / column.length;
+
+    // Displacements of the axis: at both ends, and the means of slices between.
+    std::vector<int> slices(m_part.mesh.positions.size() / 3, -1);
+    std::vector<double> places(NumSlices, 0.0), counts(NumSlices, 0.0);
+    for (size_t k = 0; k < slices.size(); ++k) {
+        const double x = d.dot(Map<const Vector3d>(m_part.mesh.positions.data() + 3 * k) - start);
+        if (!(x > 0 && x < column.length)) continue;
+        const int slice = std::min(int(NumSlices * x / column.length), NumSlices - 1);
+        slices[k] = slice;
+        places[size_t(slice)] += x;
+        counts[size_t(slice)] += 1;
+    }
+    MatrixXd sums = MatrixXd::Zero(3 * NumSlices, n);
+    for (int i = 0; i < n; ++i) {
+        const double* const phi = m_part.Phi.data() + size_t(i) * 3 * slices.size();
+        for (size_t k = 0; k < slices.size(); ++k)
+            if (slices[k] >= 0)
+                sums.col(i).segment<3>(3 * slices[k]) += Map<const Vector3d>(phi + 3 * k);
+    }
+    std::vector<double> xs{0};
+    std::vector<MatrixXd> axis{getPhi(from, n)};
+    for (int s = 0; s < NumSlices; ++s) {
+        if (counts[size_t(s)] == 0) continue;
+        xs.push_back(places[size_t(s)] / counts[size_t(s)]);
+        axis.push_back(sums.middleRows(3 * s, 3) / counts[size_t(s)]);
+    }
+    xs.push_back(column.length);
+    axis.push_back(getPhi(to, n));
+
+    // Slopes against the chord, across d, times √dx/Ω.
+    const MatrixXd chord = (axis.back() - axis.front()) / column.length;
+    const VectorXd flexibility =
+        Map<const VectorXd>(m_part.omegaSquared.data(), n).cwiseSqrt().cwiseInverse();
+    const ::Eigen::Matrix3d across = ::Eigen::Matrix3d::Identity() - d * d.transpose();
+    MatrixXd slopes(3 * ::Eigen::Index(xs.size() - 1), n);
+    for (size_t k = 1; k < xs.size(); ++k) {
+        const double dx = xs[k] - xs[k - 1];
+        slopes.middleRows(3 * ::Eigen::Index(k - 1), 3) = std::sqrt(dx) * across *
+                                                          ((axis[k] - axis[k - 1]) / dx - chord) *
+                                                          flexibility.asDiagonal();
+    }
+    const double largest = ::Eigen::SelfAdjointEigenSolver<MatrixXd>(slopes * slopes.transpose(),
+                                                                     ::Eigen::EigenvaluesOnly)
+                               .eigenvalues()
+                               .maxCoeff();
+    return largest > 0 ? 1 / largest : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace simflex
