@@ -209,10 +209,16 @@ TEST_F(CalculixDeckTest, SurfaceElementsOfAMesherAreDropped) {
     const FeModel model =
         read(brick.text() +
              "*ELEMENT, TYPE=CPS4, ELSET=SKIN\n9001,1,2,11,10\n"
-             "*ELEMENT, TYPE=T3D2, ELSET=EDGE\n9002,1,2\n*NSET, NSET=SEAT\n1,2,11,10\n");
+             "*ELEMENT, TYPE=T3D2, ELSET=EDGE\n9002,1,2\n*NSET, NSET=SEAT\n1,2,11,10\n"
+             "*NSET, NSET=TWIN, ELSET=SKIN\n");
     EXPECT_EQ(model.mesh.elements.size(), 1u);
     EXPECT_EQ(model.mesh.elements[0].numElements(), 32);
     EXPECT_EQ(model.mesh.nodeSets.at("SEAT").size(), 4u);
+    // Sets of nothing else name their nodes, as Gmsh writes physical groups.
+    EXPECT_EQ(model.mesh.nodeSets.at("SKIN"), model.mesh.nodeSets.at("SEAT"));
+    EXPECT_EQ(model.mesh.nodeSets.at("TWIN"), model.mesh.nodeSets.at("SEAT"));
+    EXPECT_EQ(model.mesh.nodeSets.at("EDGE").size(), 2u);
+    EXPECT_EQ(model.mesh.nodeSets.count("BODY"), 0u);
 }
 
 TEST_F(CalculixDeckTest, LongNumbersKeepTheirExponent) {

@@ -502,7 +502,7 @@ private:
                     ++m_numSolids;
                 }
             } else {
-                m_skin.insert(numbers[0]);
+                m_skin[numbers[0]].assign(numbers.begin() + 1, numbers.end());
                 m_skinTypes.insert(type);
                 noteLeftOut("surface or line elements " + type, card);
             }
@@ -601,7 +601,23 @@ private:
             for (const auto& solid : solids) add(solid.number, solid.nodes);
         for (const ThinElement& element : m_thin) add(element.number, element.nodes);
         for (const auto& [number, element] : m_hinged) add(number, element.nodes);
+        for (const auto& [number, of] : m_skin) add(number, of);
         return nodes;
+    }
+
+    /** Element sets of nothing but skin, as Gmsh writes a physical group of surfaces or lines, name
+    their nodes. **/
+    void addSetsOfSkin() {
+        for (const auto& [name, numbers] : m_elementSets) {
+            std::vector<int> nodes;
+            const bool isSkin = std::all_of(numbers.begin(), numbers.end(), [&](int number) {
+                const auto found = m_skin.find(number);
+                if (found == m_skin.end() || m_solidNumbers.count(number)) return false;
+                nodes.insert(nodes.end(), found->second.begin(), found->second.end());
+                return true;
+            });
+            if (isSkin) m_nodeSets.insert({name, std::move(nodes)});
+        }
     }
 
     /** Axes of the nodes of a set, in which supports, loads and equations speak of them. **/
@@ -696,7 +712,7 @@ private:
                 m_extraNodes.insert(m_extraNodes.end(), element.nodes.begin(), element.nodes.end());
                 m_model.hinged.push_back(element);
             } else if (isTruss(element.type)) {
-                m_skin.insert(number);
+                m_skin[number] = element.nodes;
                 LeftOut& entry = m_leftOut["surface or line elements " + element.type];
                 if (entry.count++ == 0)
                     entry.where = " (" + element.where.substr(0, element.where.size() - 2) + ")";
@@ -1789,6 +1805,7 @@ private:
             m_model.notes.push_back("left out " +
                                     plural(m_nodes.size() - mesh.nodeNumbers.size(), "node") +
                                     " of no solid element");
+        addSetsOfSkin();
         for (auto& [name, numbers] : m_nodeSets) {
             std::vector<int> nodes;
             size_t unknown = 0;
@@ -1868,8 +1885,8 @@ private:
     std::map<int, PointElement> m_pointElements;
     std::map<int, std::vector<int>> m_inertiaNodes;  ///< by the reference node they follow
     std::vector<std::pair<DeckCard, int>> m_averagedNodes;
-    std::map<int, HingedElement> m_hinged;  ///< by number
-    std::set<int> m_skin;
+    std::map<int, HingedElement> m_hinged;   ///< by number
+    std::map<int, std::vector<int>> m_skin;  ///< elements that are left out, with their nodes
     std::set<std::string> m_skinTypes;
     size_t m_numSolids = 0;
     std::map<std::string, LeftOut> m_leftOut;
