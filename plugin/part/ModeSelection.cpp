@@ -73,6 +73,13 @@ ReducedBody selectModes(ReducedBody part, std::vector<int> modes) {
         keepColumns(modes, 6 * part.modalStress->nodes.size(), part.modalStress->stress);
         keepColumns(modes, 6 * part.modalStress->nodes.size(), part.modalStress->strain);
     }
+    for (ReducedBody::Derivative& derivative : part.derivatives) {
+        std::array<std::vector<double>, 2> both = {std::move(derivative.K),
+                                                   std::move(derivative.M)};
+        keepSquares(modes, n, both);
+        derivative.K = std::move(both[0]);
+        derivative.M = std::move(both[1]);
+    }
     if (part.stiffening) {
         keepSquares(modes, n, part.stiffening->turning);
         for (auto& K : part.stiffening->interfaces) keepSquares(modes, n, K);

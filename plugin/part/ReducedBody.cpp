@@ -30,10 +30,10 @@ void checkFinite(const std::string& part, const char* quantity, const std::vecto
 
 /** Refuses a matrix with A ≠ sign·Aᵀ beyond round-off. Entries of I₂ and N are at most of order 1
 for mass-normalised modes, so a component that vanishes (of a plane part, say) may be all round-off.
-**/
+@param size  of numbers that would be all round-off beside others **/
 void checkSymmetry(const std::string& part, const char* quantity, const std::vector<double>& A,
-                   int n, int sign) {
-    double largest = 1, defect = 0;
+                   int n, int sign, double size = 1) {
+    double largest = size, defect = 0;
     for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
             largest = std::max(largest, std::abs(A[i + j * n]));
@@ -128,6 +128,16 @@ const ReducedBody::Interface& ReducedBody::getInterface(const std::string& inter
                             "'; it has " + (known.empty() ? "none" : known));
 }
 
+const ReducedBody::Derivative& ReducedBody::getDerivative(const std::string& parameter) const {
+    std::string known;
+    for (const Derivative& candidate : derivatives) {
+        if (candidate.parameter == parameter) return candidate;
+        known += (known.empty() ? "'" : ", '") + candidate.parameter + "'";
+    }
+    throw std::out_of_range("part '" + name + "' has no derivative by '" + parameter +
+                            "'; it has " + (known.empty() ? "none" : known));
+}
+
 std::vector<double> ReducedBody::calcLargestModeDisplacements() const {
     std::vector<double> largest(numModes, 0.0);
     const size_t rows = 3 * size_t(mesh.numNodes());
@@ -154,6 +164,8 @@ double ReducedBody::calcRadius() const {
 ReducedBody ReducedBody::withScaledStiffness(double factor) const {
     ReducedBody scaled = *this;
     for (double& value : scaled.omegaSquared) value *= factor;
+    for (Derivative& derivative : scaled.derivatives)
+        for (double& value : derivative.K) value *= factor;
     if (scaled.modalStress)
         for (float& value : scaled.modalStress->stress) value = float(value * factor);
     scaled.report.reset();  // its frequencies are of the original
@@ -256,6 +268,20 @@ void ReducedBody::validate() const {
         for (const auto* values : {&modalStress->stress, &modalStress->strain})
             for (const float value : *values)
                 if (!std::isfinite(value)) refuse(name, "modal stress is not a finite number");
+    }
+    for (size_t k = 0; k < derivatives.size(); ++k) {
+        const Derivative& derivative = derivatives[k];
+        const std::string of = " of the derivative by '" + derivative.parameter + "'";
+        for (size_t other = 0; other < k; ++other)
+            if (derivatives[other].parameter == derivative.parameter)
+                refuse(name, "it has the derivative by '" + derivative.parameter + "' twice");
+        checkFinite(name, ("the value" + of).c_str(), {derivative.value});
+        for (const auto& [quantity, matrix] :
+             {std::pair("K" + of, &derivative.K), std::pair("M" + of, &derivative.M)}) {
+            checkSize(name, quantity.c_str(), matrix->size(), n * n);
+            checkFinite(name, quantity.c_str(), *matrix);
+            checkSymmetry(name, quantity.c_str(), *matrix, numModes, +1, 0);
+        }
     }
     if (!stiffening) return;
     if (stiffening->interfaces.size() != interfaces.size())

@@ -86,6 +86,20 @@ public:
         std::vector<double> displacements;  ///< m, largest of each shape [m/√J]
     };
 
+    /** How stiffness and mass change with a number of the model, the modes kept as they are:
+
+        ΦᵀK(p)Φ ≈ Ω² + (p − value) K,   ΦᵀM(p)Φ ≈ 1 + (p − value) M,   dΩᵢ²/dp = Kᵢᵢ − Ωᵢ² Mᵢᵢ
+
+    The last holds of modes that the basis has exactly, such as all of a part without interfaces.
+    Mass, inertia, I₁, I₂ and N are those at `value`; no run reads derivatives. **/
+    struct Derivative {
+        std::string parameter;  ///< "thickness:SKIN", see DesignParameter.h
+        std::string unit;       ///< "Pa", "kg/m^3", "m", "m^2"; "1" of a factor
+        double value = 0;       ///< p of the part, in this unit
+        std::vector<double> K;  ///< n_f×n_f, symmetric [rad²/s² per unit]
+        std::vector<double> M;  ///< n_f×n_f, symmetric [1 per unit]
+    };
+
     std::string name;
     double mass = 0;  ///< m [kg]
     std::array<double, 3>
@@ -101,6 +115,7 @@ public:
     std::optional<Stiffening> stiffening;    ///< if the part was reduced with it
     std::optional<ModalStress> modalStress;  ///< if the part was reduced with it
     std::optional<ReductionReport> report;   ///< how good the reduction is
+    std::vector<Derivative> derivatives;     ///< those that the model was read with
 
     /** The same part with further modes, by which a run knows what the modes left out would change;
     if the part was reduced with it. **/
@@ -115,13 +130,17 @@ public:
      * **/
     const Interface& getInterface(const std::string& interfaceName) const;
 
+    /** @throws std::out_of_range that names the part, the parameter asked for and those that it has
+    derivatives by. **/
+    const Derivative& getDerivative(const std::string& parameter) const;
+
     /** Largest node displacement |φ_i(s)| of each mode for ξ_i = 1; size n_f. O(nodes·n_f). **/
     std::vector<double> calcLargestModeDisplacements() const;
 
     /** Radius of the smallest sphere about the centre of mass that holds every node [m]. **/
     double calcRadius() const;
 
-    /** The same part with its stiffness multiplied: Ω² ← factor·Ω². **/
+    /** The same part with its stiffness multiplied: Ω² ← factor·Ω², and its derivatives. **/
     ReducedBody withScaledStiffness(double factor) const;
 
     /** Checks sizes, finiteness, positive mass and inertia, symmetry of I₂ and K, antisymmetry of

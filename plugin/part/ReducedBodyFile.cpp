@@ -73,6 +73,7 @@ void readSquares(hid_t parent, const std::string& name, hsize_t n,
 
 /** The oldest version that can hold the part. **/
 int findVersion(const ReducedBody& body) {
+    if (!body.derivatives.empty()) return 5;
     if (body.finer || body.further || (body.report && !body.report->staticErrors.empty())) return 4;
     for (const auto& interface : body.interfaces)
         if (interface.tie != TieType::Rigid) return 3;
@@ -111,6 +112,20 @@ void writeModalStress(hid_t file, const ReducedBody::ModalStress& modal, hsize_t
     hdf5::write(group, "nodes", {modal.nodes.size()}, modal.nodes.data());
     hdf5::write(group, "stress", {numModes, numRows}, modal.stress.data());
     hdf5::write(group, "strain", {numModes, numRows}, modal.strain.data());
+}
+
+void writeDerivatives(hid_t file, const std::vector<ReducedBody::Derivative>& derivatives,
+                      hsize_t n) {
+    const auto group = hdf5::createGroup(file, "derivatives");
+    int index = 0;
+    for (const ReducedBody::Derivative& derivative : derivatives) {
+        const auto one = hdf5::createGroup(group, std::to_string(index++));
+        hdf5::writeText(one, "parameter", derivative.parameter);
+        hdf5::writeText(one, "unit", derivative.unit);
+        hdf5::write(one, "value", {1}, &derivative.value);
+        hdf5::write(one, "K", {n, n}, derivative.K.data());
+        hdf5::write(one, "M", {n, n}, derivative.M.data());
+    }
 }
 
 void writeBody(hid_t file, const ReducedBody& body) {
@@ -154,6 +169,7 @@ void writeBody(hid_t file, const ReducedBody& body) {
         for (const auto& matrices : body.stiffening->interfaces)
             writeSquares(perInterface, std::to_string(index++), matrices, n);
     }
+    if (!body.derivatives.empty()) writeDerivatives(file, body.derivatives, n);
     if (body.further) {
         const auto further = hdf5::createGroup(file, "further");
         const hsize_t m = body.further->displacements.size();
@@ -236,6 +252,21 @@ ReducedBody::ModalStress readModalStress(hid_t file, hsize_t numModes, int numNo
     return modal;
 }
 
+std::vector<ReducedBody::Derivative> readDerivatives(hid_t file, hsize_t n) {
+    const auto group = hdf5::openGroup(file, "derivatives");
+    std::vector<ReducedBody::Derivative> derivatives;
+    for (size_t k = 0; k < hdf5::countLinks(group); ++k) {
+        const auto one = hdf5::openGroup(group, std::to_string(k));
+        ReducedBody::Derivative& derivative = derivatives.emplace_back();
+        derivative.parameter = hdf5::readText(one, "parameter");
+        derivative.unit = hdf5::readText(one, "unit");
+        derivative.value = readArray<1>(one, "value")[0];
+        derivative.K = hdf5::readNumbers(one, "K", {n, n});
+        derivative.M = hdf5::readNumbers(one, "M", {n, n});
+    }
+    return derivatives;
+}
+
 /** What a body's reading may find: a twin that was reduced with more modes has none of its own. **/
 enum class Twin { MayBeThere, IsRefused };
 
@@ -300,6 +331,8 @@ ReducedBody readBody(hid_t file, Twin twin) {
         for (size_t k = 0; k < body.stiffening->interfaces.size(); ++k)
             readSquares(perInterface, std::to_string(k), n, body.stiffening->interfaces[k]);
     }
+    if (version >= 5 && hdf5::hasLink(file, "derivatives"))
+        body.derivatives = readDerivatives(file, n);
     if (version >= 4 && hdf5::hasLink(file, "further")) {
         const auto further = hdf5::openGroup(file, "further");
         body.further.emplace();

@@ -2,7 +2,7 @@
 /** @file
 The HDF5 file of a reduced part, one file per part.
 
-Layout, version 4 (SI units; numbers are 64-bit floats, indices 32-bit integers, little-endian;
+Layout, version 5 (SI units; numbers are 64-bit floats, indices 32-bit integers, little-endian;
 matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r data set):
 
     /                 attributes: format = "simflex reduced body", version, name, units,
@@ -26,6 +26,8 @@ matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r dat
     /finer            since version 4, if there is: the part with further modes, a whole part with
                       attributes and data sets as above; and further/coordinates n_f×m,
                       displacements m (see ReducedBody::Further)
+    /derivatives/K    since version 5, if there are: attributes parameter, unit; value 1, K and M
+                      n_f×n_f (see ReducedBody::Derivative)
     /mesh             node_numbers, positions nodes×3 from the centre of mass
     /mesh/elements/K  attribute type ("Hex8" …); upper_side: of shells, that of their last corners;
                       nodes elements×(nodes per element)
@@ -47,8 +49,9 @@ namespace simflex {
 /** Newest version of the layout; the library reads this one and all before. A file gets the oldest
 version that can hold its part, so that older programs read it or refuse it, but never leave part of
 it out: 1 without anything optional, 2 with geometric stiffness, 3 with distributing ties,
-modal stress or a report, 4 with a finer twin or static errors. **/
-constexpr int ReducedBodyFileVersion = 4;
+modal stress or a report, 4 with a finer twin or static errors, 5 with
+derivatives. **/
+constexpr int ReducedBodyFileVersion = 5;
 
 /** Writes a part. The file appears under its name only when it is complete: it is written beside
 it first and then renamed; nothing is left behind after an error. The same part gives the same

@@ -27,6 +27,8 @@ const std::string& getFile() {
         body.modalStress->nodes = {0, 3};
         body.modalStress->stress.assign(24, 1.0f);
         body.modalStress->strain.assign(24, 1e-6f);
+        body.derivatives = {
+            {"thickness:SKIN", "m", 0.01, std::vector<double>(4, 1e6), std::vector<double>(4, 1)}};
         body.interfaces[1].tie = TieType::Distributing;
         body.interfaces[1].weights.assign(body.interfaces[1].nodes.size(),
                                           1.0 / double(body.interfaces[1].nodes.size()));
@@ -62,6 +64,11 @@ const char* const kObjects[] = {"mass",
                                 "modal_stress/nodes",
                                 "modal_stress/stress",
                                 "modal_stress/strain",
+                                "derivatives",
+                                "derivatives/0",
+                                "derivatives/0/value",
+                                "derivatives/0/K",
+                                "derivatives/0/M",
                                 "report",
                                 "report/normal_frequencies",
                                 "report/effective_masses",
@@ -79,9 +86,10 @@ const char* const kObjects[] = {"mass",
                                 "mesh/node_sets/0/nodes",
                                 "."};
 
-const char* const kAttributes[] = {"format",  "version", "name",
-                                   "units",   "type",    "num_constraint_modes",
-                                   "created", "source",  "num_attachment_modes"};
+const char* const kAttributes[] = {"format",    "version", "name",
+                                   "units",     "type",    "num_constraint_modes",
+                                   "created",   "source",  "num_attachment_modes",
+                                   "parameter", "unit"};
 
 }  // namespace
 

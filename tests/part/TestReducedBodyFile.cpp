@@ -175,6 +175,38 @@ TEST_F(ReducedBodyFileTest, TheFinerTwinAndStaticErrorsComeBack) {
     EXPECT_THROW(body.validate(), std::invalid_argument);
 }
 
+TEST_F(ReducedBodyFileTest, DerivativesComeBackAndAreSymmetricOfEachParameterOne) {
+    ReducedBody body = makePart();
+    const size_t n = size_t(body.numModes);
+    ReducedBody::Derivative derivative{"thickness:SKIN / 1", "m", 0.004, {}, {}};
+    for (size_t j = 0; j < n; ++j)
+        for (size_t i = 0; i < n; ++i) {
+            derivative.K.push_back(1e9 / double(1 + i + j));
+            derivative.M.push_back(1.0 / double(3 + i * j));
+        }
+    body.derivatives = {derivative, derivative};
+    EXPECT_THROW(writeReducedBody(file, body), std::invalid_argument);
+    body.derivatives[1].parameter = "density:STEEL";
+    writeReducedBody(file, body);
+    const ReducedBody read = readReducedBody(file);
+    expectSame(read, body);
+    ASSERT_EQ(read.derivatives.size(), 2u);
+    for (size_t k = 0; k < 2; ++k) {
+        EXPECT_EQ(read.derivatives[k].parameter, body.derivatives[k].parameter);
+        EXPECT_EQ(read.derivatives[k].unit, "m");
+        EXPECT_EQ(read.derivatives[k].value, 0.004);
+        EXPECT_EQ(read.derivatives[k].K, derivative.K);
+        EXPECT_EQ(read.derivatives[k].M, derivative.M);
+    }
+    EXPECT_EQ(&read.getDerivative("density:STEEL"), &read.derivatives[1]);
+    EXPECT_THROW(read.getDerivative("density:LEAD"), std::out_of_range);
+    body.derivatives[0].K[1] *= 2;
+    EXPECT_THROW(body.validate(), std::invalid_argument);
+    body.derivatives[0] = derivative;
+    body.derivatives[0].M.pop_back();
+    EXPECT_THROW(body.validate(), std::invalid_argument);
+}
+
 /** What reading says of a part file that was changed in place. **/
 template <class Change>
 std::string readChanged(const Change& change) {
