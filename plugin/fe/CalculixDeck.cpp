@@ -9,6 +9,7 @@
 #include "simflex/base/Hash.h"
 #include "simflex/fe/decks/DeckBuilder.h"
 #include "simflex/fe/decks/DeckElements.h"
+#include "simflex/fe/decks/DesignParameters.h"
 #include "simflex/fe/elements/ElementAssembly.h"
 
 namespace simflex {
@@ -33,9 +34,8 @@ void addPointMasses(const DeckModel& deck, FeModel& model) {
     }
 }
 
-/** K and m of all that the deck has. **/
-void assemble(const DeckModel& deck, const ProgressCallback& progress, FeModel& model) {
-    assembleElements(*model.elements, model.mesh, model.K, model.m, progress);
+/** What the deck has beside FeModel::elements. **/
+void addOthers(const DeckModel& deck, FeModel& model) {
     addHingedElements(deck, model);
     addPointMasses(deck, model);
     addSprings(deck, model);
@@ -48,9 +48,31 @@ SymmetricMatrix assembleBeside(const DeckModel& deck) {
     beside.mesh = deck.mesh;
     beside.K = SymmetricMatrix::fromEntries(3 * deck.mesh.numNodes(), {}, {}, {});
     beside.m = SymmetricMatrix::fromEntries(deck.mesh.numNodes(), {}, {}, {});
-    addHingedElements(deck, beside);
-    addSprings(deck, beside);
+    addOthers(deck, beside);
     return beside.K;
+}
+
+/** K and m of all that the deck has. **/
+void assemble(const DeckModel& deck, const ProgressCallback& progress, FeModel& model) {
+    assembleElements(*model.elements, model.mesh, model.K, model.m, progress);
+    addOthers(deck, model);
+}
+
+/** See DesignParameter::variants. **/
+FeModel makeVariant(DeckModel deck) {
+    FeModel model;
+    model.source = deck.path;
+    model.elements = std::make_shared<const FeElements>(makeElements(deck));
+    model.mesh.nodeNumbers = deck.mesh.nodeNumbers;
+    model.mesh.positions = std::move(deck.mesh.positions);
+    model.constraints = std::move(deck.constraints);
+    for (const auto& [A, size] : {std::pair(&model.K, 3 * model.mesh.numNodes()),
+                                  std::pair(&model.m, model.mesh.numNodes())}) {
+        A->size = size;
+        A->columnStarts.assign(size_t(size) + 1, 0);
+    }
+    addOthers(deck, model);
+    return model;
 }
 
 void visitMatrix(Archive& archive, SymmetricMatrix& A) {
@@ -79,10 +101,15 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     reportProgress(options.progress, ReadingDeck, ReadingCards);
     Hash hash;
     if (options.checkpoint) hash = hashCards(cards);
-    DeckModel deck =
-        buildDeckModel(path, std::move(cards),
-                       options.leavesContactOut ? ContactUse::LeftOut : ContactUse::Refused,
-                       options.hasCalculixShells ? ShellUse::CalculixSolids : ShellUse::Shells);
+    std::vector<DeckCard> ofVariants;
+    if (!options.derivatives.empty()) ofVariants = cards;
+    const auto build = [&](std::vector<DeckCard> some) {
+        return buildDeckModel(
+            path, std::move(some),
+            options.leavesContactOut ? ContactUse::LeftOut : ContactUse::Refused,
+            options.hasCalculixShells ? ShellUse::CalculixSolids : ShellUse::Shells);
+    };
+    DeckModel deck = build(std::move(cards));
     if (options.hasCalculixShells) hash.add(std::string("CalculiX's shells"));
     if (options.note)
         for (const std::string& note : deck.notes) options.note(note);
@@ -122,6 +149,11 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     }
     reportProgress(options.progress, "checking K and M", 0);
     model.validate();
+    model.parameters = makeDesignParameters(ofVariants, options.derivatives, model,
+                                            [&](std::vector<DeckCard> some) {
+                                                reportProgress(options.progress, "derivatives", -1);
+                                                return makeVariant(build(std::move(some)));
+                                            });
     return model;
 }
 

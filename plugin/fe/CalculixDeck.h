@@ -67,6 +67,9 @@ struct CalculixOptions {
     bool leavesContactOut = false;
     /** S3, S4 and S4R are the solids that CalculiX makes of them, which lock, and no shells. **/
     bool hasCalculixShells = false;
+    /** Names of numbers of the deck by which the reduced K and M are differentiated,
+    "thickness:SKIN": see DesignParameter.h. **/
+    std::vector<std::string> derivatives;
     /** Called with each thing left out or changed; FeModel::notes holds them too. **/
     std::function<void(const std::string&)> note;
     /** The same with FeModel::warnings: never to be hidden. **/

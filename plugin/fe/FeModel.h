@@ -59,19 +59,23 @@ struct NodalConstraints {
     bool empty() const { return rowStarts.empty(); }
 };
 
-class FeElements;  // internal
+class FeElements;        // internal
+struct DesignParameter;  // internal
 
 /** Stiffness and mass of one free part on its mesh. **/
 struct FeModel {
-    std::string source;              ///< the deck or matrix file it was read from
-    std::string program;             ///< the FE program that assembled it, with its version
-    Mesh mesh;                       ///< positions in deck coordinates [m]
-    SymmetricMatrix K;               ///< 3·numNodes, dof = 3·node + axis [N/m]
-    SymmetricMatrix m;               ///< numNodes, M = m ⊗ 1₃ [kg]
-    NodalConstraints constraints;    ///< what ties nodes to each other; K and m are without them
+    std::string source;            ///< the deck or matrix file it was read from
+    std::string program;           ///< the FE program that assembled it, with its version
+    Mesh mesh;                     ///< positions in deck coordinates [m]
+    SymmetricMatrix K;             ///< 3·numNodes, dof = 3·node + axis [N/m]
+    SymmetricMatrix m;             ///< numNodes, M = m ⊗ 1₃ [kg]
+    NodalConstraints constraints;  ///< what ties nodes to each other; K and m are without them
     /** What K and m are made of; null where they were read, so that there is neither stress nor
     geometric stiffness. **/
     std::shared_ptr<const FeElements> elements;
+    /** Numbers by which K and M of a part made of the model are differentiated: those that
+    CalculixOptions::derivatives asks for. **/
+    std::vector<std::shared_ptr<const DesignParameter>> parameters;
     std::vector<std::string> notes;  ///< what the reader left out or changed without consequence
     /** What may change K, M or the meaning of a result; a part made of the model keeps them. **/
     std::vector<std::string> warnings;

@@ -61,6 +61,11 @@ void checkOptions(const SourceOptions& options, Kind kind) {
     forbid(kind != Kind::MatrixMarket && !options.dofs.empty(), "--dofs", "Matrix Market files");
     forbid(kind != Kind::Deck && options.calculix.hasCalculixShells, "--calculix-shells", "decks");
     forbid(kind != Kind::Deck && options.calculix.leavesContactOut, "--without-contact", "decks");
+    if (kind != Kind::Deck && kind != Kind::Gmsh && !options.calculix.derivatives.empty())
+        throw std::invalid_argument(options.path + ": derivative by '" +
+                                    options.calculix.derivatives[0] +
+                                    "': matrices do not say what they are made of; --derivative "
+                                    "belongs to decks and geometry");
     forbid(kind != Kind::Gmsh && !options.material.empty(), "--material",
            "Gmsh meshes; in a deck the material is *ELASTIC and *DENSITY");
     forbid(kind != Kind::Gmsh &&

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "simflex/base/NumberText.h"
+#include "simflex/fe/DesignParameter.h"
 #include "simflex/fe/elements/FeElements.h"
 
 namespace simflex {
@@ -156,6 +157,17 @@ void convertToSI(FeModel& model, const UnitSystem& units) {
         auto elements = std::make_shared<FeElements>(*model.elements);
         elements->convertUnits(units.length, units.stress(), units.density());
         model.elements = std::move(elements);
+    }
+    for (auto& parameter : model.parameters) {
+        auto converted = std::make_shared<DesignParameter>(*parameter);
+        for (FeModel& variant : converted->variants) convertToSI(variant, units);
+        const std::string& unit = converted->unit;
+        converted->value *= unit == "Pa"       ? units.stress()
+                            : unit == "kg/m^3" ? units.density()
+                            : unit == "m"      ? units.length
+                            : unit == "m^2"    ? units.length * units.length
+                                               : 1;
+        parameter = std::move(converted);
     }
     if (units.name != "m-kg-s")
         model.notes.push_back("converted from " + units.name + " to metres, kilograms and seconds");

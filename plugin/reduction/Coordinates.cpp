@@ -77,9 +77,11 @@ SymmetricMatrix transform(const SymmetricMatrix& A, const NodalConstraints& T) {
 
 }  // namespace
 
+Coordinates::Coordinates(const FeModel& model) : m_model(model), m_T(model.constraints) {}
+
 Coordinates::Coordinates(const FeModel& model, const Stiffness& stiffness,
                          const std::vector<int>& tieOf)
-    : m_model(model), m_stiffness(stiffness), m_T(model.constraints) {
+    : m_model(model), m_stiffness(&stiffness), m_T(model.constraints) {
     if (!stiffness.unknowns().empty()) countFromBases(tieOf);
 }
 
@@ -100,7 +102,7 @@ void Coordinates::countFromBases(const std::vector<int>& tieOf) {
                 tieOfCoordinate[size_t(T.columns[size_t(k)])] = tie;
     std::vector<int> baseOf(size_t(T.numCoordinates), -1);
     std::vector<char> isBase(size_t(T.numCoordinates), 0);
-    const SectionUnknowns& unknowns = m_stiffness.unknowns();
+    const SectionUnknowns& unknowns = m_stiffness->unknowns();
     for (int row = 0; row < m_model.K.size; ++row) {
         const int node = unknowns.baseOf(row / 3);
         if (node < 0) continue;
@@ -141,8 +143,8 @@ SymmetricMatrix Coordinates::assemble(const SymmetricMatrix& A) const {
 }
 
 SymmetricMatrix Coordinates::assembleStiffness() const {
-    const SectionUnknowns& unknowns = m_stiffness.unknowns();
-    if (unknowns.empty()) return assemble(m_stiffness.matrix());
+    const SectionUnknowns& unknowns = m_stiffness->unknowns();
+    if (unknowns.empty()) return assemble(m_stiffness->matrix());
     NodalConstraints ofUnknowns;  // their rows of T: those of u less those of the bases
     ofUnknowns.numCoordinates = m_T.numCoordinates;
     ofUnknowns.rowStarts.push_back(0);
@@ -157,7 +159,7 @@ SymmetricMatrix Coordinates::assembleStiffness() const {
                             [&](int node, double weight) { add(3 * node + row % 3, -weight); });
         addRow(entries, ofUnknowns);
     }
-    return transform(m_stiffness.matrix(), ofUnknowns);
+    return transform(m_stiffness->matrix(), ofUnknowns);
 }
 
 Shapes Coordinates::expand(const std::vector<int>& listed, const Eigen::MatrixXd& q) const {
@@ -200,8 +202,14 @@ Eigen::MatrixXd Coordinates::contract(const std::vector<int>& listed, const Shap
     return g;
 }
 
-Shapes Coordinates::solveRigid(const Shapes& R) const {
-    if (isIdentity()) return R;
+std::vector<int> Coordinates::listAll() const {
+    std::vector<int> all(static_cast<size_t>(size()));
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+}
+
+Eigen::MatrixXd Coordinates::solve(const Shapes& u) const {
+    if (isIdentity()) return u;
     SymmetricMatrix identity;
     identity.size = m_model.K.size;
     for (int dof = 0; dof <= identity.size; ++dof) identity.columnStarts.push_back(dof);
@@ -209,8 +217,7 @@ Shapes Coordinates::solveRigid(const Shapes& R) const {
         identity.rows.push_back(dof);
         identity.values.push_back(1);
     }
-    std::vector<int> all;
-    for (int k = 0; k < size(); ++k) all.push_back(k);
+    const std::vector<int> all = listAll();
     SparseCholesky normal;
     try {
         normal.factor(assemble(identity));
@@ -219,10 +226,16 @@ Shapes Coordinates::solveRigid(const Shapes& R) const {
             m_model.source + ": the constraints have a coordinate that moves no node" +
             (singular.row >= 0 ? " (number " + std::to_string(singular.row) + ")" : std::string()));
     }
-    Eigen::MatrixXd q = normal.solve(contract(all, R));
+    Eigen::MatrixXd q = normal.solve(contract(all, u));
     for (int pass = 0; pass < 2; ++pass)  // for round-off
-        q += normal.solve(contract(all, R - expand(all, q)));
-    const Shapes missed = R - expand(all, q);
+        q += normal.solve(contract(all, u - expand(all, q)));
+    return q;
+}
+
+Shapes Coordinates::solveRigid(const Shapes& R) const {
+    if (isIdentity()) return R;
+    Eigen::MatrixXd q = solve(R);
+    const Shapes missed = R - expand(listAll(), q);
     for (Eigen::Index j = 0; j < 6; ++j) {
         Eigen::Index row = 0;
         const double largest = missed.col(j).cwiseAbs().maxCoeff(&row);

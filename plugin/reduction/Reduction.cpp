@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "CraigBampton.h"
+#include "Derivatives.h"
 #include "FixedInterfaces.h"
 #include "MeanAxis.h"
 #include "ModalInvariants.h"
@@ -146,6 +147,8 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     }
     ReducedBody body = describe(basis);
     body.finer = finer;
+    if (!model.parameters.empty())
+        body.derivatives = calcDerivatives(model, rigid, ties, modes, progress);
     if (options.numCheckedModes > 0) {
         body.report->staticErrors =
             calcStaticErrors(model, products, rigid, ties, options, basis, modes);

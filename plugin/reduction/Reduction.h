@@ -121,7 +121,8 @@ struct ReductionTimings {
     int numLanczosBlocks = 0;   ///< of eight vectors that Lanczos solved for
 };
 
-/** Reduces a part. O(factor) + O(numModes²·numDofs). The same model and options give the same bits.
+/** Reduces a part, with ReducedBody::derivatives if the model was read with parameters
+(CalculixOptions::derivatives). O(factor) + O(numModes²·numDofs). The same model and options give the same bits.
 @param timings  if not null, receives the time of each phase.
 @throws std::invalid_argument naming part, interface or number, and the cure: an interface with
     an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface, a

@@ -19,6 +19,9 @@ struct ElementPoint {
     ElasticMatrix D{};   ///< in the deck's axes [Pa]
     double density = 0;  ///< [kg/m³]
 
+    bool hasSameStiffness(const ElementPoint& other) const;
+    bool hasSameMass(const ElementPoint& other) const;
+
     /** B, also where it is that of G. **/
     void calcStrainMatrix(Eigen::Matrix<double, 6, Eigen::Dynamic>& strain) const;
 };

@@ -1,5 +1,6 @@
 #include "FeElements.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -33,6 +34,11 @@ Eigen::Matrix3Xd takePositions(const Mesh& mesh, const int* nodes, int count) {
     return x;
 }
 
+template <class Matrix>
+bool areEqual(const Matrix& A, const Matrix& B) {
+    return A.rows() == B.rows() && A.cols() == B.cols() && A == B;
+}
+
 Eigen::Map<const Eigen::Matrix3Xd> naturalGradients(const IntegrationPoint& point) {
     return {point.gradients[0].data(), 3, Eigen::Index(point.gradients.size())};
 }
@@ -51,6 +57,25 @@ void ElementPoint::calcStrainMatrix(Eigen::Matrix<double, 6, Eigen::Dynamic>& st
             strain(row, 3 * k + a) = G(b, k);
             strain(row, 3 * k + b) = G(a, k);
         }
+}
+
+bool ElementPoint::hasSameStiffness(const ElementPoint& other) const {
+    return volume == other.volume && D == other.D && areEqual(G, other.G) && areEqual(B, other.B);
+}
+
+bool ElementPoint::hasSameMass(const ElementPoint& other) const {
+    return volume == other.volume && density == other.density && areEqual(N, other.N);
+}
+
+bool ElementPoints::haveSameStiffness(const ElementPoints& other) const {
+    return areEqual(hourglass, other.hourglass) &&
+           std::equal(points.begin(), points.end(), other.points.begin(), other.points.end(),
+                      [](const auto& a, const auto& b) { return a.hasSameStiffness(b); });
+}
+
+bool ElementPoints::haveSameMass(const ElementPoints& other) const {
+    return std::equal(points.begin(), points.end(), other.points.begin(), other.points.end(),
+                      [](const auto& a, const auto& b) { return a.hasSameMass(b); });
 }
 
 int FeElements::addMaterial(const Material& material) {

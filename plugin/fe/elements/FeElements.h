@@ -45,6 +45,9 @@ struct ElementPoints {
     std::vector<ElementPoint> points;
     bool hasOneLaw = false;     ///< D is the same everywhere, and B that of G
     Eigen::MatrixXd hourglass;  ///< K of each direction besides, n×n [N/m]; may be empty
+
+    bool haveSameStiffness(const ElementPoints& other) const;
+    bool haveSameMass(const ElementPoints& other) const;
 };
 
 /** What an element is made of, from below. **/
