@@ -612,5 +612,96 @@ TEST(ErrorsByPart, OtherUnitsMakeNoOtherSteps) {
     expectTheSameStepsInOtherUnits<GeneralizedAlphaIntegrator>();
 }
 
+/** A rigid and a bending link on a pin and a universal joint, with a disk welded to their end and a
+box on a bushing, `length` times as large as said, but as heavy; under as much more gravity. **/
+struct ScaledLinks {
+    explicit ScaledLinks(Real length)
+        : L(length),
+          matter(system),
+          forces(system),
+          gravity(forces, matter, L * Vec3(1, -9, 2)),
+          flexible(system, matter),
+          link(matter.Ground(), makeBody(0.5, 0.2)),
+          disk(matter.Ground(), makeBody(2, 0.25)) {
+        test::PointMassPartOptions options;
+        for (Real& size : options.size) size *= L;
+        options.numModes = 6;
+        bar = std::make_unique<FlexibleBody>(flexible, test::makePointMassPart(options).body);
+        Joint::Pin(flexible, Attachment(matter.Ground(), Rotation(0.4, YAxis)),
+                   Attachment(link, Vec3(-0.25 * L, 0, 0)), "pin");
+        Joint::Universal(flexible, Attachment(link, Vec3(0.25 * L, 0, 0)), bar->interface("A"),
+                         "cross");
+        Joint::Weld(flexible, bar->interface("B"), Attachment(disk, Vec3(-0.125 * L, 0, 0)),
+                    "weld");
+        state = system.realizeTopology();
+        link.setQToFitTransform(
+            state, Transform(Rotation(0.4, YAxis), Rotation(0.4, YAxis) * Vec3(0.25 * L, 0, 0)));
+        bar->setPoseByInterface(state, "A", Transform(Rotation(0.4, YAxis) * Vec3(0.5 * L, 0, 0)));
+        system.realize(state, Stage::Position);
+        const ReducedBody::Interface& B = bar->getPart().getInterface("B");
+        const Transform X_GB = bar->getFramePose(state);
+        disk.setQToFitTransform(
+            state, Transform(X_GB.R(), X_GB * Vec3(B.position[0], B.position[1], B.position[2]) +
+                                           X_GB.R() * Vec3(0.125 * L, 0, 0)));
+    }
+
+    Body::Rigid makeBody(Real mass, Real size) const {
+        return Body::Rigid(MassProperties(
+            mass, Vec3(0), Inertia(mass * square(size * L) * Vec3(0.25, 0.125, 0.25))));
+    }
+
+    Real L;
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter;
+    GeneralForceSubsystem forces;
+    Force::Gravity gravity;
+    FlexibleBodySubsystem flexible;
+    MobilizedBody::Free link, disk;
+    std::unique_ptr<FlexibleBody> bar;
+    State state;
+};
+
+template <class Integrator>
+class UnitsOfLength : public testing::Test {};
+using EveryIntegrator = testing::Types<BdfIntegrator, GeneralizedAlphaIntegrator, RadauIntegrator>;
+TYPED_TEST_SUITE(UnitsOfLength, EveryIntegrator);
+
+TYPED_TEST(UnitsOfLength, ChangeNoStep) {
+    struct Run {
+        long steps, iterations;
+        std::vector<Vec3> places;  ///< of the disk [nominal m]
+    };
+    const auto run = [](Real length) {
+        ScaledLinks links(length);
+        TypeParam integrator(links.system);
+        integrator.setAccuracy(1e-6 * length);
+        integrator.initialize(links.state);
+        Run result{};
+        for (int row = 1; row <= 20; ++row) {
+            integrator.stepTo(0.05 * row);
+            result.places.push_back(links.disk.getBodyOriginLocation(integrator.getState()) /
+                                    length);
+        }
+        result.steps = integrator.getStatistics().stepsTaken;
+        result.iterations = integrator.getStatistics().newtonIterations;
+        return result;
+    };
+    const Run nominal = run(1);
+    for (const Real length : {1024.0, 1.0 / 1024}) {  // powers of two: round-off is the same
+        const Run other = run(length);
+        EXPECT_EQ(other.steps, nominal.steps) << length;
+        // Residuals of constraints are held against 1e-12 m/s and rad/s in any unit: with methods
+        // of one stage now and then an iteration more or less, which changes what is left below the
+        // accuracy.
+        const bool isRadau = std::is_same<TypeParam, RadauIntegrator>::value;
+        EXPECT_NEAR(Real(other.iterations), Real(nominal.iterations),
+                    isRadau ? 0 : 0.02 * Real(nominal.iterations))
+            << length;
+        for (size_t row = 0; row < nominal.places.size(); ++row)
+            EXPECT_LT((other.places[row] - nominal.places[row]).norm(), isRadau ? 1e-9 : 1e-6)
+                << length << ", row " << row;
+    }
+}
+
 }  // namespace
 }  // namespace simflex

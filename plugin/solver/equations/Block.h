@@ -148,6 +148,8 @@ public:
     /** Displacement in metres that a quasi-displacement δ causes, at worst: root of the sum of
      * squares. **/
     virtual double calcDisplacement(const double* delta) const = 0;
+    /** Writes that of each speed alone, by 1 [m]; numU. **/
+    virtual void getDisplacements(double* ofSpeeds) const = 0;
 
     /** The same for a difference of coordinates q. **/
     virtual double calcQDisplacement(const double* deltaQ) const = 0;

@@ -15,12 +15,12 @@ CoordinateScales::CoordinateScales(const Blocks& blocks)
         const Block& block = *blocks.all[size_t(b)];
         std::vector<double> unit(size_t(block.numU), 0);
         double largest = 0;
+        block.getDisplacements(metres.data() + block.firstU);
         for (int i = 0; i < block.numU; ++i) {
+            const double displacement = metres[size_t(block.firstU + i)];
             unit[size_t(i)] = 1;
-            const double displacement = block.calcDisplacement(unit.data());
             const double duration = block.calcUDisplacement(unit.data(), 1) / displacement;
             unit[size_t(i)] = 0;
-            metres[size_t(block.firstU + i)] = displacement;
             rate[size_t(block.firstU + i)] = std::isfinite(duration) ? 1 / duration : 1;
             if (b >= numFlexible || i < 3) largest = std::max(largest, displacement);
         }

@@ -371,6 +371,12 @@ double FlexibleBlock::calcDisplacement(const double* delta) const {
                       Map<const Vector3d>(delta + 3).norm(), calcModalDisplacement(delta + 6));
 }
 
+void FlexibleBlock::getDisplacements(double* ofSpeeds) const {
+    std::fill_n(ofSpeeds, 3, m_model.radius);
+    std::fill_n(ofSpeeds + 3, 3, 1.0);
+    std::copy_n(m_model.displacementPerMode.data(), m_n, ofSpeeds + 6);
+}
+
 double FlexibleBlock::calcQDisplacement(const double* deltaQ) const {
     return std::hypot(m_model.radius * 2 * Map<const Vector4d>(deltaQ).norm(),
                       Map<const Vector3d>(deltaQ + 4).norm(), calcModalDisplacement(deltaQ + 7));

@@ -643,6 +643,10 @@ double RigidTree::calcDisplacement(const Root& root, const double* delta) const 
         .norm();
 }
 
+void RigidTree::getDisplacements(double* ofSpeeds) const {
+    std::copy_n(m_uWeights.data(), numU, ofSpeeds);
+}
+
 double RigidTree::calcQDisplacement(const Root& root, const double* deltaQ) const {
     return Map<const VectorXd>(deltaQ + root.firstQ, root.numQ)
         .cwiseProduct(m_qWeights.segment(root.firstQ, root.numQ))

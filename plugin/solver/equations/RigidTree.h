@@ -91,6 +91,7 @@ public:
     void normalizeQ(double* q) const override;
     void alignQ(const double* reference, double* q) const override;
     double calcDisplacement(const double* delta) const override;
+    void getDisplacements(double* ofSpeeds) const override;
     double calcQDisplacement(const double* deltaQ) const override;
     double calcUDisplacement(const double* deltaU, double h) const override;
     /** What belongs to one base body, in the block. **/

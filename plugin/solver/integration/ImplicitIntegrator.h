@@ -105,9 +105,10 @@ public:
         where it keeps matrices for several steps because they are large, and 0.1 for BDF where the
         accuracy is Simbody's, which counts changes of u as well, and orders are high. **/
         SimTK::Real displacement = 3e-4;
-        /** Change of λ relative to the largest λ; 1e-4 for Radau and in the same case of BDF. **/
+        /** Change of λ relative to the largest λ, moments by the forces that do the same at the
+        distance of a body's size; 1e-4 for Radau and in the same case of BDF. **/
         SimTK::Real multiplier = 1e-5;
-        SimTK::Real bodyResidual = 1e-11;        ///< relative to the largest force
+        SimTK::Real bodyResidual = 1e-11;        ///< relative to the largest force, in the same way
         SimTK::Real constraintResidual = 1e-12;  ///< G u [m/s, rad/s]
         int maxIterations = 8;
     };

@@ -18,6 +18,25 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/** Largest |value·weight|, or what is not finite. @param weights  null: all 1 **/
+double findLargestWeighed(const double* values, const double* weights, int size) {
+    Chunk largest{}, nanOrZero{};
+    for (int i = 0; i < size; i += ChunkSize) {
+        const int count = std::min(size - i, ChunkSize);
+        const Chunk magnitude = absolute(loadChunk(values + i, count));
+        largest = larger(weights ? magnitude * loadChunk(weights + i, count) : magnitude, largest);
+        nanOrZero += magnitude - magnitude;  // infinities count as NaN here, and are sought below
+    }
+    double result = 0;
+    for (int k = 0; k < ChunkSize; ++k) result = std::max(result, largest[k]);
+    if (sumChunk(nanOrZero) != 0)
+        for (int i = 0; i < size; ++i) {
+            if (std::isnan(values[i])) return values[i];
+            result = std::max(result, std::isinf(values[i]) ? SimTK::Infinity : 0.0);
+        }
+    return result;
+}
+
 }  // namespace
 
 ImplicitStep::ImplicitStep(Evaluation& equations, IntegratorStatistics& statistics)
@@ -28,21 +47,12 @@ ImplicitStep::ImplicitStep(Evaluation& equations, IntegratorStatistics& statisti
       m_deltaZ(equations.getTopology().numZ),
       m_stepEquations(equations),
       m_lastUDot(equations.getTopology().numU),
-      m_residuals(size_t(equations.getTopology().numBlocks())) {}
+      m_residuals(size_t(equations.getTopology().numBlocks())),
+      m_perSpeed(size_t(equations.getTopology().numU), 1),
+      m_perMultiplier(size_t(equations.getTopology().numMultipliers), 1) {}
 
 double ImplicitStep::findLargest(const double* values, int size, int* where) {
-    Chunk largest{}, nanOrZero{};
-    for (int i = 0; i < size; i += ChunkSize) {
-        const Chunk chunk = loadChunk(values + i, std::min(size - i, ChunkSize));
-        const Chunk magnitude = absolute(chunk);
-        largest = larger(magnitude, largest);
-        nanOrZero += magnitude - magnitude;  // infinities count as NaN here, and are sought below
-    }
-    double result = 0;
-    for (int k = 0; k < ChunkSize; ++k) result = std::max(result, largest[k]);
-    if (sumChunk(nanOrZero) != 0)
-        for (int i = 0; i < size; ++i)
-            if (std::isnan(values[i])) result = values[i];
+    const double result = findLargestWeighed(values, nullptr, size);
     if (where)
         for (int i = 0; i < size; ++i) {
             if (std::abs(values[i]) < result) continue;
@@ -55,6 +65,39 @@ double ImplicitStep::findLargest(const double* values, int size, int* where) {
 double ImplicitStep::findLargestResidual() const {
     return m_equations.getBlocks().findLargest([&](int b) { return m_residuals[size_t(b)]; },
                                                nullptr);
+}
+
+double ImplicitStep::findLargestForce(const double* r, int firstSpeed, int size) const {
+    return findLargestWeighed(r, m_perSpeed.data() + firstSpeed, size);
+}
+
+double ImplicitStep::findLargestForce(const double* multipliers) const {
+    return findLargestWeighed(multipliers, m_perMultiplier.data(), int(m_perMultiplier.size()));
+}
+
+void ImplicitStep::calcForceScales() {
+    constexpr double Least = 1e-100;  // [m]: what displaces nothing has no mass, and no force
+    std::fill(m_perMultiplier.begin(), m_perMultiplier.end(), 0.0);
+    for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
+        const Block& block = m_equations.getBlock(b);
+        double* const perSpeed = m_perSpeed.data() + block.firstU;
+        block.getDisplacements(perSpeed);
+        for (int i = 0; i < block.numU; ++i)
+            perSpeed[i] = perSpeed[i] > Least ? 1 / perSpeed[i] : 0;
+        // Of a flexible body its motion as a whole says enough.
+        const NewtonSystem::Block& matrices = m_system.blocks[size_t(b)];
+        const int height = matrices.heightOfGt(), count = matrices.part < 0 ? height : 6;
+        for (int k = 0; k < matrices.numColumns(); ++k) {
+            const int row = matrices.rows[size_t(k)];
+            if (row >= int(m_perMultiplier.size())) continue;  // a force element's
+            double& largest = m_perMultiplier[size_t(row)];
+            const double* const column = matrices.Gt.data() + size_t(k) * size_t(height);
+            for (int i = 0; i < count; ++i)
+                largest = std::max(largest, std::abs(column[i]) * perSpeed[i]);
+        }
+    }
+    for (double& scale : m_perMultiplier)
+        if (!(scale > 0 && std::isfinite(scale))) scale = 1;
 }
 
 void ImplicitStep::setNumThreads(int most) {
@@ -89,6 +132,7 @@ void ImplicitStep::formAndFactor(const NewtonFactors& factors, const std::vector
 
 void ImplicitStep::factor() {
     m_canProject = false;
+    calcForceScales();
     runFactorization([this] { m_solver.factor(m_system); });
     m_statistics.redundantConstraints = m_solver.getNumRedundant();
 }
@@ -191,7 +235,8 @@ void ImplicitStep::solveLinear() {
 
 void ImplicitStep::finishBlock(int b, bool hasMatrix) {
     const Block& block = m_equations.getBlock(b);
-    m_residuals[size_t(b)] = findLargest(m_system.r.data() + block.firstU, block.numU);
+    m_residuals[size_t(b)] =
+        findLargestForce(m_system.r.data() + block.firstU, block.firstU, block.numU);
     if (hasMatrix) m_solver.eliminate(m_system, b);
 }
 
@@ -332,7 +377,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 
         const double bodyResidual = findLargestResidual();
         outcome.constraintResidual = findLargest(m_system.c, &outcome.worstRow);
-        forceScale = std::max({forceScale, bodyResidual, findLargest(lambda)});
+        forceScale = std::max({forceScale, bodyResidual, findLargestForce(lambda.data())});
         if (!std::isfinite(bodyResidual) || !std::isfinite(outcome.constraintResidual)) {
             outcome.isFinite = false;
             outcome.worstBlock = findNonFiniteBlock();
@@ -362,7 +407,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         solveForMultipliers(!isRefreshed);
         ++m_statistics.newtonIterations;
         const double* deltaLambda = m_solver.getDeltaLambda();
-        const double multiplierChange = findLargest(deltaLambda, int(lambda.size()));
+        const double multiplierChange = findLargestForce(deltaLambda);
         for (size_t i = 0; i < lambda.size(); ++i) lambda[i] += deltaLambda[i];
         const double change = m_equations.updErrorNorm().calcChange(
             m_solver.getDeltaU().data(), stiffness, &outcome.worstBlock, std::cref(substitute));
@@ -387,7 +432,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         previousMultiplierChange = multiplierChange;
 
         const double remaining = m_reuse.calcRemaining();
-        const double multiplierScale = std::max(findLargest(lambda), m_multiplierFloor);
+        const double multiplierScale = std::max(findLargestForce(lambda.data()), m_multiplierFloor);
         if (hasZConverged && remaining * change <= tolerances.displacement * accuracy &&
             (frictions.isEmpty()
                  ? purpose == Purpose::Projected ||
@@ -414,7 +459,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
 bool ImplicitStep::areMultipliersGood(double change, const std::vector<double>& lambda,
                                       double forceScale) const {
     constexpr double RoundOff = 1e-9;
-    return change <= std::max(tolerances.multiplier * findLargest(lambda), RoundOff * forceScale);
+    return change <=
+           std::max(tolerances.multiplier * findLargestForce(lambda.data()), RoundOff * forceScale);
 }
 
 bool ImplicitStep::hasStalled(double change, double previousChange, double multiplierChange,
@@ -440,7 +486,8 @@ void ImplicitStep::noteConvergence(const SolutionPoint& end) {
         int(end.uDot.size()), m_equations.getBlocks().numThreads, [&](int begin, int stop) {
             std::copy(&end.uDot[size_t(begin)], end.uDot.data() + stop, &m_lastUDot[size_t(begin)]);
         });
-    m_multiplierFloor = std::max(0.999 * m_multiplierFloor, 1e-4 * findLargest(end.lambda));
+    m_multiplierFloor =
+        std::max(0.999 * m_multiplierFloor, 1e-4 * findLargestForce(end.lambda.data()));
     if (m_denseStepsLeft > 0 && --m_denseStepsLeft == 0) {
         m_equations.updTrees().forget();
         invalidateMatrix();
@@ -801,12 +848,9 @@ bool ImplicitStep::improveAccelerations(double t, const std::vector<double>& q,
     ++m_statistics.linearSolves;
     const std::vector<double>& delta = m_solver.getDeltaU();
     for (size_t i = 0; i < uDot.size(); ++i) uDot[i] += delta[i];
-    double change = 0;
-    for (size_t i = 0; i < lambda.size(); ++i) {
-        lambda[i] += m_solver.getDeltaLambda()[i];
-        change = std::max(change, std::abs(m_solver.getDeltaLambda()[i]));
-    }
-    return frictions.isEmpty() || change <= Accuracy * findLargest(lambda);
+    for (size_t i = 0; i < lambda.size(); ++i) lambda[i] += m_solver.getDeltaLambda()[i];
+    return frictions.isEmpty() || findLargestForce(m_solver.getDeltaLambda()) <=
+                                      Accuracy * findLargestForce(lambda.data());
 }
 
 double ImplicitStep::calcResponse(double stiffness, const std::vector<double>& loads) {
@@ -860,6 +904,7 @@ void ImplicitStep::addInTiming() {
 void ImplicitStep::visit(Checkpoint& checkpoint) {
     m_reuse.visit(checkpoint);
     checkpoint.visit(m_lastUDot, m_multiplierFloor, m_canProject, m_mayLoseCount);
+    checkpoint.visit(m_perSpeed, m_perMultiplier);
     checkpoint.visit(m_renewsDerivatives);
     checkpoint.visit(m_denseStepsLeft, m_densePeriod);
     bool isFactored = m_solver.isFactored(), hasLateBlocks = m_solver.hasLateBlocks();

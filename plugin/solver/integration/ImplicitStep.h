@@ -194,8 +194,11 @@ protected:
     static double findLargest(const std::vector<double>& values, int* where = nullptr) {
         return findLargest(values.data(), int(values.size()), where);
     }
-    /** The same of r. **/
+    /** The same of forces [N]: of r, of parts of it that begin at a speed, and of multipliers.
+    Moments and modal forces count by the lengths over which they act, see m_perSpeed. **/
     double findLargestResidual() const;
+    double findLargestForce(const double* r, int firstSpeed, int size) const;
+    double findLargestForce(const double* multipliers) const;
     /** Where friction follows multipliers: whether their last change is small against them, or
     round-off of the forces. **/
     bool areMultipliersGood(double change, const std::vector<double>& lambda,
@@ -230,7 +233,7 @@ protected:
     std::vector<double> m_deltaZ;
     Eigen::MatrixXd m_stateSlopes;
     NewtonMatrixReuse m_reuse;
-    double m_multiplierFloor = 0;      ///< a ten-thousandth of the largest λ of any solved step
+    double m_multiplierFloor = 0;  ///< a ten-thousandth of the largest λ of any solved step [N]
     bool m_renewsDerivatives = false;  ///< when the next matrix is formed
     bool m_mayLoseCount = false;
 
@@ -268,6 +271,9 @@ private:
     /** A functional iteration on other z; returns the largest weighted change of all. **/
     double updateZ(const StepFormula& formula, SolutionPoint& point);
     void factor();
+    /** So that a moment counts as the force that does the same at the distance of a body's size:
+    results do not depend on the unit of length. **/
+    void calcForceScales();
     /** The arrow leaves gyroscopic and centrifugal terms out, that of rigid trees forces too: has
     them for a while, longer each time. **/
     void startDense();
@@ -275,6 +281,9 @@ private:
     BlockEliminationSolver::Timing m_timed;
     StepEquations m_stepEquations;
     std::vector<double> m_lastUDot, m_residuals;  ///< the latter largest of r, by block
+    /** Forces that a unit of each speed's r, and of each multiplier, amounts to [N]: the latter by
+    the largest displacement that its row of G asks for. **/
+    std::vector<double> m_perSpeed, m_perMultiplier;
     int m_numThreads = 1;
     ThreadChoice m_threadChoice;
     bool m_canProject = false;

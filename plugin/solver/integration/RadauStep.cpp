@@ -300,7 +300,9 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
         outcome.constraintResidual = 0;
         for (int i = 0; i < NumStages; ++i) {
             int row = -1;
-            const double r = findLargest(m_r[size_t(i)]), c = findLargest(m_c[size_t(i)], &row);
+            const std::vector<double>& residual = m_r[size_t(i)];
+            const double r = findLargestForce(residual.data(), 0, int(residual.size())),
+                         c = findLargest(m_c[size_t(i)], &row);
             if (!std::isfinite(r)) {
                 outcome.isFinite = false;
                 m_system.r = m_r[size_t(i)];
@@ -312,7 +314,8 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
                 outcome.constraintResidual = c;
                 outcome.worstRow = row;
             }
-            forceScale = std::max({forceScale, r, findLargest(m_stages[size_t(i)].lambda)});
+            forceScale =
+                std::max({forceScale, r, findLargestForce(m_stages[size_t(i)].lambda.data())});
         }
         if (!outcome.isFinite || m_equations.getFrictions().findUndecided() >= 0) break;
         if (iteration > 0 && !hasOtherFriction &&
@@ -349,7 +352,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
                 change = own;
                 outcome.worstBlock = block;
             }
-            multiplierChange = largerOrNaN(multiplierChange, findLargest(deltaLambda));
+            multiplierChange = largerOrNaN(multiplierChange, findLargestForce(deltaLambda.data()));
         }
         outcome.displacementChange = change;
         if (!(change <= largestChange) || !std::isfinite(multiplierChange)) break;
@@ -373,7 +376,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
 
         const double remaining = m_reuse.calcRemaining();
         const double multiplierScale =
-            std::max(findLargest(m_stages[End].lambda), m_multiplierFloor);
+            std::max(findLargestForce(m_stages[End].lambda.data()), m_multiplierFloor);
         if (hasZConverged && remaining * change <= tolerances.displacement * accuracy &&
             remaining * multiplierChange <= tolerances.multiplier * multiplierScale &&
             isFrictionSettled(start, h)) {
