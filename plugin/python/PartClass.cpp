@@ -91,6 +91,20 @@ py::object findStiffening(const Part& part) {
     return makeNamespace(all);
 }
 
+py::dict listDerivatives(const Part& part) {
+    const py::ssize_t n = part.body->numModes;
+    py::dict all;
+    for (const ReducedBody::Derivative& derivative : part.body->derivatives) {
+        py::dict one;
+        one["value"] = derivative.value;
+        one["unit"] = derivative.unit;
+        one["K"] = view(part, derivative.K, {n, n});
+        one["M"] = view(part, derivative.M, {n, n});
+        all[py::str(derivative.parameter)] = makeNamespace(one);
+    }
+    return all;
+}
+
 py::dict listElements(const Part& part) {
     const char* const names[] = {"tet4", "tet10", "hex8", "hex20", "wedge6", "wedge15"};
     py::dict all;
@@ -206,6 +220,10 @@ void addPart(py::module_& module) {
             "stiffening", &findStiffening,
             "None, or geometric stiffness, modes×modes: `turning` by ω² of xx yy zz xy xz yz,\n"
             "`interfaces` by name for unit forces x, y, z and moments x, y, z.")
+        .def_property_readonly("derivatives", &listDerivatives,
+                               "By parameter (thickness:SKIN), of the modes as they are: its "
+                               "value, unit, and K and M,\n"
+                               "modes×modes; dΩ²/dp = diag(K) − Ω² diag(M).")
         .def("__repr__", [](const Part& part) {
             return "<simflex.Part '" + part.body->name + "', " +
                    std::to_string(part.body->numModes) + " modes>";

@@ -382,6 +382,11 @@ class Part:
         """None, or geometric stiffness, modes×modes: `turning` by ω² of xx yy zz xy xz yz,
         `interfaces` by name for unit forces x, y, z and moments x, y, z."""
 
+    @property
+    def derivatives(self) -> Dict[str, Any]:
+        """By parameter (thickness:SKIN), of the modes as they are: its value, unit, and K and M,
+        modes×modes; dΩ²/dp = diag(K) − Ω² diag(M)."""
+
     def __repr__(self) -> str:
         ...
 

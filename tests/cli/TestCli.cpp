@@ -26,6 +26,23 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::StartsWith;
 
+TEST_F(CliTest, ReduceKeepsTheDerivativesThatAreAskedFor) {
+    const std::string command = "reduce brick.inp --interface left=LEFT --modes 16 -o part.h5";
+    ASSERT_EQ(run(command + " --derivative youngs_modulus:METAL --derivative density:METAL"), 0)
+        << err;
+    const auto derivatives = readReducedBody(folder / "part.h5").derivatives;
+    ASSERT_EQ(derivatives.size(), 2u);
+    EXPECT_EQ(derivatives[1].parameter, "density:METAL");
+    ASSERT_EQ(run("info part.h5"), 0) << err;
+    // √(E/ρ)
+    EXPECT_THAT(out, AllOf(ContainsRegex("youngs_modulus:METAL +7e\\+10 Pa +0\\.5000 +0\\.5000"),
+                           ContainsRegex("density:METAL +2700 kg/m\\^3 +-0\\.5000 +-0\\.5000")));
+    ASSERT_EQ(run("info --json part.h5"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("\"parameter\": \"density:METAL\""));
+    EXPECT_NE(run(command + " --derivative density:STEEL"), 0);
+    EXPECT_THAT(err, AllOf(HasSubstr("'density:STEEL'"), HasSubstr("density:METAL")));
+}
+
 TEST_F(CliTest, ReduceKeepsTheStressThatIsAskedFor) {
     const std::string command = "reduce brick.inp --interface left=LEFT --modes 12 -o part.h5";
     const auto numNodes = [&] {

@@ -75,7 +75,7 @@ def test_invariants_are_those_of_the_modes(path):
     first = part.positions[:, blocks[0][:, 0]]
     assert first.max(axis=1) - first.min(axis=1) == pytest.approx([1, 0.1, 0.1])
     assert set(part.node_numbers[part.node_sets["LEFT"]]) == {1, 4, 5, 8}
-    assert part.stress is None and part.stiffening is None
+    assert part.stress is None and part.stiffening is None and part.derivatives == {}
     full = simflex.reduce("bar", folder=path.parent, deck="bar.inp", modes=20, stress=["LEFT"], stiffening=True,
                           interfaces={"left": "LEFT", "right": "RIGHT"})
     assert full.stress.stress.shape == full.stress.strain.shape == (6, 4, full.num_modes)
@@ -85,6 +85,19 @@ def test_invariants_are_those_of_the_modes(path):
     del full
     gc.collect()
     assert np.isfinite(stress).all()
+
+
+def test_derivatives_say_what_stiffness_and_mass_would_be(path):
+    part = simflex.reduce("bar", folder=path.parent, deck="bar.inp", modes=20, interfaces={"left": "LEFT"},
+                          derivatives=["youngs_modulus:STEEL", "density:STEEL"])
+    by = part.derivatives["youngs_modulus:STEEL"]
+    assert by.value == 2.1e11 and by.unit == "Pa" and not by.K.flags.writeable
+    assert by.value * np.diag(by.K) == pytest.approx(part.omega_squared)
+    assert np.all(by.M == 0)
+    by = part.derivatives["density:STEEL"]
+    assert by.unit == "kg/m^3" and by.value * by.M == pytest.approx(np.eye(part.num_modes), abs=1e-9)
+    with pytest.raises(simflex.ModelError, match="youngs_modulus:STEEL"):
+        simflex.reduce("bar", folder=path.parent, deck="bar.inp", modes=20, derivatives=["density:LEAD"])
 
 
 def test_views_outlive_their_part_and_cannot_be_written(path):

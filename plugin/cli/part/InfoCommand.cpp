@@ -78,6 +78,17 @@ std::vector<ModeLine> calcModeLines(const ReducedBody& body) {
     return lines;
 }
 
+/** df/dp of each mode [Hz per unit of the parameter]. **/
+std::vector<double> calcFrequencyDerivatives(const ReducedBody& body,
+                                             const ReducedBody::Derivative& derivative) {
+    std::vector<double> result = calcFrequencies(body);
+    for (size_t i = 0; i < result.size(); ++i) {
+        const size_t at = i * (result.size() + 1);
+        result[i] *= 0.5 * (derivative.K[at] / body.omegaSquared[i] - derivative.M[at]);
+    }
+    return result;
+}
+
 Json describe(const ReductionReport& report) {
     Json json = Json::object();
     json.add("num_constraint_modes", report.numConstraintModes);
@@ -122,6 +133,14 @@ void printJson(const ReducedBody& body, const std::vector<std::string>& warnings
     json.add("modal_stress", body.modalStress.has_value());
     json.add("num_stress_nodes", body.modalStress ? int(body.modalStress->nodes.size()) : 0);
     json.add("file_size", double(fileSize));
+    Json derivatives = Json::list();
+    for (const ReducedBody::Derivative& derivative : body.derivatives)
+        derivatives.add(Json::object()
+                            .add("parameter", derivative.parameter)
+                            .add("value", derivative.value)
+                            .add("unit", derivative.unit)
+                            .add("frequencies", calcFrequencyDerivatives(body, derivative)));
+    json.add("derivatives", derivatives);
     json.add("warnings", warnings);
     Json interfaces = Json::list();
     for (const auto& interface : body.interfaces)
@@ -199,6 +218,25 @@ void printModes(const ReducedBody& body) {
             std::printf("  %15.7g  %10.2g", line.fullFrequency, 100 * line.error());
         std::printf("\n");
     }
+}
+
+/** By how much frequencies change with each parameter: d ln f / d ln p. **/
+void printDerivatives(const ReducedBody& body) {
+    constexpr size_t Most = 6;
+    if (body.derivatives.empty()) return;
+    const std::vector<double> hertz = calcFrequencies(body);
+    const size_t count = std::min(Most, hertz.size());
+    std::printf("derivatives     %% of frequency per %% of the parameter, modes 1 to %zu\n", count);
+    for (const ReducedBody::Derivative& derivative : body.derivatives) {
+        const std::string value = writeGeneral(derivative.value, 6) +
+                                  (derivative.unit == "1" ? "" : " " + derivative.unit);
+        std::printf("  %s  %-16s", pad(derivative.parameter, 28).c_str(), value.c_str());
+        const std::vector<double> slopes = calcFrequencyDerivatives(body, derivative);
+        for (size_t i = 0; i < count; ++i)
+            std::printf(" %8.4f", slopes[i] * derivative.value / hertz[i]);
+        std::printf("\n");
+    }
+    std::printf("\n");
 }
 
 void printReport(const ReducedBody& body) {
@@ -286,6 +324,7 @@ void printTable(const ReducedBody& body, const std::vector<std::string>& warning
     std::printf("\n");
     printModes(body);
     std::printf("\n");
+    printDerivatives(body);
     printReport(body);
 }
 

@@ -83,16 +83,18 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     checkPartFile(output);
     if (!arguments.picture.empty()) checkWritable(arguments.picture);
 
+    SourceOptions source = arguments.source.parse();
     auto phases = UsualPhases;
     if (arguments.stiffening)
         phases.insert(phases.end(), StiffeningPhases.begin(), StiffeningPhases.end());
     if (options.stress) phases.emplace_back("modal stress", 4);
+    if (!source.calculix.derivatives.empty())
+        phases.emplace_back("derivatives", 2 * double(source.calculix.derivatives.size()));
     if (options.numCheckedModes > 0) phases.push_back(CheckPhase);
     ProgressBar bar(arguments.quiet, phases);
     const ProgressCallback progress = [&](const std::string& phase, double fraction) {
         return bar.show(phase, fraction);
     };
-    SourceOptions source = arguments.source.parse();
     CalculixOptions& calculix = source.calculix;
     calculix.progress = progress;
     const Listener listener = makeListener(arguments.quiet);

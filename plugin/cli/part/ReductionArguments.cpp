@@ -66,6 +66,12 @@ void SourceArguments::addTo(CLI::App& command) {
     command.add_option("--units", m_options.units, "Units of the deck or matrices: " + systems)
         ->capture_default_str()
         ->type_name("SYSTEM");
+    addRepeated(command, "--derivative", m_options.calculix.derivatives,
+                "Keep how stiffness and mass of the modes change with a number of the deck: "
+                "youngs_modulus:MATERIAL, stiffness:MATERIAL (a factor), density:MATERIAL, "
+                "thickness:SET, thickness:SET:LAYER (1 lies lowest), section:SET:LETTER (of a "
+                "beam, as Abaqus names it), area:SET",
+                "NAME");
     command.add_flag("--calculix-shells", m_options.calculix.hasCalculixShells,
                      "Take S3, S4 and S4R for the solids that CalculiX makes of them, which lock");
     command.add_flag("--without-contact", m_options.calculix.leavesContactOut,

@@ -157,6 +157,7 @@ void addToKey(const Request& request, PartKey& key) {
         key.add(source.gmsh.thickness);
     }
     if (source.calculix.leavesContactOut) key.add(std::string("without contact"));
+    for (const std::string& name : source.calculix.derivatives) key.add("derivative " + name);
     for (const double number :
          {source.gmsh.meshSize, double(source.gmsh.order), source.gmsh.lengthUnit})
         key.add(number);
@@ -200,6 +201,7 @@ Request readRequest(const ModelValue& part, ModelOptions::Bodies bodies) {
     SourceOptions& source = request.source;
     if (part.has("without_contact"))
         source.calculix.leavesContactOut = part.get("without_contact").getBool();
+    if (part.has("derivatives")) source.calculix.derivatives = part.get("derivatives").getTexts();
     if (part.has("deck"))
         source.path = readFile(part.get("deck"));
     else if (part.has("geometry"))

@@ -183,6 +183,12 @@ SchemaForm part() {
                 .with(sources)
                 .orElse("false")
                 .such("true"),
+            SchemaKey("derivatives", {text(), list({text()})},
+                      "Numbers of the deck by which stiffness and mass of the modes are "
+                      "differentiated, for `Part.derivatives` in Python; a run takes nothing of "
+                      "them.")
+                .with({"deck", "geometry"})
+                .such("[thickness:SKIN, density:STEEL]"),
             SchemaKey("at_frequency", {positive(), list({positive()})},
                       "Frequencies at which the response of the part to harmonic motion of its "
                       "interfaces and forces at its load points is exact.")
