@@ -4,9 +4,16 @@
 #include <slepceps.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
 #include <memory>
+#include <new>
 #include <stdexcept>
+#include <utility>
 #include <vector>
+
+#include "OneBlasThread.h"
 
 namespace simflex {
 namespace {
@@ -33,6 +40,46 @@ int rankOf() {
     int rank = 0;
     MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
     return rank;
+}
+
+/** An error that all ranks find alike. **/
+struct SharedFailure : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/** Work of all ranks, each on one BLAS thread.
+@throws SharedFailure; anything else only if there is no other rank, which would wait for ever **/
+template <class Work>
+void doTogether(const Work& work) {
+    const OneBlasThread oneThread;
+    const auto endAll = [](const char* error) {
+        std::fprintf(stderr, "simflex: process %d of %d has failed, so all of them end: %s\n",
+                     rankOf() + 1, countProcesses(), error);
+        MPI_Abort(PETSC_COMM_WORLD, EXIT_FAILURE);
+    };
+    try {
+        work();
+    } catch (const SharedFailure&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        if (countProcesses() == 1) throw;
+        endAll("there is not enough memory");
+    } catch (const std::exception& error) {
+        if (countProcesses() == 1) throw;
+        endAll(error.what());
+    }
+}
+
+/** A function that C code calls: no exception passes through that. **/
+template <class Work>
+PetscErrorCode callSafely(const Work& work) {
+    try {
+        return work();
+    } catch (const std::bad_alloc&) {
+        return PETSC_ERR_MEM;
+    } catch (const std::exception&) {
+        return PETSC_ERR_LIB;
+    }
 }
 
 /** A whole number that rank 0 knows. **/
@@ -189,6 +236,7 @@ struct Shared {
     std::string phase;
     int numWanted = 0;
     bool cancelled = false;
+    std::exception_ptr thrown;  ///< by `progress`
 
     void freeFactor() {
         if (factor) MatDestroy(&factor);
@@ -213,23 +261,27 @@ MatrixXd solveLocally(const MatrixXd& B) {
 
 /** y = (M + U S Uᵀ) x. **/
 PetscErrorCode applyMass(Mat, Vec x, Vec y) {
-    if (const PetscErrorCode code = MatMult(shared.M, x, y)) return code;
-    if (shared.U.cols() == 0) return 0;
-    const MatrixXd coefficients = shared.S * gramOf(shared.U, VecView(x, shared.numLocal).map);
-    VecView(y, shared.numLocal).map += shared.U * coefficients;
-    return 0;
+    return callSafely([&]() -> PetscErrorCode {
+        if (const PetscErrorCode code = MatMult(shared.M, x, y)) return code;
+        if (shared.U.cols() == 0) return 0;
+        const MatrixXd coefficients = shared.S * gramOf(shared.U, VecView(x, shared.numLocal).map);
+        VecView(y, shared.numLocal).map += shared.U * coefficients;
+        return 0;
+    });
 }
 
 /** y = (K⁻¹ − Y (DᵀY)⁻¹ Yᵀ) x: the deflection with the constraints held. **/
 PetscErrorCode applyInverse(PC, Vec x, Vec y) {
-    if (const PetscErrorCode code = MatSolve(shared.factor, x, y)) return code;
-    if (shared.D.cols() == 0) return 0;
-    // Twice, for round-off: K⁻¹ can be very soft where the constraints hold.
-    for (int pass = 0; pass < 2; ++pass) {
-        const MatrixXd missed = gramOf(shared.D, VecView(y, shared.numLocal).map);
-        VecView(y, shared.numLocal).map -= shared.Y * shared.DY.solve(missed);
-    }
-    return 0;
+    return callSafely([&]() -> PetscErrorCode {
+        if (const PetscErrorCode code = MatSolve(shared.factor, x, y)) return code;
+        if (shared.D.cols() == 0) return 0;
+        // Twice, for round-off: K⁻¹ can be very soft where the constraints hold.
+        for (int pass = 0; pass < 2; ++pass) {
+            const MatrixXd missed = gramOf(shared.D, VecView(y, shared.numLocal).map);
+            VecView(y, shared.numLocal).map -= shared.Y * shared.DY.solve(missed);
+        }
+        return 0;
+    });
 }
 
 /** SLEPc's own test, and whether rank 0 is asked to stop. **/
@@ -240,8 +292,13 @@ PetscErrorCode testStopping(EPS eps, PetscInt iteration, PetscInt mostIterations
                                                      numWanted, reason, nullptr))
         return code;
     bool stop = false;
-    if (shared.progress && *shared.progress)
-        stop = !(*shared.progress)(shared.phase, double(numConverged) / double(numWanted));
+    try {
+        if (shared.progress && *shared.progress)
+            stop = !(*shared.progress)(shared.phase, double(numConverged) / double(numWanted));
+    } catch (...) {
+        shared.thrown = std::current_exception();
+        stop = true;
+    }
     if (broadcast(stop)) {
         shared.cancelled = true;
         *reason = EPS_CONVERGED_USER;
@@ -266,9 +323,9 @@ void factorTogether(const SymmetricMatrix* K) {
     MatMumpsGetInfog(shared.factor, 1, &error);
     MatMumpsGetInfog(shared.factor, 2, &where);
     if (error != 0)
-        throw std::runtime_error("MUMPS could not factor the stiffness matrix (INFOG " +
-                                 std::to_string(error) + ", " + std::to_string(where) + ")" +
-                                 (error == -10 || error == -40 ? ": it is singular" : ""));
+        throw SharedFailure("MUMPS could not factor the stiffness matrix (INFOG " +
+                            std::to_string(error) + ", " + std::to_string(where) + ")" +
+                            (error == -10 || error == -40 ? ": it is singular" : ""));
     MatMumpsGetInfog(shared.factor, 29, &entries);
     // Above a million, MUMPS gives millions as a negative number.
     shared.numFactorEntries = entries < 0 ? -1e6 * double(entries) : double(entries);
@@ -360,25 +417,16 @@ void calcModesTogether(const CorrectedMatrix* M, const MatrixXd* D, int numWante
 /** Does on the other ranks what rank 0 asks for, until it ends. **/
 void serve() {
     for (;;) {
+        const Request request = broadcast(Request::End);
+        if (request == Request::End) return;
         try {
-            switch (broadcast(Request::End)) {
-                case Request::Factor:
-                    factorTogether(nullptr);
-                    break;
-                case Request::Solve:
-                    solveTogether(nullptr, nullptr);
-                    break;
-                case Request::Modes:
-                    calcModesTogether(nullptr, nullptr, 0, nullptr);
-                    break;
-                case Request::Free:
-                    shared.freeFactor();
-                    break;
-                case Request::End:
-                    return;
-            }
-        } catch (const std::runtime_error&) {
-            // The same happened to rank 0, which tells of it.
+            doTogether([request] {
+                if (request == Request::Factor) factorTogether(nullptr);
+                if (request == Request::Solve) solveTogether(nullptr, nullptr);
+                if (request == Request::Modes) calcModesTogether(nullptr, nullptr, 0, nullptr);
+                if (request == Request::Free) shared.freeFactor();
+            });
+        } catch (const SharedFailure&) {  // rank 0 tells of it
         }
     }
 }
@@ -418,7 +466,7 @@ SlepcSolver::~SlepcSolver() {
 void SlepcSolver::factor(const SymmetricMatrix& K) {
     m_size = K.size;
     broadcast(Request::Factor);
-    factorTogether(&K);
+    doTogether([&] { factorTogether(&K); });
 }
 
 MatrixXd SlepcSolver::solve(const MatrixXd& B) const {
@@ -428,7 +476,7 @@ MatrixXd SlepcSolver::solve(const MatrixXd& B) const {
         const MatrixXd part = B.middleCols(column, count);
         MatrixXd solved(B.rows(), count);
         broadcast(Request::Solve);
-        solveTogether(&part, &solved);
+        doTogether([&] { solveTogether(&part, &solved); });
         X.middleCols(column, count) = solved;
     }
     return X;
@@ -444,7 +492,8 @@ Eigenpairs SlepcSolver::calcModes(const CorrectedMatrix& M, const MatrixXd& D,
     for (;;) {
         wanted = std::min(wanted, m_size);
         broadcast(Request::Modes);
-        calcModesTogether(&M, &D, wanted, &pairs);
+        doTogether([&] { calcModesTogether(&M, &D, wanted, &pairs); });
+        if (shared.thrown) std::rethrow_exception(std::exchange(shared.thrown, nullptr));
         if (shared.cancelled) throw Cancelled();
         if (pairs.values.size() < wanted)
             throw std::runtime_error("SLEPc found " + std::to_string(pairs.values.size()) + " of " +

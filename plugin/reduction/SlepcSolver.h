@@ -5,7 +5,10 @@ Krylov–Schur by SLEPc. Internal to reduction; only the program simflex_mpi hol
 
 One process, rank 0, runs the program and holds the model; the others serve it until it ends. The
 matrices, the factor, and the Krylov basis are distributed by rows, so that a model can be larger
-than one machine's memory. Every method is called on rank 0 alone.
+than one machine's memory. Every method is called on rank 0 alone. An error that all ranks find
+alike is thrown on rank 0. One that a rank finds alone ends all of them, with its message: the
+others are in the middle of their work, and would wait for that rank for ever. Each rank has one
+BLAS thread.
 
     return runWithSlepc(argc, argv, [&] { return runProgram(argc, argv); }); **/
 

@@ -4,6 +4,7 @@ simflex_mpi, SLEPc and MUMPS over two processes, against simflex. **/
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "CliTest.h"
 #include "simflex/part/ReducedBodyFile.h"
@@ -35,8 +36,10 @@ protected:
         setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
     }
 
-    int runMpi(const std::string& arguments) {
-        return runProgram("OMP_NUM_THREADS=1 mpirun -n 2 '" SIMFLEX_MPI_PROGRAM "'", arguments);
+    int runMpi(const std::string& arguments, int numThreads = 1) {
+        return runProgram("OMP_NUM_THREADS=" + std::to_string(numThreads) +
+                              " mpirun -n 2 '" SIMFLEX_MPI_PROGRAM "'",
+                          arguments);
     }
 
     void expectSameParts(const std::string& arguments) {
@@ -87,6 +90,38 @@ TEST_F(MpiTest, ErrorsAreToldOnceAndNothingHangs) {
     EXPECT_NE(runMpi("reduce -q brick.inp -i left=NOWHERE -o two.h5"), 0);
     EXPECT_THAT(err, AllOf(HasSubstr("'NOWHERE'"), HasSubstr("RIGHT (9)")));
     EXPECT_EQ(err.find("NOWHERE"), err.rfind("NOWHERE"));
+}
+
+TEST_F(MpiTest, AnErrorOfOneRankEndsAllWithItsName) {
+    const std::string program =
+        "'" SIMFLEX_MPI_PROGRAM "' reduce -q brick.inp -i left=LEFT -m 14 -o two.h5";
+    for (const char* function : {"MatCholeskyFactorNumeric", "MatSolve", "EPSSolve"})
+        for (const int rank : {0, 1}) {
+            SCOPED_TRACE(std::string(function) + ", rank " + std::to_string(rank));
+            const std::string failing =
+                std::string("env FAILS_IN=") + function +
+                " ASAN_OPTIONS=verify_asan_link_order=0 LD_PRELOAD='" FAILING_RANK "' " + program;
+            const std::string ranks = "-n 1 " + (rank == 0 ? failing : program) + " : -n 1 " +
+                                      (rank == 1 ? failing : program);
+            const int status = runProgram("timeout 60 mpirun", ranks);
+            EXPECT_NE(status, 0);
+            EXPECT_NE(status, 124) << "it hangs";
+            EXPECT_THAT(err, HasSubstr("simflex: process " + std::to_string(rank + 1) +
+                                       " of 2 has failed, so all of them end: PETSc could not "));
+            EXPECT_THAT(err, HasSubstr("Out of memory"));
+            EXPECT_FALSE(std::filesystem::exists(folder / "two.h5"));
+        }
+}
+
+TEST_F(MpiTest, PartsDoNotDependOnThreads) {
+    const std::string arguments = "reduce -q brick.inp -i left=LEFT -i right=RIGHT -m 24 -o ";
+    ASSERT_EQ(runMpi(arguments + "one.h5", 1), 0) << err;
+    ASSERT_EQ(runMpi(arguments + "two.h5", 2), 0) << err;
+    const ReducedBody one = readReducedBody(folder / "one.h5"),
+                      two = readReducedBody(folder / "two.h5");
+    EXPECT_EQ(one.omegaSquared, two.omegaSquared);
+    EXPECT_EQ(one.Phi, two.Phi);
+    EXPECT_EQ(one.I1, two.I1);
 }
 
 }  // namespace
