@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <stdexcept>
 
+#include "simflex/base/SurfaceFile.h"
 #include "simflex/base/Utf8.h"
 
 namespace simflex {
@@ -147,11 +147,8 @@ SurfaceGeometryPtr ShapeCache::getPolygons(const SimTK::PolygonalMesh& mesh) {
 SurfaceGeometryPtr ShapeCache::getMeshFile(const std::string& path) {
     SurfaceGeometryPtr& shape = files[path];
     if (shape) return shape;
-    if (!std::ifstream(path)) throw std::runtime_error("cannot read the mesh file '" + path + "'");
     try {
-        SimTK::PolygonalMesh mesh;
-        mesh.loadFile(path);
-        return shape = createFromPolygons(mesh);
+        return shape = createFromPolygons(readSurface(path));
     } catch (const std::exception& e) {
         throw std::runtime_error("cannot draw the mesh file '" + path + "': " + e.what());
     }

@@ -5,7 +5,7 @@
 #include <map>
 #include <optional>
 
-#include "simflex/base/AsciiText.h"
+#include "simflex/base/SurfaceFile.h"
 #include "simflex/model/builders/MassProperties.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/builders/ModelSystem.h"
@@ -48,33 +48,16 @@ constexpr double FarthestVertex = 1e30;  // products of five such lengths are nu
 PolygonalMesh readMesh(const ModelValue& file, double scale) {
     const std::string path = file.getFilePath();
     if (!std::filesystem::is_regular_file(path)) failMissingFile(file);
-    const std::string ending = lowerCase(std::filesystem::path(path).extension().string());
-    if (ending != ".stl" && ending != ".obj" && ending != ".vtp")
-        file.fail("a mesh is a file .stl, .obj or .vtp");
     PolygonalMesh mesh;
     try {
-        mesh.loadFile(path);
-    } catch (const std::exception& error) {
+        mesh = readSurface(path);
+    } catch (const std::runtime_error& error) {
         file.fail("the mesh '" + path + "' cannot be read: " + error.what());
-    }
-    for (int face = 0; face < mesh.getNumFaces(); ++face) {
-        if (mesh.getNumVerticesForFace(face) < 3)
-            file.fail("face " + std::to_string(face + 1) + " of '" + path + "' has " +
-                      std::to_string(mesh.getNumVerticesForFace(face)) +
-                      " vertices; a face has three or more");
-        for (int k = 0; k < mesh.getNumVerticesForFace(face); ++k) {
-            const int vertex = mesh.getFaceVertex(face, k);
-            if (vertex < 0 || vertex >= mesh.getNumVertices())
-                file.fail("face " + std::to_string(face + 1) + " of '" + path + "' names vertex " +
-                          std::to_string(vertex + 1) + "; there are " +
-                          std::to_string(mesh.getNumVertices()));
-        }
     }
     for (int vertex = 0; vertex < mesh.getNumVertices(); ++vertex)
         if (!(mesh.getVertexPosition(vertex).norm() < FarthestVertex))
             file.fail("vertex " + std::to_string(vertex + 1) + " of '" + path +
                       "' is not at a finite place");
-    if (mesh.getNumFaces() == 0) file.fail("there are no faces in '" + path + "'");
     return mesh.scaleMesh(scale);
 }
 

@@ -237,13 +237,44 @@ bodies:
                 HasSubstr("no file"));
     const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     const std::pair<const char*, const char*> faces[] = {
-        {"f 1 2 9\n", "/bad.obj' names vertex 9; there are 3"},
-        {"f 1 2 3\nf 0 1 2\n", "/bad.obj' names vertex 0; there are 3"},
-        {"f 1 2\n", "/bad.obj' has 2 vertices; a face has three or more"}};
+        {"f 1 2 9\n", "face 1 names vertex 9; there are 3"},
+        {"f 1 2 3\nf 0 1 2\n", "face 2 names vertex 0; there are 3"},
+        {"f 1 2\n", "face 1 has 2 vertices; a face has three or more"},
+        {"f 1 2 -2147483648\n", "face 1 names vertex -2147483644; there are 3"},
+        {"f 1 2 3x\n", "line 4: '3x' names no vertex"}};
     for (const auto& [face, message] : faces) {
         testing::writeText(folder / "bad.obj", triangle + face);
         EXPECT_THAT(messageOf("bodies: {a: {shape: {mesh: bad.obj}, density: 1}}"),
-                    AllOf(HasSubstr("bodies.a.shape.mesh: face "), HasSubstr(message)));
+                    AllOf(HasSubstr("bodies.a.shape.mesh: the mesh '"),
+                          HasSubstr("/bad.obj' cannot be read: "), HasSubstr(message)));
+    }
+    // Simbody's readers overrun a buffer of theirs by such words.
+    const std::string word(5000, 'a'), facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\n";
+    const std::pair<const char*, std::string> files[] = {
+        {"obj", "v 0 0 0\nv 1 0 " + word + "\n"},
+        {"obj", "v 0 0 0\nv 1 0 0\nf 1 2 " + word + "\n"},
+        {"stl", "solid " + word + "\n" + facet + word + " 1 1 1\n"},
+        {"stl", "solid a\n" + facet + "vertex 1 1 " + word + "\n"},
+        {"stl", word},
+        {"vtp", "<" + word + ">"},
+        {"vtp", "<VTKFile type=\"" + word + "\">"},
+        {"vtp", "<VTKFile type=\"PolyData\"><Piece NumberOfPoints=\"" + word + "\">"},
+        {"vtp",
+         "<VTKFile type=\"PolyData\"><Piece NumberOfPoints=\"1\" NumberOfPolys=\"1\"><Points>"
+         "<DataArray format=\"" +
+             word + "\">"},
+        {"vtp", [] {  // of many levels
+             std::string xml;
+             for (int k = 0; k < 300000; ++k) xml += "<a>";
+             return xml;
+         }()}};
+    for (const auto& [ending, text] : files) {
+        const std::string name = std::string("long.") + ending;
+        testing::writeText(folder / name, text);
+        const std::string message =
+            messageOf("bodies: {a: {shape: {mesh: " + name + "}, density: 1}}");
+        EXPECT_THAT(message, HasSubstr("cannot be read: "));
+        EXPECT_LT(message.size(), 500u);
     }
 }
 

@@ -126,7 +126,9 @@ TEST_F(ModelErrors, OfShapesAreNamedWithTheirPlace) {
          "45: bodies.a.shape.cylinder.1: found -2; allowed is greater than 0"},
         {"{mesh: model.obj, scale: 0}",
          "55: bodies.a.shape.scale: found 0; allowed is greater than 0"},
-        {"{mesh: surface.txt}", "37: bodies.a.shape.mesh: a mesh is a file .stl, .obj or .vtp"},
+        {"{mesh: surface.txt}",
+         "37: bodies.a.shape.mesh: the mesh 'surface.txt' cannot be read: a surface is a file "
+         ".stl, .obj or .vtp"},
     };
     for (const Mistake& mistake : mistakes) {
         EXPECT_EQ(tell(before + mistake.text + "}}"), place + mistake.told) << mistake.text;
