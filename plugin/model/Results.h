@@ -149,7 +149,7 @@ std::runtime_error. **/
 void writeResultCsv(const std::string& path, const Results::Analysis& analysis);
 
 /** Does the analyses of a model and writes their result file, as `simflex run` does.
-@throws ModelError; Cancelled if the listener stops it, after everything was kept; CannotResume;
+@throws ModelError; Cancelled if the listener stops it, after everything was kept;
     std::runtime_error if something fails, or could be done in part only. **/
 Results runAnalyses(const ModelText& text, const RunOptions& options = {});
 

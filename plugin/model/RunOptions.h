@@ -2,7 +2,6 @@
 /** @file
 What is asked of the analyses of a model. **/
 
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -11,21 +10,13 @@ What is asked of the analyses of a model. **/
 
 namespace simflex {
 
-/** What an earlier run has left does not fit any more. **/
-class CannotResume : public std::runtime_error {
-public:
-    static constexpr int ExitStatus = 3;  ///< of `simflex run --resume`
-
-    CannotResume(const std::string& path, const std::string& change)
-        : std::runtime_error("cannot continue '" + path + "': " + change +
-                             "; run without --resume to begin anew") {}
-};
-
 struct RunOptions {
-    std::string output;             ///< path of the result file; empty: as the model says
-    std::vector<std::string> only;  ///< names of analyses; empty: all
-    int threads = 0;                ///< 0: as the model says
-    bool resumes = false;
+    std::string output;  ///< path of the result file; empty: as the model says
+    /** Names of analyses; empty: all. Those that they begin from are done, too, where earlier
+    results do not have them or are out of date. **/
+    std::vector<std::string> only;
+    int threads = 0;       ///< 0: as the model says
+    bool resumes = false;  ///< where earlier results are out of date, all is done anew
     bool writesCsv = false;
     bool drawsPictures = true;
     std::string animation;  ///< a moving scene (.glb) of each transient analysis; empty: none

@@ -23,7 +23,7 @@ const Sweep& getSweep() {
         Sweep made;
         made.folder = fuzz::getFolder() / "sweep";
         made.plan.model.path = "model.yaml";
-        made.plan.content = "0123456789abcdef";
+        made.plan.inputs = {{"the file 'm.yaml'", "0123456789abcdef"}};
         made.plan.keys = {{"speed", {"1", "2"}, "parameters.speed"},
                           {"kind", {"a", "b"}, "parameters.kind"}};
         model::makeSweepCases(made.plan, model::SweepOrder::Grid);
@@ -39,7 +39,8 @@ const Sweep& getSweep() {
                 rest.probes = {{{"tip", "m", {"x", "y"}}, {{value += 1, 2}}}};
                 writer.add(rest);
             }
-            std::ofstream(folder + "/case.txt") << made.plan.makeCaseKey(one) << "complete\n";
+            std::ofstream(folder + "/case.txt")
+                << model::makeCaseText(made.plan.calcInputs(one), "complete");
         }
         model::writeSweepTable(made.plan, made.folder);
         std::ifstream in(made.folder + "/sweep.h5", std::ios::binary);
@@ -72,7 +73,7 @@ void checkCurves(const model::SweepResults& sweep) {
 void checkCase(fuzz::Input& input) {
     const Sweep& sweep = getSweep();
     const model::SweepCase& one = sweep.plan.cases[0];
-    std::string text = sweep.plan.makeCaseKey(one) + "failed: it fell\n";
+    std::string text = model::makeCaseText(sweep.plan.calcInputs(one), "failed: it fell");
     if (input.take() % 2) text.resize(input.take2() % text.size());
     while (!input.empty() && !text.empty()) text[input.take2() % text.size()] = char(input.take());
     const std::string path = sweep.folder + "/" + one.folder + "/case.txt";

@@ -202,14 +202,7 @@ void addRunCommand(CLI::App& app) {
         ->type_name("N");
     addCodeOptions(*command, options->code);
     addQuietFlag(*command, arguments->isQuiet, "warnings and results");
-    command->callback([arguments] {
-        try {
-            perform(*arguments);
-        } catch (const CannotResume& error) {
-            std::fprintf(stderr, "simflex: %s\n", error.what());
-            throw CLI::RuntimeError(CannotResume::ExitStatus);
-        }
-    });
+    command->callback([arguments] { perform(*arguments); });
 }
 
 }  // namespace cli

@@ -29,7 +29,7 @@ struct SweepArguments {
     std::vector<std::string> settings, vary, only, of;
     SweepOptions options;
     AllowedCode code;
-    bool isDry = false, isQuiet = false;
+    bool hasPictures = false, isDry = false, isQuiet = false;
 };
 
 /** The program `simflex` that this process runs, or that stands beside simflex_mpi. **/
@@ -44,6 +44,7 @@ SweepPlan makePlan(const SweepArguments& arguments) {
     plan.model = loadModelText(fs::absolute(arguments.model).lexically_normal().string(),
                                arguments.settings);
     plan.of = arguments.of;
+    plan.hasPictures = arguments.hasPictures;
     checkSweepSettings(plan.model);
     if (arguments.vary.empty() && arguments.list.empty()) {
         takeModelSweep(plan, arguments.analysis);
@@ -163,7 +164,7 @@ void addSweepCommand(CLI::App& app) {
                      "Number of threads of each process (default: cores divided by processes)")
         ->check(CLI::Range(1, 1024));
     sweep->add_flag("--dry-run", arguments->isDry, "List and check the cases, and run none");
-    sweep->add_flag("--pictures", arguments->options.hasPictures,
+    sweep->add_flag("--pictures", arguments->hasPictures,
                     "Draw the model's pictures for each case");
     addCodeOptions(*sweep, arguments->code);
     addQuietFlag(*sweep, arguments->isQuiet, "warnings and results");

@@ -10,6 +10,7 @@
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/body/StateCopy.h"
 #include "simflex/model/analyses/Beginning.h"
+#include "simflex/model/analyses/EarlierResults.h"
 #include "simflex/model/analyses/LinearPorts.h"
 #include "simflex/model/analyses/StateRows.h"
 #include "simflex/model/analyses/TransientRun.h"
@@ -103,7 +104,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     m_model = std::make_shared<const Model>(file, m_modelOptions);
     m_modelOptions.listener = {};
     m_inputs = calcInputChecksums(*m_model);
-    refuseChange(findChangedInput(m_earlierInputs, m_inputs));
+    takeUpEarlier();
     m_probes = Probes::make(m_model);
     if (!isRigidTwin()) checkPorts();
     // What cannot be drawn is refused before hours of simulation.
@@ -255,25 +256,40 @@ void ModelRun::readEarlier() {
             "' exists and cannot be read as a result file of simflex, so it is not replaced: " +
             error.what() + "; choose another name with -o or remove it");
     }
-    const std::string change = findChange(data.header);
+    m_change = findChange(data.header);
     m_earlierInputs = data.header.inputs;
     if (m_options.resumes)
         m_earlier = std::move(data);
     else if (!m_options.only.empty())
         for (Results::Analysis& analysis : data.analyses)
             if (!isWanted(analysis.name)) m_kept.push_back(std::move(analysis));
-    refuseChange(change);
 }
 
-void ModelRun::refuseChange(const std::string& change) const {
-    if (change.empty()) return;
-    if (m_earlier) throw CannotResume(m_resultPath, change);
-    if (m_kept.empty()) return;
-    std::vector<std::string> names;
-    for (const Results::Analysis& analysis : m_kept) names.push_back(analysis.name);
-    throw std::runtime_error("'" + m_resultPath + "' has the results of " + joinNames(names, ", ") +
-                             ", which --only would lose: " + change +
-                             "; choose another name with -o, or remove it");
+void ModelRun::takeUpEarlier() {
+    const auto& earlier = m_earlier ? m_earlier->analyses : m_kept;
+    if (m_change.empty()) m_change = findChangedInput(m_earlierInputs, m_inputs);
+    if (!m_change.empty()) {
+        for (const Results::Analysis& analysis : earlier) m_outdated.push_back(analysis.name);
+        m_earlier.reset();
+        m_kept.clear();
+    }
+    const ModelValue analyses = m_model->getFile().get("analyses");
+    for (size_t k = 0; k < m_options.only.size(); ++k)
+        for (const char* key : {"from", "about"}) {
+            const ModelValue analysis = analyses.get(m_options.only[k]);
+            const std::string name = analysis.has(key) ? analysis.get(key).getText() : "";
+            if (!analyses.has(name) || isWanted(name)) continue;
+            const auto* held = seekNamed(m_earlier ? m_earlier->analyses : m_kept, name);
+            // Equilibria are found again wherever they are needed.
+            const bool isNeeded =
+                analyses.get(name).get("type").getText() == "transient"
+                    ? !held || !held->isComplete
+                    : std::find(m_outdated.begin(), m_outdated.end(), name) != m_outdated.end();
+            if (!isNeeded) continue;
+            m_options.listener.tellNote("analysis '" + name + "' is done as well: '" +
+                                        m_options.only[k] + "' begins from it");
+            m_options.only.push_back(name);
+        }
 }
 
 void ModelRun::openResults() {
@@ -281,9 +297,21 @@ void ModelRun::openResults() {
         m_writer = std::make_unique<ResultWriter>(m_resultPath);
         return;
     }
-    if (m_options.resumes)
-        m_options.listener.tellNote("there is no '" + m_resultPath +
-                                    "' to continue: the run begins anew");
+    if (!m_outdated.empty()) {
+        std::vector<std::string> redone;
+        for (const std::string& name : m_outdated)
+            if (isWanted(name)) redone.push_back(name);
+        m_options.listener.tellWarning("the results of " + joinNames(m_outdated) + " in '" +
+                                       m_resultPath + "' are out of date: " + m_change +
+                                       ". They stay in '" + keepAside(m_resultPath) +
+                                       "' until they have been done anew; this run does " +
+                                       (redone.empty()                       ? "none of them"
+                                        : redone.size() == m_outdated.size() ? "all of them"
+                                                                             : joinNames(redone)));
+    } else if (m_options.resumes) {
+        m_options.listener.tellNote("'" + m_resultPath +
+                                    "' has nothing to continue: the run begins anew");
+    }
     removeRunCheckpoint(getCheckpointPath());
     ResultHeader header;
     header.title = getModelTitle(m_model->getFile());
@@ -361,6 +389,7 @@ void ModelRun::performAll() {
             warn(name, value.getPath() + " has had no effect");
     }
     m_writer.reset();
+    removeReplaced(m_resultPath);
     if (!m_options.animation.empty())
         for (const Results::Analysis& analysis : readResults(m_resultPath).analyses)
             if (isWanted(analysis.name) && analysis.type == "transient" && !analysis.q.empty())
@@ -383,10 +412,15 @@ void ModelRun::runTransient(const ModelValue& analysis) {
     if (beginsAtRest(analysis))
         for (const std::string& loss : describeLosses(*m_model)) warn(name, loss);
     TransientRun run(*this, analysis);
-    const bool isBegun = m_earlier && seekNamed(m_earlier->analyses, name);
-    if (isBegun && fs::exists(getCheckpointPath())) {
+    const auto* begun = m_earlier ? seekNamed(m_earlier->analyses, name) : nullptr;
+    if (begun && fs::exists(getCheckpointPath())) {
         const RunCheckpoint checkpoint = readRunCheckpoint(getCheckpointPath());
-        if (checkpoint.analysis == name) {
+        if (checkpoint.analysis == name && size_t(checkpoint.numRows) > begun->time.size()) {
+            m_options.listener.tellWarning(
+                "analysis '" + name + "' begins anew: of " + std::to_string(checkpoint.numRows) +
+                " rows '" + m_resultPath + "' has lost all but " +
+                std::to_string(begun->time.size()));
+        } else if (checkpoint.analysis == name) {
             run.resume(start, checkpoint);
             m_writer->resumeTransient(name, checkpoint.numRows);
             run.perform();
@@ -395,11 +429,10 @@ void ModelRun::runTransient(const ModelValue& analysis) {
     }
     refuseForgottenControllers(analysis);
     run.start(start);
-    if (isBegun)
+    if (begun)
         m_writer->resumeTransient(name, 0);
-    else {
+    else
         m_writer->beginTransient(name, makeColumns(), run.getStateColumns());
-    }
     run.perform();
 }
 

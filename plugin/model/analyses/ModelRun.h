@@ -16,6 +16,7 @@ All analyses of a model, one after the other, into one result file.
 #include "simflex/model/RunOptions.h"
 #include "simflex/model/analyses/Beginning.h"
 #include "simflex/model/analyses/Provenance.h"
+#include "simflex/model/analyses/RunCheckpoint.h"
 #include "simflex/model/file/ModelReader.h"
 #include "simflex/model/probes/Probe.h"
 #include "simflex/model/results/ResultWriter.h"
@@ -109,15 +110,15 @@ private:
      * @throws ModelError. **/
     void checkPorts() const;
     void readEarlier();
+    /** Drops what was read if it is out of date, and adds to what is wanted what that begins from.
+     * **/
+    void takeUpEarlier();
     void openResults();
     /** What is not as in an earlier run; empty if it was the same. **/
     std::string findChange(const ResultHeader& earlier) const;
-    /** @throws CannotResume, or std::runtime_error if --only would lose earlier results, unless
-    `change` is empty **/
-    void refuseChange(const std::string& change) const;
     /** For pictures, where the model names no folder: MODEL.frames in the current one. **/
     std::string getUsualFolder() const;
-    std::string getCheckpointPath() const { return m_resultPath + ".checkpoint"; }
+    std::string getCheckpointPath() const { return makeCheckpointPath(m_resultPath); }
     bool isComplete(const std::string& analysis) const;
 
     const SimTK::State& getStart();
@@ -164,6 +165,8 @@ private:
     std::optional<Results> m_earlier;          ///< of the run that is gone on with
     std::vector<Results::Analysis> m_kept;     ///< earlier results that stay: others are wanted
     InputChecksums m_inputs, m_earlierInputs;  ///< of this run, and of those results
+    std::string m_change;                      ///< since those results, which are out of date
+    std::vector<std::string> m_outdated;       ///< their analyses
     std::optional<SimTK::State> m_start;
     EquilibriumNotes m_startNotes;
     std::map<std::string, Equilibrium> m_equilibria;

@@ -84,6 +84,10 @@ void visitCheckpoint(Archive& archive, RunCheckpoint& checkpoint) {
 
 }  // namespace
 
+std::string makeCheckpointPath(const std::string& results) {
+    return results + ".checkpoint";
+}
+
 std::string getFramesPath(const std::string& path) {
     return path + ".frames";
 }

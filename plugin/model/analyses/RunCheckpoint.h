@@ -45,6 +45,9 @@ struct RunCheckpoint {
     std::string integrator;        ///< as the integrator writes itself
 };
 
+/** Path of the checkpoint that belongs to a result file. **/
+std::string makeCheckpointPath(const std::string& results);
+
 /** Path of the file beside a checkpoint that has its frames: they are only ever appended to it. **/
 std::string getFramesPath(const std::string& path);
 

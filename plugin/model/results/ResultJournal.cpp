@@ -120,17 +120,19 @@ ResultJournal::ResultJournal(const std::string& path, Access access) : m_path(pa
             char mark[JournalMarkSize];
             const size_t found = readAt(m_file, 0, mark, JournalMarkSize);
             if (std::memcmp(mark, JournalMark, found) != 0)
-                throw std::runtime_error("'" + path +
-                                         "' is not a journal of simflex, so it is not replaced");
+                throw std::runtime_error(
+                    "'" + path +
+                    "' is not the journal that a run keeps there of its rows, so it is not "
+                    "replaced; rename it, or choose another result file with -o");
             if (ftruncate(m_file, 0) != 0 || !writeAt(m_file, 0, JournalMark, JournalMarkSize))
                 throw std::runtime_error(explain("write", path));
             m_end = JournalMarkSize;
         } else {
             scan();
-            if (!m_hasHeader)
+            if (!m_hasHeader && access == Access::Read)
                 throw std::runtime_error("'" + path +
-                                         "' is not a journal of simflex, or is damaged");
-            if (access == Access::Append && ftruncate(m_file, off_t(m_end)) != 0)
+                                         "' is not the journal of a run, or is damaged");
+            if (access == Access::Append && m_hasHeader && ftruncate(m_file, off_t(m_end)) != 0)
                 throw std::runtime_error(explain("write", path));
         }
     } catch (...) {
@@ -206,7 +208,9 @@ void ResultJournal::take(std::uint64_t kind, const std::string& payload, std::ui
     } else if (kind == Row) {
         if (m_analyses.empty() ||
             payload.size() != size_t(m_analyses.back().getRowSize()) * sizeof(double))
-            throw std::runtime_error("'" + m_path + "' has a row of another length");
+            throw std::runtime_error("the journal '" + m_path +
+                                     "' is damaged: a row has another length; remove it to "
+                                     "continue from what the result file has");
         countRow(offset);
     } else if (kind == Statistics) {
         auto& statistics = update(getText()).contents.statistics;
@@ -231,7 +235,8 @@ void ResultJournal::take(std::uint64_t kind, const std::string& payload, std::ui
         const std::string analysis = getText();
         m_warnings[analysis].push_back(getText());
     } else {
-        throw std::runtime_error("'" + m_path + "' is of a newer simflex");
+        throw std::runtime_error("the journal '" + m_path +
+                                 "' is of a newer simflex: continue the run with that");
     }
 }
 
@@ -250,7 +255,9 @@ void ResultJournal::checkSize() const {
     struct stat status {};
     if (fstat(m_file, &status) != 0) throw std::runtime_error(explain("read", m_path));
     if (std::uint64_t(status.st_size) < m_end)
-        throw std::runtime_error("'" + m_path + "' was cut by another program during the run");
+        throw std::runtime_error("the journal '" + m_path +
+                                 "' was cut by another program during the run; --resume continues "
+                                 "from what the result file has");
 }
 
 void ResultJournal::append(std::uint64_t kind, const std::string& payload) {
@@ -323,8 +330,9 @@ void ResultJournal::cut(const std::string& name, int numRows) {
     const std::uint64_t size = RecordFrame + std::uint64_t(analysis.getRowSize()) * sizeof(double);
     if (numRows > analysis.numRows)
         throw std::runtime_error("'" + m_path + "' has " + std::to_string(analysis.numRows) +
-                                 " rows of analysis '" + name + "', fewer than the " +
-                                 std::to_string(numRows) + " to continue after");
+                                 " rows of analysis '" + name + "', its checkpoint " +
+                                 std::to_string(numRows) +
+                                 ": remove the checkpoint to begin the analysis anew");
     std::uint64_t end = analysis.start;
     for (const auto& segment : analysis.segments)
         if (segment.first < numRows && numRows <= segment.first + segment.count)
@@ -359,8 +367,9 @@ std::vector<double> ResultJournal::readRows(const Analysis& analysis, int first,
             std::uint64_t sum = 0;
             std::memcpy(&sum, record + size - sizeof sum, sizeof sum);
             if (calcSum(record, size - sizeof sum) != sum)
-                throw std::runtime_error("'" + m_path + "' has a damaged row of analysis '" +
-                                         analysis.contents.name + "'");
+                throw std::runtime_error("the journal '" + m_path +
+                                         "' has a damaged row of analysis '" +
+                                         analysis.contents.name + "'; run it anew");
             std::memcpy(&rows[size_t(k - first) * numbers], record + 2 * sizeof(std::uint64_t),
                         numbers * sizeof(double));
         }

@@ -41,6 +41,9 @@ public:
     ResultJournal(const ResultJournal&) = delete;
     ResultJournal& operator=(const ResultJournal&) = delete;
 
+    /** Whether there is more than the beginning that a kill leaves; only with Access::Append it may
+    be missing. **/
+    bool hasHeader() const { return m_hasHeader; }
     const ResultHeader& getHeader() const { return m_header; }
     const std::vector<Analysis>& getAnalyses() const { return m_analyses; }
     /** The analysis of that name; null if there is none. **/

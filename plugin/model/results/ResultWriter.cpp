@@ -168,7 +168,7 @@ void ResultWriter::reopen() {
     const std::string path = getJournalPath(m_path);
     if (fs::exists(path)) {
         m_journal.emplace(path, ResultJournal::Access::Append);
-        if (continues(*m_journal, file)) return;
+        if (m_journal->hasHeader() && continues(*m_journal, file)) return;
         m_journal.reset();
     }
     m_journal.emplace(path, ResultJournal::Access::Create);

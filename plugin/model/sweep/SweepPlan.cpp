@@ -93,11 +93,18 @@ std::vector<std::string> SweepPlan::getSettings(const SweepCase& one) const {
     return settings;
 }
 
-std::string SweepPlan::makeCaseKey(const SweepCase& one) const {
-    std::string key = "model " + model.path + "\nfiles " + content + "\n";
-    for (const std::string& setting : getSettings(one)) key += "set " + setting + "\n";
-    for (const std::string& analysis : only) key += "only " + analysis + "\n";
-    return key;
+InputChecksums SweepPlan::calcInputs(const SweepCase& one) const {
+    const auto calcSum = [](const std::vector<std::string>& texts) {
+        Hash hash;
+        for (const std::string& text : texts) hash.add(text);
+        return hash.getText();
+    };
+    InputChecksums all = inputs;
+    all["the list of settings"] = calcSum(getSettings(one));
+    all["the choice of analyses"] = calcSum(only);
+    // Cases that have pictures stand where none are wanted.
+    if (hasPictures) all["the wish for pictures"] = calcSum({});
+    return all;
 }
 
 SweptKey parseSweptKey(const std::string& text) {
@@ -356,13 +363,22 @@ void checkSweepCases(SweepPlan& plan) {
     if (std::all_of(plan.cases.begin(), plan.cases.end(),
                     [](const SweepCase& one) { return !one.error.empty(); }))
         throw std::runtime_error("case " + plan.cases.at(0).folder + ": " + plan.cases[0].error);
-    PartKey key;  // knows what files include
-    key.add(plan.model.text);
-    for (const std::string& file : files) {
-        key.add(file);
-        key.addFile(file);
-    }
-    plan.content = key.getText();
+    const auto calcSum = [](const auto& add) {
+        PartKey key;  // knows what files include
+        add(key);
+        return key.getText();
+    };
+    const auto quote = [](std::string path) {
+        std::replace(path.begin(), path.end(), '\n', ' ');
+        return "'" + path + "'";
+    };
+    plan.inputs.clear();
+    plan.inputs["simflex"] = calcSum([](PartKey&) {});
+    plan.inputs["the model file " + quote(plan.model.path)] =
+        calcSum([&](PartKey& key) { key.add(plan.model.text); });
+    for (const std::string& file : files)
+        plan.inputs["the file " + quote(file) + " or one that it includes"] =
+            calcSum([&](PartKey& key) { key.addFile(file); });
 }
 
 }  // namespace model

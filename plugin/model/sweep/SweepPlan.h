@@ -5,6 +5,7 @@ The cases of a sweep: one run of a model for each choice of values. **/
 #include <string>
 #include <vector>
 
+#include "simflex/model/analyses/Provenance.h"
 #include "simflex/model/file/ModelReader.h"
 
 namespace simflex {
@@ -30,12 +31,13 @@ struct SweepPlan {
     std::vector<SweptKey> keys;
     std::vector<SweepCase> cases;
     std::vector<std::string> of;  ///< columns of the table; none: all
-    std::string content;          ///< checksum of the files that the model reads
+    bool hasPictures = false;     ///< cases draw the pictures of the model
+    InputChecksums inputs;        ///< of files and program that all cases depend on
 
     /** "parameters.speed=50" for each key, behind those of all cases. **/
     std::vector<std::string> getSettings(const SweepCase& one) const;
-    /** Text that tells what a case is made of: equal for equal results. **/
-    std::string makeCaseKey(const SweepCase& one) const;
+    /** What the results of a case depend on. **/
+    InputChecksums calcInputs(const SweepCase& one) const;
 };
 
 enum class SweepOrder { Grid, List };
@@ -71,7 +73,7 @@ const std::vector<std::string>& getSweepStatistics();
 statistics. @throws std::runtime_error proposing the nearest. **/
 void checkSweepColumns(const SweepPlan& plan);
 
-/** Checks each case's model, notes its error, and finds `content`. @throws std::runtime_error that
+/** Checks each case's model, notes its error, and finds `inputs`. @throws std::runtime_error that
 names the first case, if all of them have errors. **/
 void checkSweepCases(SweepPlan& plan);
 

@@ -14,12 +14,13 @@
 #include <iterator>
 #include <list>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include "simflex/base/ChildProcess.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/model/Results.h"
-#include "simflex/model/RunOptions.h"
+#include "simflex/model/analyses/EarlierResults.h"
 
 namespace simflex {
 namespace model {
@@ -55,18 +56,48 @@ std::string findLastLine(const std::string& log) {
     return line.compare(0, program.size(), program) == 0 ? line.substr(program.size()) : line;
 }
 
-/** How a case stands: status and error behind what it is made of. **/
-SweepOutcome readOutcome(const std::string& folder, const std::string& key) {
+std::string findResults(const std::string& folder) {
+    return folder + "/results.h5";
+}
+
+/** Of a case: what it was made of, a line each, and how it ended in the last one. **/
+struct CaseText {
+    InputChecksums inputs;
+    std::string ending;
+};
+
+CaseText readCase(const std::string& folder) {
+    CaseText one;
+    std::istringstream in(readFile(folder + "/" + CaseFile));
+    for (std::string line; std::getline(in, line);) {
+        const size_t sum = line.find_first_not_of("0123456789abcdef");
+        if (sum >= 16 && sum != std::string::npos && line[sum] == ' ')
+            one.inputs[line.substr(sum + 1)] = line.substr(0, sum);
+        else
+            one.ending = in.eof() ? "" : line;  // a line that is cut off says nothing
+    }
+    return one;
+}
+
+/** What has changed since the results of a case were made; empty: nothing, or there are none. **/
+std::string findChangeOfCase(const std::string& folder, const InputChecksums& now) {
+    if (!fs::exists(findResults(folder))) return "";
+    const InputChecksums then = readCase(folder).inputs;
+    return then.empty() ? "another simflex has made them" : findChangedInput(then, now);
+}
+
+/** How a case stands: status and error, if it was made of the same. **/
+SweepOutcome readOutcome(const std::string& folder, const InputChecksums& inputs) {
     SweepOutcome outcome;
-    const std::string text = readFile(folder + "/" + CaseFile);
-    if (text.compare(0, key.size(), key) != 0) return outcome;
-    const std::string ending = text.substr(key.size());
-    if (ending == "complete\n" && fs::exists(folder + "/results.h5")) {
+    const CaseText found = readCase(folder);
+    if (found.inputs.empty() || !findChangedInput(found.inputs, inputs).empty()) return outcome;
+    const std::string& ending = found.ending;
+    if (ending == "complete" && fs::exists(findResults(folder))) {
         outcome.status = Status::Complete;
     } else if (ending.compare(0, 8, "failed: ") == 0) {
         outcome.status = Status::Failed;
-        outcome.error = ending.substr(8, ending.find('\n') - 8);
-    } else if (ending == "interrupted\n" || ending == "begun\n") {
+        outcome.error = ending.substr(8);
+    } else if (ending == "interrupted" || ending == "begun") {
         outcome.status = Status::Interrupted;
     }
     return outcome;
@@ -148,6 +179,7 @@ public:
     }
 
     std::vector<SweepOutcome> run() {
+        warnOfChanges();
         for (;;) {
             if (m_isStopped || !showProgress()) askToStop();
             while (!m_isStopped && int(m_running.size()) < m_numJobs && startNext()) {
@@ -164,15 +196,31 @@ private:
         size_t index;
         ChildProcess child;
         int log;
-        bool isFresh;  ///< begun anew, not gone on with
     };
 
     std::string getFolder(size_t index) const {
         return m_options.folder + "/" + m_plan.cases[index].folder;
     }
+    InputChecksums calcInputs(size_t index) const { return m_plan.calcInputs(m_plan.cases[index]); }
     void keep(size_t index, const std::string& ending) const {
-        replaceFile(getFolder(index) + "/" + CaseFile,
-                    m_plan.makeCaseKey(m_plan.cases[index]) + ending + "\n");
+        replaceFile(getFolder(index) + "/" + CaseFile, makeCaseText(calcInputs(index), ending));
+    }
+
+    /** Says that results of cases are out of date, of all of them once. **/
+    void warnOfChanges() const {
+        if (m_options.share.kind == SweepShare::Kind::Rank && m_options.share.index > 0) return;
+        size_t number = 0;
+        std::string first;
+        for (const size_t index : m_order) {
+            const std::string change = findChangeOfCase(getFolder(index), calcInputs(index));
+            if (change.empty()) continue;
+            if (number++ == 0) first = m_plan.cases[index].folder + ": " + change;
+        }
+        if (number == 0) return;
+        m_options.listener.tellWarning(
+            "the results of " + std::to_string(number) + (number == 1 ? " case" : " cases") +
+            " are out of date (" + first +
+            ") and done anew; those that there are stay in a folder of the case until then");
     }
 
     /** Whether cases are left that this process should do, or wait for. A rank that is not the
@@ -207,8 +255,7 @@ private:
                 m_isElsewhere.insert(index);
                 continue;
             }
-            const SweepOutcome before =
-                readOutcome(getFolder(index), m_plan.makeCaseKey(m_plan.cases[index]));
+            const SweepOutcome before = readOutcome(getFolder(index), calcInputs(index));
             // What another process of this sweep has done meanwhile is not done again.
             const bool isOld = isOlderThanThis(index);
             if (before.status == Status::Complete || (before.status == Status::Failed && !isOld)) {
@@ -222,7 +269,7 @@ private:
                 refuse(index, log);
                 continue;
             }
-            start(index, log, before.status != Status::Interrupted);
+            start(index, log, before.status);
             return true;
         }
         return false;
@@ -241,18 +288,20 @@ private:
         close(log);
     }
 
-    void start(size_t index, int log, bool isFresh) {
+    void start(size_t index, int log, Status before) {
         const SweepCase& one = m_plan.cases[index];
         if (ftruncate(log, 0) != 0) throw std::runtime_error("cannot write a log");
+        const std::string results = findResults(getFolder(index));
+        if (!findChangeOfCase(getFolder(index), calcInputs(index)).empty())
+            keepAside(results);
+        else if (before != Status::Interrupted)  // what a case that failed has left may be damaged
+            removeResults(results);
         keep(index, "begun");
-        if (isFresh)  // what is there may be of another model, or other settings
-            for (const char* ending : {"", ".rows", ".checkpoint"})
-                fs::remove(getFolder(index) + "/results.h5" + ending);
         ChildSetup setup;
         setup.arguments = {
             m_options.program, "run",     m_plan.model.path, "-o",
             "results.h5",      "--quiet", "--threads",       std::to_string(m_numThreads)};
-        if (!m_options.hasPictures) setup.arguments.push_back("--no-pictures");
+        if (!m_plan.hasPictures) setup.arguments.push_back("--no-pictures");
         for (const std::string& setting : m_plan.getSettings(one)) {
             setup.arguments.push_back("--set");
             setup.arguments.push_back(setting);
@@ -261,14 +310,14 @@ private:
             setup.arguments.push_back("--only");
             setup.arguments.push_back(analysis);
         }
-        if (!isFresh) setup.arguments.push_back("--resume");
+        if (before == Status::Interrupted) setup.arguments.push_back("--resume");
         setup.arguments.insert(setup.arguments.end(), m_options.arguments.begin(),
                                m_options.arguments.end());
         setup.environment["OMP_NUM_THREADS"] = std::to_string(m_numThreads);
         setup.output = setup.error = log;
         setup.folder = fs::absolute(getFolder(index)).string();
         setup.isOwnGroup = true;
-        m_running.push_back({index, ChildProcess(setup), log, isFresh});
+        m_running.push_back({index, ChildProcess(setup), log});
     }
 
     /** Takes note of cases that have ended. @returns whether there were any. **/
@@ -290,7 +339,7 @@ private:
         SweepOutcome& outcome = m_outcomes[job.index];
         const std::string log = readFile(getFolder(job.index) + "/log.txt");
         const std::string missing =
-            end.isSuccess() ? findMissing(getFolder(job.index) + "/results.h5", m_analyses) : "";
+            end.isSuccess() ? findMissing(findResults(getFolder(job.index)), m_analyses) : "";
         if (end.isSuccess() && missing.empty()) {
             outcome.status = Status::Complete;
             keep(job.index, "complete");
@@ -298,10 +347,6 @@ private:
             outcome.status = Status::Interrupted;
             keep(job.index, "interrupted");
             m_isStopped = true;  // Ctrl-C reached the case alone: the sweep ends as well
-        } else if (!job.isFresh && end.exitCode == CannotResume::ExitStatus) {
-            fs::remove(getFolder(job.index) + "/" + CaseFile);
-            close(job.log);  // what was left does not fit any more: from the beginning
-            return;
         } else {
             outcome.status = Status::Failed;
             outcome.error = end.signal        ? "it " + end.describe()
@@ -354,6 +399,12 @@ private:
 
 }  // namespace
 
+std::string makeCaseText(const InputChecksums& inputs, const std::string& ending) {
+    std::string text;
+    for (const auto& [what, sum] : inputs) text += sum + " " + what + "\n";
+    return text + ending + "\n";
+}
+
 std::string nameOf(SweepOutcome::Status status) {
     static const char* const names[] = {"waiting", "complete", "failed", "interrupted"};
     return names[int(status)];
@@ -371,7 +422,7 @@ std::vector<SweepOutcome> runSweep(const SweepPlan& plan, const SweepOptions& op
 std::vector<SweepOutcome> readSweepOutcomes(const SweepPlan& plan, const std::string& folder) {
     std::vector<SweepOutcome> outcomes;
     for (const SweepCase& one : plan.cases)
-        outcomes.push_back(readOutcome(folder + "/" + one.folder, plan.makeCaseKey(one)));
+        outcomes.push_back(readOutcome(folder + "/" + one.folder, plan.calcInputs(one)));
     return outcomes;
 }
 

@@ -7,9 +7,10 @@ Runs the cases of a sweep, several at once, each in a process and a folder of it
                 case.txt     what the case is made of, and how it ended
     FOLDER/sweep.csv, .h5    the table
 
-A case that is complete and made of the same is skipped; one that was interrupted goes on. A process
-that runs a case holds a lock on its log, so that others which share the folder leave it alone; the
-lock goes with the process, however that ends. **/
+A case that is complete and made of the same is skipped; one that was interrupted goes on; one that
+is out of date is done anew, and what it had stays until then. A process that runs a case holds a
+lock on its log, so that others which share the folder leave it alone; the lock goes with the
+process, however that ends. **/
 
 #include <string>
 #include <vector>
@@ -26,7 +27,6 @@ struct SweepOptions {
     std::string program;                 ///< `simflex`
     int numJobs = 0;                     ///< processes at once; 0: one for each core
     int numThreads = 0;                  ///< of each; 0: the cores shared out
-    bool hasPictures = false;            ///< cases draw the pictures of the model
     std::vector<std::string> arguments;  ///< of the cases: what code they may run
     Listener listener;
     SweepShare share;
@@ -38,6 +38,10 @@ struct SweepOutcome {
     std::string error;     ///< last line of a failed case
     bool wasDone = false;  ///< before this sweep
 };
+
+/** What case.txt has of a case: a line for each thing that it is made of, and how it ended:
+"complete", "failed: …", "interrupted", "begun". **/
+std::string makeCaseText(const InputChecksums& inputs, const std::string& ending);
 
 /** "complete", "failed" … **/
 std::string nameOf(SweepOutcome::Status status);

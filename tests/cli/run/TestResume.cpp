@@ -13,6 +13,7 @@ Runs that are stopped, by whatever, and gone on with. **/
 #include "cli/run/RunTest.h"
 #include "simflex/model/analyses/Provenance.h"
 #include "simflex/model/analyses/RunCheckpoint.h"
+#include "simflex/model/results/ResultWriter.h"
 
 namespace simflex {
 namespace {
@@ -182,21 +183,51 @@ TEST_F(ResumeTest, CtrlCStopsAnalysesWithoutTimeAndKeepsWhatIsComplete) {
     }
 }
 
-TEST_F(ResumeTest, ChangedModelsAreNotGoneOnWith) {
+TEST_F(ResumeTest, ARunOfAChangedModelIsDoneAnewAndWhatItHadStaysUntilThen) {
     writeModel(kModel);
-    const pid_t child = start({"--set", "solver.accuracy=1e-7"});
-    awaitCheckpoint(child);
-    kill(child, SIGTERM);
-    ASSERT_EQ(WEXITSTATUS(await(child)), 130);
-    EXPECT_EQ(runModel("--resume"), 3);
-    EXPECT_THAT(err, HasSubstr("other settings (then: solver.accuracy=1e-7; now: none)"));
+    ASSERT_EQ(runModel("-o coarse.h5 --set solver.accuracy=1e-7"), 0) << err;
+    ASSERT_EQ(runModel("-o fine.h5"), 0) << err;
+    namespace fs = std::filesystem;
+    const fs::path before(folder / "model.results.h5.before-1");
+    const auto stop = [&](const std::vector<std::string>& arguments, const fs::path& sign) {
+        const pid_t child = start(arguments);
+        testing::await(sign.string(), [&] { return fs::exists(sign) || testing::hasEnded(child); });
+        awaitCheckpoint(child);
+        kill(child, SIGTERM);
+        EXPECT_EQ(WEXITSTATUS(await(child)), 130);
+        return testing::readText(folder / "child.log");
+    };
+    const std::string change = "other settings (then: solver.accuracy=1e-7; now: none)";
+    stop({"--set", "solver.accuracy=1e-7"}, folder / "model.results.h5");
+    EXPECT_THAT(stop({"--resume"}, before / "model.results.h5"), HasSubstr(change));
+    // By mistake: it is all there, and goes on.
+    ASSERT_TRUE(fs::exists(before / "model.results.h5.checkpoint"));
+    for (const auto& file : fs::directory_iterator(before))
+        fs::copy(file, folder / file.path().filename().string(),
+                 fs::copy_options::overwrite_existing);
+    ASSERT_EQ(runModel("--resume --set solver.accuracy=1e-7 -o model.results.h5"), 0) << err;
+    EXPECT_THAT(err, ::testing::Not(HasSubstr("out of date")));
+    EXPECT_TRUE(readWithoutSeconds("coarse.h5") == readWithoutSeconds("model.results.h5"));
+    EXPECT_FALSE(fs::exists(before));
+
+    // On purpose: from the beginning, and on from where that is stopped in its turn.
+    EXPECT_THAT(stop({"--resume"}, before / "model.results.h5"), HasSubstr(change));
+    EXPECT_TRUE(readWithoutSeconds("coarse.h5") ==
+                readWithoutSeconds("model.results.h5.before-1/model.results.h5"));
+    ASSERT_EQ(runModel("--resume"), 0) << err;
+    EXPECT_THAT(err, ::testing::Not(HasSubstr("out of date")));
+    EXPECT_TRUE(readWithoutSeconds("fine.h5") == readWithoutSeconds("model.results.h5"));
+    EXPECT_FALSE(fs::exists(before));
+
     std::string text = kModel;
-    text.replace(text.find("9.81"), 4, "1.62");
+    text.replace(text.find("duration: 10"), 12, "duration: 1.");
     writeModel(text);
-    EXPECT_EQ(runModel("--resume --set solver.accuracy=1e-7"), 3);
-    EXPECT_THAT(err, HasSubstr("has changed since, first in line 2"));
-    // Anew is always possible.
-    EXPECT_EQ(runModel("--set analyses.long.duration=0.1"), 0) << err;
+    EXPECT_EQ(runModel("--resume"), 0);
+    EXPECT_THAT(err, HasSubstr("simflex: warning: the results of short, long in 'model.results.h5' "
+                               "are out of date: the model file 'model.yaml' has changed since, "
+                               "first in line 25. They stay in 'model.results.h5.before-1' until "
+                               "they have been done anew; this run does all of them"));
+    EXPECT_EQ(read("long").time.back(), 1.0);
 }
 
 /** Two analyses, of which what they read changes in between. **/
@@ -224,19 +255,39 @@ analyses:
         bar.rho = density;
         testing::writeText(folder / "bar.inp", remark + bar.text());
     }
-    /** Each way to take up what model.results.h5 has. **/
-    void expectRefusal(const std::string& change) {
-        EXPECT_EQ(runModel("--resume"), 3);
-        EXPECT_THAT(err, HasSubstr(change + " has changed since; run without --resume"));
-        EXPECT_NE(runModel("--only swing"), 0);
-        EXPECT_THAT(err, HasSubstr("has the results of rest, which --only would lose: " + change +
-                                   " has changed since"));
+    /** Each way to take up what model.results.h5 has: what reads refuses, what computes does anew.
+     * **/
+    void expectAnew(const std::string& change) {
         const std::string cached = "SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'";
         EXPECT_NE(
             runProgram(cached, "post model.results.h5 -q --set 'probes.more={expression: t}'"), 0);
         EXPECT_THAT(err, HasSubstr(change + " has changed since"));
         EXPECT_EQ(runProgram(cached, "report model.results.h5 -o page.html"), 0) << err;
         EXPECT_THAT(err, HasSubstr("the page shows no motion: " + change + " has changed since"));
+
+        const std::string old = testing::readText(folder / "model.results.h5"),
+                          before = "model.results.h5.before-1/model.results.h5";
+        ASSERT_EQ(runModel("--only swing"), 0) << err;
+        EXPECT_THAT(
+            err,
+            HasSubstr(
+                "simflex: warning: the results of rest in 'model.results.h5' are out of date: " +
+                change +
+                " has changed since. They stay in 'model.results.h5.before-1' until they have been "
+                "done anew; this run does none of them\n"));
+        EXPECT_EQ(readResults(folder / "model.results.h5").analyses.size(), 1u);
+        EXPECT_TRUE(testing::readText(folder / before) == old);
+        ASSERT_EQ(runModel("--only rest"), 0) << err;
+        EXPECT_EQ(err, "");
+        EXPECT_FALSE(std::filesystem::exists(folder / "model.results.h5.before-1"));
+        ASSERT_EQ(runModel("-o anew.h5"), 0) << err;
+        for (const char* analysis : {"rest", "swing"}) {
+            const Results::Analysis mine = read(analysis), fresh = read(analysis, "anew.h5");
+            EXPECT_EQ(find(mine, "tip").rows, find(fresh, "tip").rows);
+            EXPECT_EQ(find(mine, "force").rows, find(fresh, "force").rows);
+        }
+        ASSERT_EQ(runModel("--resume"), 0) << err;
+        EXPECT_EQ(err, "");
     }
 };
 
@@ -245,16 +296,49 @@ TEST_F(ChangedInputs, AreNamedByAllThatTakesUpEarlierResults) {
     ASSERT_EQ(runModel("--only swing"), 0) << err;
     ASSERT_EQ(runModel("--resume"), 0) << err;
     writeBar(8000);
-    expectRefusal("the part of body 'bar'");
-    writeBar(7850);
+    expectAnew("the part of body 'bar'");
     testing::writeText(folder / "push.csv", "t,force\n0,1\n1,2\n");
-    expectRefusal("the file 'push.csv'");
+    expectAnew("the file 'push.csv'");
     // What changes no number of the part changes nothing.
-    testing::writeText(folder / "push.csv", "t,force\n0,1\n1,1\n");
-    writeBar(7850, "** a remark\n");
+    writeBar(8000, "** a remark\n");
     // Nor does a file that is named like something else of the model.
     for (const char* name : {"rest", "bar", "push"}) testing::writeText(folder / name, "a note");
     EXPECT_EQ(runModel("--resume"), 0) << err;
+    EXPECT_EQ(err, "");
+    testing::writeText(folder / "push.csv", "t,force\n0,1\n1,3\n");
+    EXPECT_EQ(runModel("--resume"), 0) << err;
+    EXPECT_THAT(err, HasSubstr("the results of swing, rest in 'model.results.h5' are out of date: "
+                               "the file 'push.csv' has changed since."));
+    EXPECT_FALSE(std::filesystem::exists(folder / "model.results.h5.before-1"));
+    EXPECT_GT(find(read("swing"), "tip").rows.back()[1],
+              find(read("swing", "anew.h5"), "tip").rows.back()[1]);
+}
+
+TEST_F(ChangedInputs, ResultsStayWhileARunFailsAndWhileAnotherWritesThem) {
+    ASSERT_EQ(runModel(), 0) << err;
+    const std::string old = testing::readText(folder / "model.results.h5");
+    EXPECT_NE(runModel("--resume --set analyses.rest.from=nothing"), 0);
+    EXPECT_TRUE(testing::readText(folder / "model.results.h5") == old);
+    {
+        const model::ResultWriter other(folder / "model.results.h5");
+        EXPECT_NE(runModel("--resume --set bodies.bar.damping=0.2"), 0);
+        EXPECT_THAT(err, HasSubstr("is being written by another run"));
+    }
+    EXPECT_TRUE(testing::readText(folder / "model.results.h5") == old);
+    // Each state that a run had reached has a folder of its own, until one run has done it all.
+    for (const char* load : {"1", "2"}) {
+        EXPECT_EQ(runModel(std::string("--only rest --set loads.push.force.x=") + load), 0) << err;
+    }
+    namespace fs = std::filesystem;
+    EXPECT_TRUE(fs::exists(folder / "model.results.h5.before-1"));
+    EXPECT_FALSE(fs::exists(folder / "model.results.h5.before-2")) << "rest was replaced";
+    testing::writeText(folder / "model.results.h5.before-1/note.txt", "of mine");
+    ASSERT_EQ(runModel("--only swing"), 0) << err;
+    EXPECT_TRUE(fs::exists(folder / "model.results.h5.before-2/model.results.h5"));
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_FALSE(fs::exists(folder / "model.results.h5.before-2"));
+    EXPECT_FALSE(fs::exists(folder / "model.results.h5.before-1/model.results.h5"));
+    EXPECT_EQ(testing::readText(folder / "model.results.h5.before-1/note.txt"), "of mine");
 }
 
 TEST(PartChecksum, KnowsAllThatARunReadsAndNothingElse) {
@@ -443,17 +527,44 @@ TEST_F(ResumeTest, AJournalWithoutItsFileIsNothingToGoOnWith) {
     }
     testing::writeText(folder / "model.results.h5.rows", "a table of somebody's");
     EXPECT_EQ(runModel(), 1);
-    EXPECT_THAT(err, HasSubstr("is not a journal of simflex, so it is not replaced"));
+    EXPECT_THAT(
+        err,
+        HasSubstr("is not the journal that a run keeps there of its rows, so it is not replaced"));
+}
+
+TEST_F(ResumeTest, AJournalThatWasOnlyBegunChangesNothingOfItsFile) {
+    writeModel(makePendulum("1", "analyses: {run: {type: transient, duration: 0.1}}\n"));
+    ASSERT_EQ(runModel(), 0) << err;
+    const std::string whole = testing::readText(folder / "model.results.h5");
+    // A run that is killed as it begins to replace the file leaves any part of the journal's head.
+    for (const std::string journal : {"", "simf", "simflex rows  2\n", "simflex rows  2\n\1\0\0"}) {
+        testing::writeText(folder / "model.results.h5.rows", journal);
+        ASSERT_EQ(runModel("--resume"), 0) << err;
+        EXPECT_TRUE(testing::readText(folder / "model.results.h5") == whole);
+        EXPECT_FALSE(std::filesystem::exists(folder / "model.results.h5.rows"));
+    }
+    testing::writeText(folder / "model.results.h5.rows", "a table of somebody's");
+    for (const char* more : {"", " --set parameters.angle=2"}) {
+        EXPECT_EQ(runModel(std::string("--resume") + more), 1);
+        EXPECT_THAT(
+            err,
+            HasSubstr(
+                "is not the journal that a run keeps there of its rows, so it is not replaced"));
+        EXPECT_EQ(testing::readText(folder / "model.results.h5.rows"), "a table of somebody's");
+    }
 }
 
 TEST_F(ResumeTest, AJournalThatIsCutDuringTheRunIsAnError) {
     writeModel(kModel);
+    ASSERT_EQ(runModel("-o whole.h5"), 0) << err;
     const pid_t child = start({});
     awaitCheckpoint(child);
     testing::writeText(folder / "model.results.h5.rows", "");
     EXPECT_EQ(await(child), 1 << 8);
     EXPECT_THAT(testing::readText(folder / "child.log"),
-                HasSubstr("was cut by another program during the run"));
+                HasSubstr("was cut by another program during the run; --resume continues"));
+    ASSERT_EQ(runModel("--resume"), 0) << err;
+    EXPECT_TRUE(readWithoutSeconds("whole.h5") == readWithoutSeconds("model.results.h5"));
 }
 
 }  // namespace

@@ -684,13 +684,20 @@ TEST_F(RunTest, OnlyKeepsTheResultsOfOtherAnalyses) {
     // Results of another model do not belong into the same file.
     const std::string bytes = testing::readText(folder / "model.results.h5");
     EXPECT_EQ(runModel("--only modes --set angle=0.6 "), 1);
-    EXPECT_EQ(runModel("--only modes --set parameters.angle=0.6"), 1);
-    EXPECT_EQ(err,
-              "simflex: 'model.results.h5' has the results of rest, run, swing, which --only would "
-              "lose: it was run with other settings (then: none; now: parameters.angle=0.6); "
-              "choose another name with -o, or remove it\n");
     EXPECT_TRUE(bytes == testing::readText(folder / "model.results.h5"));
-    ASSERT_EQ(runModel("--only modes --set parameters.angle=0.6 -o other.h5"), 0) << err;
+    ASSERT_EQ(runModel("--only swing --set parameters.angle=0.6"), 0) << err;
+    EXPECT_EQ(err,
+              "simflex: warning: the results of rest, run, modes in 'model.results.h5' are out of "
+              "date: it was run with other settings (then: none; now: "
+              "parameters.angle=0.6). They stay in 'model.results.h5.before-1' until they have "
+              "been done anew; this run does run\n");
+    EXPECT_TRUE(bytes == testing::readText(folder / "model.results.h5.before-1/model.results.h5"));
+    EXPECT_EQ(readResults(folder / "model.results.h5").analyses.size(), 2u);
+    // What an analysis begins from is done wherever it is not there.
+    ASSERT_EQ(runModel("--only swing --set parameters.angle=0.6 -o other.h5"), 0) << err;
+    EXPECT_EQ(read("swing").q, read("swing", "other.h5").q);
+    EXPECT_EQ(read("run").q, read("run", "other.h5").q);
+    EXPECT_NE(read("run").q, before.findAnalysis("run").q);
 }
 
 TEST_F(RunTest, WarningsAreToldWithQuietAndKeptWithTheResults) {

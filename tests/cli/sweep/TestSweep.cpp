@@ -83,6 +83,7 @@ TEST_F(SweepRunnerTest, WhatIsCompleteIsNotDoneAgainAndWhatFailedStopsNobody) {
     other.model.settings = {"solver.accuracy=1e-5"};  // which makes all cases others
     EXPECT_THAT(run(other), ElementsAre(Status::Complete, Status::Failed, Status::Complete));
     EXPECT_EQ(listRuns().size(), 8u);
+    EXPECT_TRUE(fs::exists(folder / "sweep/speed=1/results.h5.before-1/results.h5"));
 }
 
 TEST_F(SweepRunnerTest, CtrlCStopsTheCasesAndTheSameSweepGoesOn) {
@@ -240,6 +241,29 @@ analyses: {rest: {type: static}}
     ASSERT_EQ(run(sweep), 0) << err;
     EXPECT_THAT(out, HasSubstr("2 of 2 cases are complete"));
     EXPECT_THAT(out, ::testing::Not(HasSubstr("were before")));
+    EXPECT_THAT(
+        err,
+        AllOf(
+            HasSubstr("simflex: warning: the results of 2 cases are out of date (k=1: the file '"),
+            HasSubstr("/all.inp' or one that it includes has changed since) and done anew")));
+    EXPECT_FALSE(fs::exists(folder / "bars/k=1/results.h5.before-1"));
+
+    // What cannot be done anew stays.
+    const std::string old = testing::readText(folder / "bars/k=1/results.h5");
+    testing::writeText(folder / "bar.inp", "*NODE\n1, 0, 0\n");
+    EXPECT_EQ(run(sweep), 1);
+    EXPECT_THAT(out, HasSubstr("0 of 2 cases are complete, 2 failed"));
+    EXPECT_TRUE(testing::readText(folder / "bars/k=1/results.h5.before-1/results.h5") == old);
+    testing::writeText(folder / "bar.inp", bar.text());
+    ASSERT_EQ(run(sweep), 0) << err;
+    EXPECT_FALSE(fs::exists(folder / "bars/k=1/results.h5.before-1"));
+    // What was made by a simflex whose files of cases nobody knows is not taken for the same.
+    testing::writeText(folder / "bars/k=1/case.txt", "model m.yaml\nfiles 12\ncomplete\n");
+    ASSERT_EQ(run(sweep), 0) << err;
+    EXPECT_THAT(
+        err,
+        HasSubstr("the results of 1 case are out of date (k=1: another simflex has made them)"));
+    EXPECT_THAT(out, HasSubstr("2 of 2 cases are complete (1 were before)"));
 }
 
 TEST_F(SweepTest, ACaseWithAWrongValueFailsAloneAndIsNamed) {
@@ -429,6 +453,11 @@ TEST_F(SweepTest, CasesDrawPicturesOnlyIfAsked) {
     EXPECT_EQ(countPictures("plain"), 0);
     ASSERT_EQ(run(command + "drawn --pictures"), 0) << err;
     EXPECT_EQ(countPictures("drawn"), 2 * 3);  // at 0, 0.05, 0.1 s
+    ASSERT_EQ(run(command + "plain --pictures"), 0) << err;
+    EXPECT_EQ(countPictures("plain"), 2 * 3);
+    EXPECT_THAT(err, HasSubstr("the wish for pictures has changed since"));
+    ASSERT_EQ(run(command + "plain"), 0) << err;
+    EXPECT_THAT(out, HasSubstr("(2 were before)"));
 }
 
 TEST_F(SweepTest, MistakesAreFoundBeforeAnythingRuns) {

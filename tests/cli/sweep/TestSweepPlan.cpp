@@ -181,18 +181,19 @@ TEST(SweepPlan, ACaseIsAnotherWhenAFileThatItsModelReadsIs) {
     testing::writeText(folder / "m.yaml",
                        "simflex: 1\nparameters: {speed: 1}\ntables: {road: {file: road.csv}}\n"
                        "analyses: {run: {type: transient, duration: 1}}\n");
-    const auto makeKey = [&] {
+    const auto calcInputs = [&] {
         SweepPlan plan;
         plan.model = loadModelText(folder / "m.yaml");
         plan.keys = {parseSweptKey("speed=5")};
         makeSweepCases(plan, SweepOrder::Grid);
         checkSweepCases(plan);
-        return plan.makeCaseKey(plan.cases[0]);
+        return plan.calcInputs(plan.cases[0]);
     };
-    const std::string before = makeKey();
-    EXPECT_EQ(makeKey(), before);
+    const InputChecksums before = calcInputs();
+    EXPECT_EQ(calcInputs(), before);
     testing::writeText(folder / "road.csv", "0,1\n1,3\n");
-    EXPECT_NE(makeKey(), before);
+    EXPECT_THAT(findChangedInput(before, calcInputs()),
+                AllOf(HasSubstr("the file '"), HasSubstr("road.csv'"), HasSubstr("has changed")));
 }
 
 /** An environment variable that is set as long as this lives; "" unsets it. **/
