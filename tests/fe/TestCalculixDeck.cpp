@@ -784,6 +784,14 @@ TEST_F(CalculixDeckTest, AMissingDeckOrIncludeIsAnError) {
     EXPECT_THAT(errorOf("*INCLUDE, INPUT=none.inp\n"),
                 AllOf(HasSubstr("none.inp"), HasSubstr("deck.inp:1:")));
     EXPECT_THAT(errorOf("*INCLUDE, INPUT=deck.inp\n"), HasSubstr("include itself"));
+    // Each of five files includes the next one 100 times.
+    for (int k = 1; k <= 5; ++k) {
+        std::string text;
+        for (int line = 0; line < 100; ++line)
+            text += "*INCLUDE, INPUT=fan" + std::to_string(k + 1) + ".inp\n";
+        testing::writeText(folder / ("fan" + std::to_string(k) + ".inp"), k < 5 ? text : "** end\n");
+    }
+    EXPECT_THAT(errorOf("*INCLUDE, INPUT=fan1.inp\n"), HasSubstr("more than 10000 files"));
 }
 
 TEST_F(CalculixDeckTest, NodesAndElementsAreGenerated) {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "IncludeLimit.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/part/TextLines.h"
@@ -17,7 +18,6 @@ namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int DeepestInclude = 20;
 constexpr int CardLinesPerReport = 20000;
 
 std::string withoutBlanks(std::string text) {
@@ -108,9 +108,8 @@ public:
         if (fs::is_regular_file(path)) in.open(path, std::ios::binary);
         if (!in.is_open())
             throw std::runtime_error(includedFrom + "cannot read deck '" + path.string() + "'");
-        if (depth > DeepestInclude)
-            throw std::runtime_error(includedFrom + "*INCLUDE goes " + std::to_string(depth) +
-                                     " files deep; does a file include itself?");
+        const std::string mistake = m_includes.enter(depth);
+        if (!mistake.empty()) throw std::runtime_error(includedFrom + "*" + mistake);
         Lines lines(readPlainText(in));
         while (lines.next()) {
             if (lines.number() % CardLinesPerReport == 0)
@@ -173,6 +172,7 @@ private:
     }
 
     const ProgressCallback& m_progress;
+    IncludeLimit m_includes;
 };
 
 /** As people write it. **/

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "BulkCards.h"
+#include "IncludeLimit.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NameDistance.h"
 #include "simflex/base/NumberText.h"
@@ -16,7 +17,6 @@
 namespace simflex {
 namespace {
 
-constexpr int DeepestBulkInclude = 20;
 /** A modulus of shear may differ so much from E/2(1+ν). **/
 constexpr double SameShear = 0.01;
 
@@ -197,9 +197,8 @@ private:
     }
 
     void readFile(const std::string& path, int depth) {
-        if (depth > DeepestBulkInclude)
-            throw std::invalid_argument(path + ": INCLUDE goes " + std::to_string(depth) +
-                                        " files deep; does a file include itself?");
+        const std::string mistake = m_includes.enter(depth);
+        if (!mistake.empty()) throw std::invalid_argument(path + ": " + mistake);
         BulkCards cards(path, "bulk data file", {});
         for (BulkCard card; cards.next(card);) {
             if (card.name == "ENDDATA") break;
@@ -752,6 +751,7 @@ private:
 
     std::string m_path;
     std::vector<BulkEntry> m_entries;
+    IncludeLimit m_includes;
     EntryMap m_grids, m_elements, m_properties, m_materials, m_rigids, m_masses;
     const BulkEntry* m_gridDefaults = nullptr;
     std::map<int, std::pair<const BulkEntry*, size_t>> m_systemEntries;

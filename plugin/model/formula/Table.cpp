@@ -213,10 +213,14 @@ std::vector<std::vector<double>> readTableFile(const std::string& path,
     std::ifstream file;
     if (std::filesystem::is_regular_file(path)) file.open(path);
     if (!file.is_open()) throw std::runtime_error("cannot read the file " + path);
+    std::vector<char> buffer(100002);  // what has no ends of lines may be longer than memory
     std::string line;
-    for (int number = 1; std::getline(file, line); ++number) {
+    for (int number = 1;
+         file.getline(buffer.data(), std::streamsize(buffer.size())) || file.gcount() > 0;
+         ++number) {
         const std::string place = path + ":" + std::to_string(number) + ": ";
-        if (line.size() > 100000) throw std::runtime_error(place + "the line is too long");
+        if (file.fail()) throw std::runtime_error(place + "the line is too long");
+        line = buffer.data();
         if (number == 1 && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
         const std::size_t begin = line.find_first_not_of(" \t\r");
         if (begin == std::string::npos || line[begin] == '#') continue;

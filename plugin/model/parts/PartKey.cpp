@@ -10,6 +10,7 @@
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/fe/GmshPart.h"
+#include "simflex/fe/decks/IncludeLimit.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/reduction/Reduction.h"
 
@@ -19,8 +20,6 @@ namespace model {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr int DeepestInclude = 20;  ///< as decks have it
 
 std::string readBytes(const std::string& path) {
     std::ifstream in(path, std::ios::binary);
@@ -104,7 +103,8 @@ void PartKey::add(double number) {
 }
 
 void PartKey::addFile(const std::string& path) {
-    if (!isGmshScript(path)) return addFile(path, 0);
+    IncludeLimit includes;
+    if (!isGmshScript(path)) return addFile(path, 0, includes);
     for (const std::string& file : listScriptFiles(path)) addBytes(file);
 }
 
@@ -119,13 +119,14 @@ std::string PartKey::addBytes(const std::string& path) {
     return bytes;
 }
 
-void PartKey::addFile(const std::string& path, int depth) {
+void PartKey::addFile(const std::string& path, int depth, IncludeLimit& includes) {
     const std::string bytes = addBytes(path), ending = endingOf(path);
-    if (depth > DeepestInclude || (depth == 0 && !isDeck(ending))) return;
+    // Beyond the limit the deck is refused when it is read.
+    if (!includes.enter(depth).empty() || (depth == 0 && !isDeck(ending))) return;
     for (const std::string& name : findDeckIncludes(bytes)) {
         const fs::path beside = fs::path(path).parent_path() / name;
         addFile((fs::exists(beside) || !fs::exists(name) ? beside : fs::path(name)).string(),
-                depth + 1);
+                depth + 1, includes);
     }
 }
 

@@ -7,6 +7,9 @@ Name of a reduced part by its content: of what it is made from, byte by byte. **
 #include "simflex/base/Hash.h"
 
 namespace simflex {
+
+class IncludeLimit;
+
 namespace model {
 
 /** 128 bits over everything that a reduction depends on. **/
@@ -23,7 +26,7 @@ public:
     std::string getText() const;
 
 private:
-    void addFile(const std::string& path, int depth);
+    void addFile(const std::string& path, int depth, IncludeLimit& includes);
     std::string addBytes(const std::string& path);
     Hash m_first, m_second;
 };
