@@ -163,8 +163,8 @@ void LinearRangeReporter::checkAxialLoad(const State& state, FlexibleBodyIndex i
                  (isPressed ? "compressed" : "pulled apart") + " between interfaces '" +
                  part.interfaces[size_t(load.from)].name + "' and '" +
                  part.interfaces[size_t(load.to)].name + "' by " + toThreeDigits(load.force) +
-                 " N, about " + toThreeDigits(100 * load.share) +
-                 " % of the load at which it would buckle on hinges there; " +
+                 " N, about " + toThreeDigits(load.share) +
+                 " times the load at which it would buckle on hinges there; " +
                  (isPressed ? "its bending is too stiff by about that part, and it buckles too "
                               "late or not at all. "
                             : "its bending is too soft by that part and more. ") +
