@@ -7,6 +7,7 @@ threads makes: on files, processes, threads. Then this must hold:
     again       the same command, a run with --resume, ends well, as if nothing had happened
     bits        what it leaves has the bits of what a command leaves that nobody has killed
     rest        nothing else is left beside it, and nothing in the temporary folder
+    kept        results of another state of the model are there, as long as those that replace them are not complete
     hang        neither takes longer than a minute
 
 Commands that were killed before, at other calls, may have gone before: a case has one to three of them.
@@ -23,9 +24,9 @@ import sys
 from pathlib import Path
 
 import h5py
-import numpy as np
 
 from support import harness, parts
+from support.content import read_content
 
 SECONDS = 60
 SKIPPED = 77  # exit status, for ctest
@@ -65,27 +66,11 @@ COMMANDS = {
     "post": (["post", "earlier.h5", "--set", "probes.more={expression: 2*spin}", "--no-pictures", "-q", "-o", "post.h5"], [],
              ["post.h5", "post.rest.csv", "post.swing.csv"]),
     "fmu": (["fmu", "model.yaml", "--thin", "-q", "-o", "m.fmu"], [], ["m.fmu"]),
+    # Of another model than earlier.h5: all of it is done anew.
+    "redo": (["run", "model.yaml", "-q", "--no-pictures", "--set", "parameters.load=2", "--resume", "-o", "earlier.h5"], [],
+             ["earlier.h5", "earlier.rest.csv", "earlier.swing.csv"]),
 }
 BESIDE = {"bar.inp", "model.yaml", "earlier.h5"}
-
-
-def read_content(file: Path):
-    """Bytes; of an HDF5 file all that it holds but for the time that it took and where the model was."""
-    if file.suffix != ".h5":
-        return file.read_bytes()
-    content = {}
-    with h5py.File(file) as open_file:
-
-        def visit(name, item):
-            for key, value in item.attrs.items():
-                if not key.endswith("seconds") and (name, key) != ("model", "path"):
-                    content[f"{name}@{key}"] = np.asarray(value).tobytes()
-            if isinstance(item, h5py.Dataset) and not name.endswith("seconds"):
-                content[name] = repr(item[()]) if h5py.check_string_dtype(item.dtype) else item[()].tobytes()
-
-        visit("", open_file)
-        open_file.visititems(visit)
-    return content
 
 
 def make_folder(folder: Path, shared: Path) -> None:
@@ -151,6 +136,17 @@ def list_rest(folder: Path, kind: str) -> list:
     return [name for name in rest if not os.path.exists(f"/proc/{name.rpartition('.part-')[2]}")]
 
 
+def has_results(file: Path, before: bytes) -> bool:
+    """Whether a file is what it was, or has both analyses complete."""
+    if not file.exists():
+        return False
+    if file.read_bytes() == before:
+        return True
+    with h5py.File(file) as results:
+        analyses = results.get("analyses", {})
+        return all(name in analyses and analyses[name].attrs["complete"] for name in ("rest", "swing"))
+
+
 def try_case(seed: int, index: int, folder: Path) -> harness.Outcome:
     outcome = harness.Outcome()
     random_ = random.Random(f"{seed} {index}")
@@ -171,6 +167,11 @@ def try_case(seed: int, index: int, folder: Path) -> harness.Outcome:
         outcome.counts[f"{kind}s killed" if was_killed else "of a child's processes killed, or none"] += 1
         if ended.returncode is None:
             outcome.fail("hang", f"the first of {SECONDS} s: {ended.stdout[-300:]}")
+        if kind == "redo":
+            before = (shared / "earlier.h5").read_bytes()
+            places = [folder / "earlier.h5", *folder.glob("earlier.h5.before-*/earlier.h5")]
+            if not any(has_results(file, before) for file in places):
+                outcome.fail("kept", f"after {kills[-1]} there are neither the old results nor new ones")
     outcome.title = f"{kind}: {', '.join(kills)}"
     ended = call(folder, arguments + again)
     if ended.returncode is None:
