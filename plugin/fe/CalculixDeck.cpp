@@ -16,7 +16,7 @@ namespace simflex {
 namespace {
 
 /** What has assembled the matrices; it changes when the same deck gives others. **/
-constexpr const char* Program = "simflex, elements of 2026";
+constexpr const char* Program = "simflex, elements of 2026, revision 2";
 
 void addPointMasses(const DeckModel& deck, FeModel& model) {
     for (const auto& [number, mass] : deck.masses) {
