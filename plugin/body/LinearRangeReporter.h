@@ -23,6 +23,7 @@ m); modes describe deformations up to 10 % of it. … **/
 namespace simflex {
 
 class PartColumns;
+class ReducedBody;
 
 class LinearRangeReporter : public SimTK::PeriodicEventReporter {
 public:
