@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "simflex/base/SurfaceFile.h"
 #include "simflex/base/Utf8.h"
+#include "simflex/body/SurfaceFile.h"
 
 namespace simflex {
 

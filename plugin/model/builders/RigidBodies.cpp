@@ -5,7 +5,7 @@
 #include <map>
 #include <optional>
 
-#include "simflex/base/SurfaceFile.h"
+#include "simflex/body/SurfaceFile.h"
 #include "simflex/model/builders/MassProperties.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/builders/ModelSystem.h"

@@ -1,4 +1,4 @@
-#include "simflex/base/SurfaceFile.h"
+#include "simflex/body/SurfaceFile.h"
 
 #include <algorithm>
 #include <cmath>
