@@ -220,7 +220,9 @@ std::vector<std::vector<double>> readTableFile(const std::string& path,
          ++number) {
         const std::string place = path + ":" + std::to_string(number) + ": ";
         if (file.fail()) throw std::runtime_error(place + "the line is too long");
-        line = buffer.data();
+        line.assign(buffer.data(), std::size_t(file.gcount()) - (file.eof() ? 0 : 1));
+        if (line.find('\0') != line.npos)
+            throw std::runtime_error(place + "there is a zero byte; a table is a file of text");
         if (number == 1 && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
         const std::size_t begin = line.find_first_not_of(" \t\r");
         if (begin == std::string::npos || line[begin] == '#') continue;

@@ -359,6 +359,13 @@ TEST(Table, BadFilesAreRefusedWithTheirLine) {
     EXPECT_THAT(refuse("0,1\n1\n"), HasSubstr("table.csv:2: the line has 1 columns"));
     EXPECT_THAT(refuse("0,nan\n1,2\n"), HasSubstr("table.csv:1: 'nan' is not a finite number"));
     EXPECT_THAT(refuse("0,1\ntime,2\n"), HasSubstr("table.csv:2"));
+    // What follows a zero byte is not lost in silence, whether or not the line has an end.
+    for (const std::string rest : {"5", "5\n"})
+        EXPECT_THAT(refuse("0,1\n1,2" + std::string(1, '\0') + rest),
+                    HasSubstr("table.csv:2: there is a zero byte"));
+    EXPECT_EQ(refuse("0,1\n1,2"), "accepted");
+    EXPECT_THAT(refuse("0,1\n" + std::string(200000, '1')),
+                HasSubstr("table.csv:2: the line is too long"));
     // Decimal commas, as a spreadsheet writes them in half of Europe.
     for (const char* line : {"0;1,5", "0,0;1,5", "0\t1,5", "0 1,5", "0;1.000,5"})
         EXPECT_THAT(refuse("0;1\n" + std::string(line) + "\n"),
