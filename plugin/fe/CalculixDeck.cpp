@@ -41,15 +41,16 @@ void addOthers(const DeckModel& deck, FeModel& model) {
     addSprings(deck, model);
 }
 
-/** K of what is no element of these alone. **/
-SymmetricMatrix assembleBeside(const DeckModel& deck) {
-    if (deck.hinged.empty() && deck.springs.empty()) return {};
-    FeModel beside;
-    beside.mesh = deck.mesh;
-    beside.K = SymmetricMatrix::fromEntries(3 * deck.mesh.numNodes(), {}, {}, {});
-    beside.m = SymmetricMatrix::fromEntries(deck.mesh.numNodes(), {}, {}, {});
-    addOthers(deck, beside);
-    return beside.K;
+/** K and m of these alone, on the nodes of the deck. **/
+FeModel makeBeside(const DeckModel& deck) {
+    FeModel model;
+    model.source = deck.path;
+    model.mesh.nodeNumbers = deck.mesh.nodeNumbers;
+    model.mesh.positions = deck.mesh.positions;
+    model.K = SymmetricMatrix::fromEntries(3 * model.mesh.numNodes(), {}, {}, {});
+    model.m = SymmetricMatrix::fromEntries(model.mesh.numNodes(), {}, {}, {});
+    addOthers(deck, model);
+    return model;
 }
 
 /** K and m of all that the deck has. **/
@@ -60,18 +61,9 @@ void assemble(const DeckModel& deck, const ProgressCallback& progress, FeModel& 
 
 /** See DesignParameter::variants. **/
 FeModel makeVariant(DeckModel deck) {
-    FeModel model;
-    model.source = deck.path;
+    FeModel model = makeBeside(deck);
     model.elements = std::make_shared<const FeElements>(makeElements(deck));
-    model.mesh.nodeNumbers = deck.mesh.nodeNumbers;
-    model.mesh.positions = std::move(deck.mesh.positions);
     model.constraints = std::move(deck.constraints);
-    for (const auto& [A, size] : {std::pair(&model.K, 3 * model.mesh.numNodes()),
-                                  std::pair(&model.m, model.mesh.numNodes())}) {
-        A->size = size;
-        A->columnStarts.assign(size_t(size) + 1, 0);
-    }
-    addOthers(deck, model);
     return model;
 }
 
@@ -131,7 +123,8 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
     };
     try {
         FeElements elements = makeElements(deck);
-        elements.beside.K = assembleBeside(deck);
+        if (elements.beside.hasSprings || elements.beside.hasHinged)
+            elements.beside.K = makeBeside(deck).K;
         model.elements = std::make_shared<const FeElements>(std::move(elements));
         if (!options.checkpoint || !options.checkpoint->load("matrices", hash.get(), visit)) {
             const auto start = std::chrono::steady_clock::now();

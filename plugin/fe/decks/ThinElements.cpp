@@ -302,8 +302,8 @@ private:
         for (const auto& [node, normal] : fitted) m_expansions.at(node)[0].normal = normal;
     }
 
-    /** Nodes of the elements about one that are smooth there, the node itself left out; whether
-    they go all around it. **/
+    /** Adds the nodes of the elements about one that are smooth there, itself among them.
+    @returns whether they go all around it **/
     bool addRing(int node, int expansion, std::set<int>& ring) const {
         std::map<int, int> numEdges;  // by the node at their other end
         for (const Corner& corner : m_corners.at(node)) {

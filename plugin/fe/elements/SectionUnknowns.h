@@ -11,8 +11,8 @@ from it,
     u_k = q_k + u_base,
 
 translation of the section and motion across it; those of the internal nodes of C3D8I likewise from
-the mean of its corners. Shape functions are combined before anything is
-rounded: gradients of the base are the sum of its section's. **/
+the mean of its corners. Shape functions are combined before anything is rounded: gradients of the
+base are the sum of its section's. **/
 
 #include <array>
 #include <unordered_map>
