@@ -6,8 +6,8 @@ cd "$(dirname "$0")/../../examples/guide"
 {
     printf '# Keys of model files\n\n'
     # shellcheck disable=SC2016 # Markdown's code
-    printf '%s\n%s\n' 'Every key, as `simflex keys --markdown` prints it; [model files](model_file.md) explains how they are used.' \
-        'Numbers may be formulas of parameters; NAME is a name of yours.'
+    printf '%s\n%s\n' 'This page lists every key, as printed by `simflex keys --markdown`. [Model files](model_file.md) explains how to use them.' \
+        'Numbers may be formulas of parameters. NAME stands for a name that you choose.'
     "$simflex" keys --markdown
 } >model_keys.md.new
 mv model_keys.md.new model_keys.md

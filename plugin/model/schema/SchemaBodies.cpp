@@ -52,7 +52,7 @@ SchemaForm part() {
     return map(
         "a part",
         {
-            SchemaKey("file", {file("a part file")}, "Reduced part, as simflex reduce writes it.")
+            SchemaKey("file", {file("a part file")}, "Reduced part, as written by simflex reduce.")
                 .such("rod.h5"),
             SchemaKey("deck", {file("a deck")},
                       "Deck of Abaqus or CalculiX (.inp), Nastran bulk data (.bdf, .nas, .dat), "
@@ -92,19 +92,19 @@ SchemaForm part() {
                 .with({"geometry"})
                 .such("aluminium"),
             SchemaKey("materials", {entries("materials", material)},
-                      "Materials of the geometry's solids or physical groups, by their names; "
-                      "`material` is that of all others.")
+                      "Materials of the geometry's solids or physical groups, by name; `material` "
+                      "applies to all others.")
                 .with({"geometry"})
                 .such("{HOUSING: aluminium, PIN: steel}"),
             SchemaKey("solids", {text(), list({text()})},
-                      "The solids of a STEP file, or physical groups, that are the part.")
+                      "Solids of a STEP file, or physical groups, that make up the part.")
                 .with({"geometry"})
                 .orElseNote("all")
                 .such("[HOUSING, PIN]"),
             SchemaKey(
                 "mesh_size", {positive()},
-                "Size of the elements, in `length_unit`; without that in metres, of a STEP file in "
-                "millimetres, too.")
+                "Size of the elements, in `length_unit`; without it in metres, even for a STEP "
+                "file in millimetres.")
                 .with({"geometry"})
                 .orElseNote("Gmsh's own choice")
                 .such("0.002"),
@@ -133,7 +133,7 @@ SchemaForm part() {
                 .orElse("m-kg-s")
                 .such("mm-t-s"),
             SchemaKey("without_contact", {boolean()},
-                      "Leaves contact pairs and gaps of the deck out, instead of refusing them.")
+                      "Ignores contact pairs and gaps of the deck instead of refusing them.")
                 .with({"deck"})
                 .orElse("false")
                 .such("true"),
@@ -149,7 +149,7 @@ SchemaForm part() {
                                  .required()
                                  .such("BIG_END"),
                              SchemaKey("tie", {choice({"rigid", "distributing"})},
-                                       "How the nodes follow the interface's frame.")
+                                       "Coupling of the nodes to the interface's frame.")
                                  .orElse("rigid")
                                  .such("distributing"),
                              SchemaKey("master", {vec3()},
@@ -158,12 +158,13 @@ SchemaForm part() {
                                  .orElseNote("the centre of the nodes")
                                  .such("[0, 0, 0.1]"),
                          })})},
-                "Names of the attachment frames and the nodes that each holds.")
+                "Attachment frames, by name, and the nodes that each holds.")
                 .with(sources)
                 .such("{big_end: BIG_END}"),
             SchemaKey(
                 "modes", {integer(1, 10000)},
-                "Craig-Bampton modes, 6 for each interface among them; the part keeps 6 fewer.")
+                "Number of Craig-Bampton modes, including 6 for each interface; the part keeps 6 "
+                "fewer.")
                 .with(sources)
                 .without({"up_to"})
                 .orElse("50")
@@ -184,8 +185,8 @@ SchemaForm part() {
                 .orElse("false")
                 .such("true"),
             SchemaKey("derivatives", {text(), list({text()})},
-                      "Numbers of the deck by which stiffness and mass of the modes are "
-                      "differentiated, for `Part.derivatives` in Python; a run takes nothing of "
+                      "Numbers of the deck with respect to which stiffness and mass of the modes "
+                      "are differentiated, for `Part.derivatives` in Python; runs do not use "
                       "them.")
                 .with({"deck", "geometry"})
                 .such("[thickness:SKIN, density:STEEL]"),
@@ -207,7 +208,7 @@ SchemaForm part() {
                 .with(sources)
                 .orElse("none")
                 .such("skin"),
-            SchemaKey("keep", keep(), "Which of the part's modes are used.")
+            SchemaKey("keep", keep(), "Modes of the part that are used.")
                 .orElse("all")
                 .such("{lowest: 20}"),
         },
@@ -254,7 +255,7 @@ SchemaForm shape() {
 SchemaForm mobilizer() {
     const std::vector<SchemaKey> offset{
         SchemaKey("position", {vec3()}, "Origin.").in("m").orElse("[0, 0, 0]").such("[0, 0, 0.1]"),
-        SchemaKey("rotation", rotation(), "Turn.")
+        SchemaKey("rotation", rotation(), "Orientation.")
             .in("rad")
             .orElse("[0, 0, 0]")
             .such("[0, 90*deg, 0]"),
@@ -265,7 +266,7 @@ SchemaForm mobilizer() {
             SchemaKey("type",
                       {choice({"free", "pin", "slider", "ball", "weld", "universal", "planar",
                                "cylinder", "screw", "translation"})},
-                      "How the body moves relative to its parent.")
+                      "Motion of the body relative to its parent.")
                 .orElse("free")
                 .such("pin"),
             SchemaKey("parent", {name("a rigid body or ground")},
@@ -334,8 +335,7 @@ SchemaForm body() {
                 .orElseNote("of the shape, scaled to the mass")
                 .such("[1e-4, 1e-4, 2e-4]"),
             SchemaKey("shape", {shape(), list({shape()})},
-                      "What is drawn of a rigid body; with density it gives the "
-                      "mass as well.")
+                      "Shape of a rigid body in pictures; with density it also gives the mass.")
                 .without(rigid)
                 .such("{box: [0.1, 0.05, 0.02]}"),
             SchemaKey("density", {positive()}, "Density of the shape.")
@@ -349,11 +349,11 @@ SchemaForm body() {
                 .orElseNote("neighbours differ")
                 .such("'#c04020'"),
             SchemaKey("mobilizer", {mobilizer()},
-                      "How a rigid body moves relative to a rigid parent.")
+                      "Motion that a rigid body has relative to a rigid parent.")
                 .without(rigid)
                 .orElseNote("free on ground")
                 .such("{type: pin}"),
-            SchemaKey("place", place(), "Where the body is at the start.")
+            SchemaKey("place", place(), "Pose of the body at the start.")
                 .orElseNote("at Ground's origin")
                 .such("{position: [0.1, 0, 0]}"),
         });
@@ -375,27 +375,26 @@ std::vector<SchemaKey> makePartKeys() {
                      .with({"x"})
                      .such("[0, 5, 0]"),
                  SchemaKey("z", {list({list({number()})})},
-                           "Values of a function of two variables: one row for each x, in it one "
+                           "Values of a function of two variables: one row for each x, with one "
                            "value for each y.")
                      .with({"x"})
                      .such("[[0, 0, 0], [0, 1, 2]]"),
                  SchemaKey("file", {file("a CSV file")}, "CSV file with the points.")
                      .such("road.csv"),
                  SchemaKey("columns", {list({integer(0, 10000)}, {2, 3})},
-                           "Columns of x and y, from 0; with a third, of a function of two "
-                           "variables, whose points may stand in any order, one for every x and "
-                           "every y.")
+                           "Columns of x and y, from 0; with a third column, a function of two "
+                           "variables, whose points may be in any order, one for every x and every "
+                           "y.")
                      .with({"file"})
                      .orElse("[0, 1]")
                      .such("[0, 2]"),
                  SchemaKey("interpolation", {choice({"spline", "linear", "step"})},
-                           "Between the points: cubic spline "
-                           "(not-a-knot; bicubic), lines (bilinear), or, of one variable, the "
-                           "value of the last point passed.")
+                           "Between the points: cubic spline (not-a-knot; bicubic), straight lines "
+                           "(bilinear) or, for one variable, the value of the last point passed.")
                      .orElse("spline")
                      .such("linear"),
                  SchemaKey("extrapolation", {choice({"constant", "linear", "refuse"})},
-                           "Beyond the points: the value at the end, its straight continuation, or "
+                           "Beyond the points: the value at the end, a straight continuation, or "
                            "an error.")
                      .orElse("constant")
                      .such("linear"),
@@ -409,11 +408,11 @@ std::vector<SchemaKey> makePartKeys() {
             .such("Slider-crank"),
         SchemaKey("description", {text()}, "Free text.").such("A crank with a flexible rod."),
         SchemaKey("parameters", {parameters},
-                  "Constants for formulas; each may use those above it.")
+                  "Constants for formulas. Each may use those above it.")
             .such("{speed: 150, length: 0.18}"),
         SchemaKey(
             "tables", {tables},
-            "Functions of one variable or two for formulas: engine(t), torque(speed, throttle).")
+            "Functions of one or two variables for formulas: engine(t), torque(speed, throttle).")
             .such("{engine: {x: [0, 1, 2], y: [0, 5, 0]}}"),
         SchemaKey("gravity", {vec3()}, "Acceleration of gravity in Ground.")
             .in("m/s^2")

@@ -86,15 +86,15 @@ SchemaForm joint() {
                 .only({"screw"})
                 .required()
                 .such("0.002/(2*pi)"),
-            SchemaKey("length", {positive()}, "Distance that the rod keeps.")
+            SchemaKey("length", {positive()}, "Length of the rod.")
                 .in("m")
                 .only({"rod"})
                 .orElseNote("the distance at the placement")
                 .such("0.25"),
             SchemaKey("friction", {friction()},
-                      "Dry friction from the joint's own force: its radial part times radius (pin, "
-                      "cylinder), all of it times radius (ball, universal), its part across a "
-                      "slide or along a screw. The joint's moments do not count.")
+                      "Dry friction due to the joint's own force: its radial part times radius "
+                      "(pin, cylinder), the whole force times radius (ball, universal), its part "
+                      "across a slide or along a screw. The joint's moments do not count.")
                 .only({"pin", "ball", "slider", "cylinder", "universal", "screw"})
                 .such("{coulomb: 0.1, static: 0.12, radius: 0.01}"),
             SchemaKey("wheels", {list(jointCoordinate(), {2})},
@@ -146,7 +146,7 @@ SchemaForm motion() {
                        .with({"joint"})
                        .orElse("0")
                        .such("1"),
-                   between("The two frames that are moved relative to each other: F, then M.")
+                   between("The two frames that move relative to each other: F, then M.")
                        .without({"joint"}),
                    SchemaKey("axis", axis(), "Axis of F along which M is displaced.")
                        .with({"position"})
@@ -193,7 +193,7 @@ SchemaForm load() {
                 .with(nodes)
                 .such("SEAT"),
             SchemaKey("pressure", {law()},
-                      "Pressure, inwards; on whole shells against their normal.")
+                      "Pressure, acting inwards; on whole shells against their normal.")
                 .in("Pa")
                 .with({"body"})
                 .such("1e5*engine(t)"),
@@ -246,8 +246,8 @@ SchemaForm connector() {
                 .such("1e5"),
             SchemaKey(
                 "law", {law({"length", "rate", "angle", "speed"})},
-                "Its force as a formula, instead of stiffness and damping: the tension of a spring "
-                "or the thrust of an actuator as a function of length and rate; the torque of a "
+                "Force as a formula, instead of stiffness and damping: the tension of a spring or "
+                "the thrust of an actuator as a function of length and rate; the torque of a "
                 "torsion spring against the angle, or of a motor along its joint's coordinate (a "
                 "force, on a slider), as a function of angle and speed (length and rate).")
                 .in("N, N m")
@@ -286,7 +286,7 @@ SchemaForm input() {
     return map("an input",
                {
                    SchemaKey("start", {number()}, "Value at the start.").orElse("0").such("0.5"),
-                   SchemaKey("unit", {text()}, "Its unit.").orElse("''").such("N m"),
+                   SchemaKey("unit", {text()}, "Unit of the input.").orElse("''").such("N m"),
                });
 }
 
@@ -299,7 +299,7 @@ SchemaForm state() {
     return map(
         "a state",
         {
-            SchemaKey("rate", {law()}, "Its rate of change: a first-order equation.")
+            SchemaKey("rate", {law()}, "Rate of change: a first-order equation.")
                 .in("1/s")
                 .such("\"target - angle\""),
             SchemaKey("initial", {number()}, "Value at the start.")
@@ -307,7 +307,7 @@ SchemaForm state() {
                 .orElse("0")
                 .such("0.1"),
             SchemaKey("scale", {positive()},
-                      "Change that weighs as much as a metre in error control.")
+                      "Change that counts as much as a metre in error control.")
                 .orElse("1")
                 .such("100"),
             SchemaKey("pid",
@@ -317,17 +317,17 @@ SchemaForm state() {
                                SchemaKey("proportional", {number()}, "Gain on the input.")
                                    .orElse("0")
                                    .such("400"),
-                               SchemaKey("integral", {number()}, "Gain on its integral.")
+                               SchemaKey("integral", {number()}, "Gain on the input's integral.")
                                    .in("1/s")
                                    .orElse("0")
                                    .such("100"),
-                               SchemaKey("derivative", {number()}, "Gain on its rate.")
+                               SchemaKey("derivative", {number()}, "Gain on the input's rate.")
                                    .in("s")
                                    .with({"filter"})
                                    .orElse("0")
                                    .such("30"),
                                SchemaKey("filter", {positive()},
-                                         "Time constant of the filter of its rate.")
+                                         "Time constant of the filter of the input's rate.")
                                    .in("s")
                                    .with({"derivative"})
                                    .such("1e-3"),
@@ -343,7 +343,7 @@ SchemaForm state() {
                                    .required()
                                    .such("0.01"),
                            })},
-                      "The input, smoothed to first order; begins at the input's value.")
+                      "First-order low-pass filter of the input; begins at the input's value.")
                 .such("{input: speed, time_constant: 0.01}"),
             SchemaKey("lead_lag",
                       {map("a filter",
@@ -369,11 +369,13 @@ SchemaForm state() {
                                    .required()
                                    .such("[1]"),
                                SchemaKey("denominator", {coefficients},
-                                         "The same; no fewer than the numerator has.")
+                                         "Coefficients, of the highest power of s first; no fewer "
+                                         "than in the numerator.")
                                    .required()
                                    .such("[0.01, 0.2, 1]"),
                            })},
-                      "A rational function of s on the input; all of its states begin at zero.")
+                      "Rational function of s, applied to the input; all of its states begin at "
+                      "zero.")
                 .such("{input: error, numerator: [1], denominator: [0.01, 0.2, 1]}"),
             SchemaKey(
                 "rate_limit",
@@ -390,12 +392,13 @@ SchemaForm state() {
                              .such("2"),
                          SchemaKey(
                              "time_constant", {positive()},
-                             "Time constant with which it follows the input within these rates.")
+                             "Time constant with which the state follows the input within these "
+                             "rates.")
                              .in("s")
                              .required()
                              .such("1e-3"),
                      })},
-                "The input with its rate limited; begins at the input's value.")
+                "The input with limited rate of change; begins at the input's value.")
                 .such("{input: target, rise: 0.5, time_constant: 1e-3}"),
             SchemaKey("state_space",
                       {map("a linear system",
@@ -404,7 +407,7 @@ SchemaForm state() {
                                    .required()
                                    .such("[angle, speed]"),
                                SchemaKey("outputs", {list({name("an output")})},
-                                         "Names of the outputs y: laws know them as STATE.OUTPUT.")
+                                         "Names of the outputs y; laws use them as STATE.OUTPUT.")
                                    .required()
                                    .such("[torque]"),
                                SchemaKey("A", {matrix}, "x' = A x + B u: a row for each x.")
@@ -430,7 +433,7 @@ SchemaForm state() {
                       {map("a sampled value",
                            {
                                takes("angle"),
-                               SchemaKey("period", {positive()}, "Time from sample to sample.")
+                               SchemaKey("period", {positive()}, "Time between samples.")
                                    .in("s")
                                    .required()
                                    .such("0.01"),
@@ -444,15 +447,16 @@ SchemaForm state() {
                            {
                                takes("speed"),
                                SchemaKey("lower", {number()},
-                                         "Threshold of the input below which it becomes 0.")
+                                         "Threshold of the input below which the state becomes 0.")
                                    .required()
                                    .such("18"),
                                SchemaKey("upper", {number()},
-                                         "Threshold of the input above which it becomes 1.")
+                                         "Threshold of the input above which the state becomes 1.")
                                    .required()
                                    .such("22"),
                                SchemaKey("initial", {integer(0, 1)},
-                                         "At the start, if the input is between the two.")
+                                         "Value at the start if the input is between the "
+                                         "thresholds.")
                                    .orElse("0")
                                    .such("1"),
                            })},
@@ -475,18 +479,20 @@ SchemaForm controller() {
                 .required()
                 .such("controller.fmu"),
             SchemaKey("inputs", {inputs},
-                      "Values of its inputs, by their names in the FMU, such as \"y[1]\".")
+                      "Values of the FMU's inputs, by their names in the FMU, such as \"y[1]\".")
                 .such("{angle: \"angle - target\"}"),
             SchemaKey("outputs", {list({name("an output")}), entries("outputs", {text()})},
-                      "Its outputs, which laws know as CONTROLLER.OUTPUT; to rename them: {OUTPUT: "
-                      "NAME_IN_THE_FMU}.")
+                      "Outputs of the FMU, which laws use as CONTROLLER.OUTPUT; to rename them: "
+                      "{OUTPUT: NAME_IN_THE_FMU}.")
                 .required()
                 .such("[torque]"),
             SchemaKey("period", {positive()}, "Time between two samples.")
                 .in("s")
                 .required()
                 .such("1e-3"),
-            SchemaKey("start", {start}, "Values of its parameters, and of inputs before the start.")
+            SchemaKey("start", {start},
+                      "Values of the FMU's parameters, and of inputs before the "
+                      "start.")
                 .such("{gain: 400}"),
         });
 }
@@ -495,37 +501,38 @@ SchemaForm event() {
     return map(
         "an event",
         {
-            SchemaKey("when", {law()}, "A comparison; the event happens when it becomes true.")
+            SchemaKey("when", {law()}, "Comparison; the event happens when it becomes true.")
                 .required()
                 .such("height < 0"),
             SchemaKey("once", {boolean()}, "Happens only the first time.")
                 .orElse("false")
                 .such("true"),
-            SchemaKey(
-                "do",
-                {list({map(
-                    "an action",
-                    {
-                        SchemaKey("stop", {boolean()}, "Ends the analysis.").such("true"),
-                        SchemaKey("set", {name("a state")},
-                                  "State with a rate of its own that is set to a value.")
-                            .with({"to"})
-                            .such("charge"),
-                        SchemaKey("to", {law()}, "The value.").with({"set"}).such("charge - 1"),
-                        SchemaKey("release", {name("a joint or motion")},
-                                  "Joint or motion that is released.")
-                            .such("clamp"),
-                        SchemaKey("engage", {name("a joint or motion")},
-                                  "Joint or motion that is engaged again, where it is closed.")
-                            .such("clamp"),
-                        SchemaKey("lock", {name("a joint")},
-                                  "Joint that is locked at its present coordinates.")
-                            .such("hinge"),
-                        SchemaKey("unlock", {name("a joint")}, "Joint that is unlocked.")
-                            .such("hinge"),
-                    },
-                    {"stop", "set", "release", "engage", "lock", "unlock"})})},
-                "Actions, in this order.")
+            SchemaKey("do",
+                      {list({map(
+                          "an action",
+                          {
+                              SchemaKey("stop", {boolean()}, "Ends the analysis.").such("true"),
+                              SchemaKey("set", {name("a state")},
+                                        "State with its own rate equation that is set to a value.")
+                                  .with({"to"})
+                                  .such("charge"),
+                              SchemaKey("to", {law()}, "New value of the state.")
+                                  .with({"set"})
+                                  .such("charge - 1"),
+                              SchemaKey("release", {name("a joint or motion")},
+                                        "Joint or motion that is released.")
+                                  .such("clamp"),
+                              SchemaKey("engage", {name("a joint or motion")},
+                                        "Joint or motion that is engaged again where it is closed.")
+                                  .such("clamp"),
+                              SchemaKey("lock", {name("a joint")},
+                                        "Joint that is locked at its present coordinates.")
+                                  .such("hinge"),
+                              SchemaKey("unlock", {name("a joint")}, "Joint that is unlocked.")
+                                  .such("hinge"),
+                          },
+                          {"stop", "set", "release", "engage", "lock", "unlock"})})},
+                      "Actions, in this order.")
                 .such("[{release: clamp}]"),
         });
 }
@@ -576,8 +583,8 @@ SchemaForm initial() {
                 .in("rad/s or m/s")
                 .such("{main_bearing: 150}"),
             SchemaKey("start", {choice({"as_placed", "static", "steady"})},
-                      "Where analyses begin: as placed and assembled, at "
-                      "static equilibrium, or in steady motion.")
+                      "State in which analyses begin: as placed and assembled, at static "
+                      "equilibrium, or in steady motion.")
                 .orElse("as_placed")
                 .such("static"),
         });
@@ -599,20 +606,20 @@ std::vector<SchemaKey> makeJointKeys() {
         SchemaKey("inputs", {entries("inputs", {number(), input()})},
                   "Quantities set from outside while the model moves, by Session::set(), at the "
                   "prompt, from Python or by another simulator, or their values at the start. Laws "
-                  "and expressions know them by their names.")
+                  "and expressions use them by name.")
             .such("{push: {start: 0, unit: N}}"),
         SchemaKey("states", {entries("states", {state()})},
                   "Equations in addition to those of motion: controllers, filters. Laws and "
-                  "expressions know them by their names.")
+                  "expressions use them by name.")
             .such("{integral: {rate: \"target - angle\"}}"),
         SchemaKey("controllers", {entries("controllers", {controller()})},
                   "FMUs that sample the motion and act on it; their outputs are held between "
-                  "samples. Laws and expressions know them.")
+                  "samples. Laws and expressions use these outputs.")
             .such("{pid: {fmu: controller.fmu, inputs: {angle: angle}, outputs: [torque], period: "
                   "1e-3}}"),
         SchemaKey("events", {entries("events", {event()})},
-                  "Actions when a condition becomes true, at a time found to the accuracy. Laws "
-                  "know an event by its name: how often it has happened.")
+                  "Actions when a condition becomes true, at a time located within the accuracy. "
+                  "In laws the name of an event is the number of times it has happened.")
             .such("{landed: {when: height < 0, do: [stop: true]}}"),
         SchemaKey("initial", {initial()}, "Values at the start.").such("{start: static}"),
     };

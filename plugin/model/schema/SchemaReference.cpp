@@ -288,8 +288,8 @@ std::string writeKeyReference(const std::string& shortPath, ReferenceFormat form
     for (const SchemaForm* form : forms) reference.addSections(*form, path);
     const bool isWhole = parts.empty() && format == ReferenceFormat::Markdown;
     return (isWhole
-                ? "`{…}` stands for keys that have a table of their own below, under their path;\n"
-                  "`FRAME`, `ROTATION`, `PLACE` and `RANGE` are the same everywhere: their tables "
+                ? "`{…}` stands for keys that have a table of their own below, under their path.\n"
+                  "`FRAME`, `ROTATION`, `PLACE` and `RANGE` are the same everywhere; their tables "
                   "come last.\n"
                 : "") +
            reference.write();

@@ -17,12 +17,12 @@ SchemaForm solver() {
                        .orElse("radau")
                        .such("bdf"),
                    SchemaKey("accuracy", {positive()},
-                             "Local error allowed in a step, as a displacement anywhere "
-                             "on a body.")
+                             "Allowed local error of a step, as a displacement anywhere on a "
+                             "body.")
                        .in("m")
                        .orElse("1e-6")
                        .such("1e-5"),
-                   SchemaKey("constraint_tolerance", {positive()}, "Error allowed in the joints.")
+                   SchemaKey("constraint_tolerance", {positive()}, "Allowed error in the joints.")
                        .in("m, rad")
                        .orElseNote("1e-10, or a hundredth of the accuracy if that is less")
                        .such("1e-9"),
@@ -32,40 +32,44 @@ SchemaForm solver() {
                        .orElse("stabilized_index2")
                        .such("index3"),
                    SchemaKey("block_form", {choice({"automatic", "arrow", "dense"})},
-                             "How linear equations are solved.")
+                             "Method of solving linear equations.")
                        .orElse("automatic")
                        .such("dense"),
                    SchemaKey("maximum_order", {integer(1, 5)},
-                             "Highest order of bdf. Default: 2, or 5 where no part can bend.")
+                             "Highest order of bdf. Default: 2, or 5 if no part can bend.")
                        .such("2"),
                    SchemaKey("spectral_radius", {number(0, 1)},
                              "Damping of the highest frequencies by generalized_alpha: 1 none, "
                              "0 all.")
                        .such("0.8"),
-                   SchemaKey("initial_step", {positive()}, "First step.")
+                   SchemaKey("initial_step", {positive()}, "Size of the first step.")
                        .in("s")
                        .orElseNote("estimated")
                        .such("1e-5"),
-                   SchemaKey("maximum_step", {positive()}, "Longest step.")
+                   SchemaKey("maximum_step", {positive()}, "Largest step size.")
                        .in("s")
                        .orElseNote("the analysis' interval")
                        .such("1e-3"),
-                   SchemaKey("minimum_step", {positive()}, "Shortest step; the run fails below it.")
+                   SchemaKey("minimum_step", {positive()},
+                             "Smallest step size; the run fails "
+                             "below it.")
                        .in("s")
                        .orElseNote("set by rounding")
                        .such("1e-12"),
                    SchemaKey("fixed_step", {positive()},
-                             "Constant step without error control; accuracy then only sets how far "
-                             "the iteration goes.")
+                             "Constant step size without error control; accuracy then only "
+                             "determines when the iteration stops.")
                        .in("s")
                        .without({"initial_step", "maximum_step", "minimum_step"})
                        .such("1e-4"),
                    SchemaKey("threads", {integer(1, 1024)},
-                             "Threads that evaluate bodies; results do not depend on it.")
+                             "Number of threads that evaluate bodies; results do not depend on "
+                             "it.")
                        .orElseNote("one for each core, where it pays")
                        .such("4"),
                    SchemaKey("maximum_iterations", {integer(1, 1000)},
-                             "Newton iterations in a step before it is shortened.")
+                             "Largest number of Newton iterations in a step before it is "
+                             "shortened.")
                        .such("8"),
                });
 }
@@ -82,8 +86,8 @@ SchemaForm analysis() {
                                 .required()
                                 .such("[10, 100, 1000]"),
                             SchemaKey("densities", {list({number(0)})},
-                                      "Densities at these frequencies, interpolated linearly in "
-                                      "logarithms; zero outside.")
+                                      "Densities at these frequencies, interpolated linearly on "
+                                      "logarithmic scales; zero outside.")
                                 .in("unit²/Hz")
                                 .required()
                                 .such("[0.01, 0.1, 0.01]"),
@@ -109,8 +113,8 @@ SchemaForm analysis() {
                 .orElseNote("a 200th of the duration")
                 .such("1e-3"),
             SchemaKey("from", {choice({"start"}), name("an analysis")},
-                      "Where it begins: start, or the end of an earlier "
-                      "static or transient analysis.")
+                      "State in which it begins: start, or the end of an earlier static or "
+                      "transient analysis.")
                 .only({"transient", "static"})
                 .orElse("start")
                 .such("rest"),
@@ -120,19 +124,19 @@ SchemaForm analysis() {
                     "a path",
                     {
                         SchemaKey("step", {positive()},
-                                  "Longest step between two points: how far a body turns or bends, "
-                                  "of its size.")
+                                  "Largest step between two points: how far a body turns or bends, "
+                                  "relative to its size.")
                             .orElse("0.1")
                             .such("0.05"),
                         SchemaKey("points", {integer(2, 100000)},
-                                  "Most points; the last one is the result.")
+                                  "Largest number of points; the last one is the result.")
                             .orElse("1000")
                             .such("200"),
                     })},
-                "Follows the equilibria while gravity and all loads grow together from zero, "
-                "through limit points, where they have to shrink, as of an arch that snaps through "
-                "(arc length): probes of every point, factor of the loads and stability. "
-                "Connectors and motions act in full throughout.")
+                "Follows the equilibria while gravity and all loads grow together from zero "
+                "(arc-length method), also through limit points, where they must decrease, as in "
+                "an arch that snaps through. Results contain the probes of every point, the load "
+                "factor and the stability. Connectors and motions act in full throughout.")
                 .only({"static"})
                 .such("{step: 0.1}"),
             SchemaKey("about", {choice({"placed", "static"}), name("an analysis")},
@@ -143,26 +147,26 @@ SchemaForm analysis() {
                 .such("static"),
             SchemaKey("inputs", {list({text()})},
                       "Numbers of the model whose changes are inputs, by path: a load, a motion's "
-                      "position, gravity, a parameter; the path of a list or map means all of its "
-                      "numbers.")
+                      "position, gravity, a parameter. The path of a list or map stands for all of "
+                      "its numbers.")
                 .only({"linear", "frequency_response"})
                 .such("[loads.push.force.y]"),
             SchemaKey("outputs", {list({text()})},
-                      "Probes, or their columns, that are observed; for eigen those whose shapes "
-                      "are kept for each mode, by which simflex compare pairs modes.")
+                      "Probes, or their columns, that are observed; for eigen, probes whose shapes "
+                      "are stored for each mode, by which simflex compare pairs modes.")
                 .only({"linear", "frequency_response", "eigen"})
                 .orElseNote("all; for eigen none")
                 .such("[tip.x]"),
             SchemaKey("form", {choice({"full", "modal", "minimal"})},
-                      "States: undamped modes, coupled by damping and gyroscopic moments (full); "
-                      "modes, each by itself, so that A is block-diagonal (modal); those of them "
-                      "that inputs reach and outputs see (minimal).")
+                      "Form of the states: undamped modes, coupled by damping and gyroscopic "
+                      "moments (full); uncoupled modes, so that A is block-diagonal (modal); only "
+                      "the controllable and observable ones of these (minimal).")
                 .only({"linear"})
                 .orElse("full")
                 .such("modal"),
             SchemaKey("modes", {integer(1, 100000)},
-                      "Number of modes that are kept, the slowest; the others answer as springs "
-                      "do, in D.")
+                      "Number of modes that are kept, the slowest; the others respond statically, "
+                      "in D.")
                 .only({"linear"})
                 .with({"form"})
                 .orElseNote("all")
@@ -180,12 +184,12 @@ SchemaForm analysis() {
                 .required()
                 .such("{from: 1, to: 1000, count: 50}"),
             SchemaKey("spacing", {choice({"logarithmic", "linear"})},
-                      "How a range of frequencies is divided.")
+                      "Spacing of a range of frequencies.")
                 .only({"frequency_response"})
                 .orElse("logarithmic")
                 .such("linear"),
             SchemaKey("adaptive", {boolean()},
-                      "Adds frequencies between these where a response changes quickly, as at a "
+                      "Adds frequencies in between where a response changes quickly, as at a "
                       "resonance.")
                 .only({"frequency_response"})
                 .orElse("true")
@@ -197,7 +201,7 @@ SchemaForm analysis() {
                          SchemaKey("on", frame(), "Frame that carries the unbalance.")
                              .required()
                              .such("rotor.disc"),
-                         SchemaKey("moment", {positive()}, "Mass times its distance from the axis.")
+                         SchemaKey("moment", {positive()}, "Mass times distance from the axis.")
                              .in("kg m")
                              .required()
                              .such("1e-4"),
@@ -211,14 +215,16 @@ SchemaForm analysis() {
                 .only({"frequency_response"})
                 .such("{on: rotor.disc, moment: 1e-4, axis: x}"),
             SchemaKey("speed", {name("a parameter")},
-                      "Parameter that is the angular velocity of the excitation: the model is "
-                      "built anew for each frequency, with 2π times it, in its steady motion.")
+                      "Parameter that is the angular velocity of the excitation: for each "
+                      "frequency the model is rebuilt with 2π times that frequency, in its steady "
+                      "motion.")
                 .only({"frequency_response"})
                 .without({"about", "shapes"})
                 .such("speed"),
             SchemaKey("spectra", {spectra},
                       "One-sided power spectral densities of inputs, which are random and "
-                      "independent; outputs get densities and effective (RMS) values.")
+                      "independent; the results are densities and effective (RMS) values of the "
+                      "outputs.")
                 .only({"frequency_response"})
                 .such("{loads.push.force.y: 0.01}"),
             SchemaKey("shapes", {list({number(0)})},
@@ -232,12 +238,13 @@ SchemaForm analysis() {
                 .orElseNote("10 (eigen), up to 6 (campbell)")
                 .such("10"),
             SchemaKey("participation", {boolean()},
-                      "Tells the effective mass of each mode for base excitation along x, y and z.")
+                      "Reports the effective mass of each mode for base excitation along x, y and "
+                      "z.")
                 .only({"eigen"})
                 .orElse("false")
                 .such("true"),
             SchemaKey("matrices", {boolean()},
-                      "Keeps M, D, K and G of M δ̈ + D δ̇ + K δ + Gᵀ δλ = 0, G δ = 0 with the "
+                      "Stores M, D, K and G of M δ̈ + D δ̇ + K δ + Gᵀ δλ = 0, G δ = 0 with the "
                       "modes.")
                 .only({"eigen"})
                 .orElse("false")
@@ -252,24 +259,23 @@ SchemaForm analysis() {
                 .required()
                 .such("{from: 0, to: 200, count: 5}"),
             SchemaKey("parameter", {name("a parameter")},
-                      "Parameter of the model that is the speed.")
+                      "Parameter of the model that is the rotation speed.")
                 .only({"campbell"})
                 .orElse("speed")
                 .such("speed"),
             SchemaKey("analysis", {name("an analysis")},
-                      "Analysis that is done for each choice of parameters.")
+                      "Analysis that runs for each choice of parameters.")
                 .only({"sweep"})
                 .required()
                 .such("run"),
             SchemaKey("parameters", {swept},
-                      "Values that each parameter, or other "
-                      "number by its path, takes.")
+                      "Values of each parameter, or of another number by its path.")
                 .only({"sweep"})
                 .required()
                 .such("{speed: [50, 100], length: {from: 0.1, to: 0.2, count: 5}}"),
             SchemaKey("combine", {choice({"grid", "list"})},
-                      "All combinations of the values, or first with first, "
-                      "second with second.")
+                      "All combinations of the values (grid), or first with first, second with "
+                      "second (list).")
                 .only({"sweep"})
                 .orElse("grid")
                 .such("list"),
@@ -285,7 +291,7 @@ SchemaForm resultOutput() {
     return map(
         "outputs",
         {
-            SchemaKey("file", {output("a file for results")}, "File of results (HDF5).")
+            SchemaKey("file", {output("a file for results")}, "Result file (HDF5).")
                 .orElseNote("MODEL.results.h5 in the current folder")
                 .such("crank.results.h5"),
             SchemaKey("csv", {boolean()},
@@ -293,11 +299,12 @@ SchemaForm resultOutput() {
                 .orElse("false")
                 .such("true"),
             SchemaKey("states", {choice({"every", "none"})},
-                      "Keeps states, accelerations and forces of joints at the times of output.")
+                      "Stores states, accelerations and joint forces at the times of output.")
                 .orElse("every")
                 .such("none"),
             SchemaKey("checkpoint", {number(0)},
-                      "Wall time between checkpoints, from which --resume continues; 0: none.")
+                      "Wall-clock time between checkpoints, from which --resume continues; 0: "
+                      "none.")
                 .in("s")
                 .orElse("30")
                 .such("10"),
@@ -366,7 +373,8 @@ SchemaForm probe() {
                 SchemaKey("node", {integer(0)}, "Node of its part.").such("4711"),
                 SchemaKey(
                     "worst", {boolean()},
-                    "The largest of all nodes; of components (what: xx), the largest in size.")
+                    "Takes the largest value of all nodes; for components (what: xx) the largest "
+                    "in magnitude.")
                     .orElse("false")
                     .such("true"),
                 SchemaKey("what",
@@ -441,7 +449,7 @@ SchemaForm probe() {
                 .in("m")
                 .such("[ground, crane.tip]"),
             SchemaKey("distance_rate", {list(frame(), {2})},
-                      "Rate of that distance; positive where they move apart.")
+                      "Rate of change of that distance, positive where they move apart.")
                 .in("m/s")
                 .such("[ground, crane.tip]"),
             SchemaKey("state", {name("a state")}, "Value of a state, or output of a controller.")
@@ -456,25 +464,25 @@ SchemaForm probe() {
             SchemaKey("friction", {name("a joint")}, "Friction of a joint.").such("main_bearing"),
             SchemaKey("what", {choice({"force", "load", "rate", "power"})},
                       "Force or torque on M along the sliding direction, the normal load, the "
-                      "sliding speed, or the power lost.")
+                      "sliding speed, or the power dissipated.")
                 .with({"friction"})
                 .orElse("force")
                 .such("load"),
             SchemaKey("driving", {name("a motion")},
-                      "Force that a motion needs, or torque where it drives an angle.")
+                      "Force that a motion requires, or torque where it drives an angle.")
                 .in("N, N m")
                 .such("drive"),
             SchemaKey("stress", {recovered("stress", "invariant of the stress")},
-                      "Stress at a node, or the worst.")
+                      "Stress at a node, or the largest of all nodes.")
                 .in("Pa")
                 .such("{body: rod, worst: true}"),
             SchemaKey("strain", {recovered("strain", "invariant of the strain")},
-                      "Strain at a node, or the worst.")
+                      "Strain at a node, or the largest of all nodes.")
                 .such("{body: rod, node: 4711, what: xx}"),
             SchemaKey("energy",
                       {choice({"kinetic", "potential", "strain", "total", "work", "balance"})},
                       "Energy of the model or of a body; work of loads and dampers since the "
-                      "start; balance: total less work, which remains what it was at the start.")
+                      "start; balance: total minus work, which stays at its initial value.")
                 .in("J")
                 .such("total"),
             SchemaKey("momentum", {choice({"linear", "angular"})},
@@ -484,9 +492,9 @@ SchemaForm probe() {
             SchemaKey("center_of_mass", {boolean()}, "Centre of mass of all bodies.")
                 .in("m")
                 .such("true"),
-            SchemaKey("function", {function()}, "A function of time.").such("engine(t)"),
+            SchemaKey("function", {function()}, "Function of time.").such("engine(t)"),
             SchemaKey("expression", {formula()},
-                      "A formula of other probes, states, parameters and t.")
+                      "Formula of other probes, states, parameters and t.")
                 .such("slider.x - 2*crank.x"),
             SchemaKey("component", {choice({"x", "y", "z", "norm", "all"})},
                       "Component of a vector that is kept.")
@@ -494,12 +502,12 @@ SchemaForm probe() {
                 .orElse("all")
                 .such("norm"),
             SchemaKey("relative_to", frame(),
-                      "Frame relative to which it is measured, and in whose axes; for a "
+                      "Frame relative to which, and in whose axes, it is measured; for a "
                       "displacement another frame of the same body, such as its support.")
                 .with(measured)
                 .orElseNote("ground; for a displacement the body's mean-axis frame")
                 .such("crank"),
-            SchemaKey("select", {list({integer(1)})}, "Which modes, numbered from 1.")
+            SchemaKey("select", {list({integer(1)})}, "Modes that are recorded, numbered from 1.")
                 .with({"modes"})
                 .orElseNote("all")
                 .such("[1, 2]"),
@@ -515,7 +523,7 @@ SchemaForm probe() {
                 .with({"reaction"})
                 .orElse("ground")
                 .such("F"),
-            SchemaKey("body", {name("a body")}, "Body whose energy or momentum it is.")
+            SchemaKey("body", {name("a body")}, "Body whose energy or momentum is recorded.")
                 .with({"energy", "momentum"})
                 .orElseNote("all bodies")
                 .such("rod"),
@@ -539,11 +547,11 @@ SchemaForm pictures() {
                 "Direction of view; the model fills the picture.")
                 .without({"position"})
                 .such("isometric"),
-            SchemaKey("position", {vec3()}, "Where the camera stands.")
+            SchemaKey("position", {vec3()}, "Position of the camera.")
                 .in("m")
                 .with({"look_at"})
                 .such("[1, 1, 1]"),
-            SchemaKey("look_at", {vec3()}, "Point that it looks at.")
+            SchemaKey("look_at", {vec3()}, "Point that the camera looks at.")
                 .with({"position"})
                 .in("m")
                 .such("[0, 0, 0]"),
@@ -553,7 +561,7 @@ SchemaForm pictures() {
                 .such("z"),
             SchemaKey(
                 "follow", frame(),
-                "Frame that the camera follows: its origin stays at one place in the picture.")
+                "Frame that the camera follows; its origin stays at one place in the picture.")
                 .such("slider"),
             SchemaKey("height", {positive()}, "Height of the view at the frame followed.")
                 .in("m")
@@ -574,8 +582,8 @@ SchemaForm pictures() {
                 .such("50*deg"),
             SchemaKey("orthographic", {boolean()}, "Parallel view.").orElse("false").such("true"),
             SchemaKey("inset", {list({number(0, 1)}, {4})},
-                      "Place in the picture, over the other cameras, in a frame: "
-                      "[left, top, width, height] as fractions.")
+                      "Place in the picture, on top of the other cameras, with a border: [left, "
+                      "top, width, height] as fractions.")
                 .orElseNote("the whole picture, shared evenly by the cameras without inset")
                 .such("[0.7, 0, 0.3, 0.3]"),
         });
@@ -590,12 +598,12 @@ SchemaForm pictures() {
         "how a body is drawn",
         {
             SchemaKey("visible", {boolean()},
-                      "Draws the body; joints and forces at it are drawn in any case.")
+                      "Draws the body; its joints and forces are drawn in any case.")
                 .orElse("true")
                 .such("false"),
             SchemaKey("opacity", {number(0.01, 1)}, "Opacity of the body.").orElse("1").such("0.3"),
             SchemaKey("color", {color(), list({number(0, 1)}, {3})},
-                      "Color, instead of the body's own and of the contour.")
+                      "Color, instead of the body's own color and the contour.")
                 .such("'#c04020'"),
         });
     return map(
@@ -605,7 +613,7 @@ SchemaForm pictures() {
                 .in("pixels")
                 .orElse("[1280, 720]")
                 .such("[1920, 1080]"),
-            SchemaKey("rate", {positive()}, "Pictures a second of the video.")
+            SchemaKey("rate", {positive()}, "Frames per second of the video.")
                 .in("1/s")
                 .orElse("30")
                 .such("25"),
@@ -626,8 +634,8 @@ SchemaForm pictures() {
                 .orElse("displacement")
                 .such("von_mises"),
             SchemaKey("range", {choice({"run", "frame"}), list({number()}, {2})},
-                      "Range of the colors: of all pictures of the run, of "
-                      "each picture, or [lowest, highest].")
+                      "Range of the colors: over all pictures of the run, over each picture, or "
+                      "[lowest, highest].")
                 .orElse("run")
                 .such("[0, 1e8]"),
             SchemaKey("exaggeration", {choice({"auto"}), positive()},
@@ -644,8 +652,8 @@ SchemaForm pictures() {
                 .orElse("joints")
                 .such("rod.big_end"),
             SchemaKey("bodies", {entries("bodies", {look})},
-                      "How bodies are drawn, by their names. Bodies that are hidden or have a "
-                      "color of their own do not count in the range of the contour.")
+                      "Appearance of bodies, by name. Bodies that are hidden or have their own "
+                      "color do not count in the range of the contour.")
                 .such("{rod: {opacity: 0.3}}"),
             SchemaKey("ghost", {boolean()}, "Draws the undeformed shape as well.")
                 .orElse("true")
@@ -673,7 +681,7 @@ SchemaForm pictures() {
                 .such("none"),
             SchemaKey("shadows", {boolean()}, "Draws shadows.").orElse("true").such("false"),
             SchemaKey("ambient_occlusion", {boolean()},
-                      "Darkens corners and gaps, where other surfaces keep light away.")
+                      "Darkens corners and gaps, where other surfaces block the light.")
                 .orElse("false")
                 .such("true"),
             SchemaKey("theme", {choice({"light", "dark"})}, "Colors of the background and text.")
@@ -683,7 +691,8 @@ SchemaForm pictures() {
             SchemaKey("up", direction, "Direction that is up.").orElse("y").such("z"),
             SchemaKey(
                 "cameras", {list({camera})},
-                "Views: one fills the picture, several share it, those with an inset lie over it.")
+                "Views: one fills the picture, several share it, and those with an inset lie on "
+                "top.")
                 .orElseNote("one isometric view")
                 .such("[{view: isometric}]"),
             SchemaKey("plots", {list({plot})},
@@ -698,7 +707,7 @@ std::vector<SchemaKey> makeRunKeys() {
     return {
         SchemaKey("solver", {solver()}, "Settings of the integrator.").such("{accuracy: 1e-6}"),
         SchemaKey("analyses", {entries("analyses", {analysis()})},
-                  "What simflex run does, in this order.")
+                  "Analyses that simflex run performs, in this order.")
             .such("{run: {type: transient, duration: 0.2}}"),
         SchemaKey("output", {resultOutput()}, "Files that a run writes.").such("{csv: true}"),
     };
