@@ -33,15 +33,20 @@ void ThinDeck::addPatch(const std::string& type, const std::string& set, int n, 
 
 void ThinDeck::addBeam(const std::string& type, const std::string& set, int n, const Point& a,
                        const Point& b) {
+    addCurvedBeam(type, set, n, [&](double s) {
+        Point x;
+        for (size_t c = 0; c < 3; ++c) x[c] = a[c] + s * (b[c] - a[c]);
+        return x;
+    });
+}
+
+void ThinDeck::addCurvedBeam(const std::string& type, const std::string& set, int n,
+                             const std::function<Point(double)>& at) {
     _elements << "*ELEMENT, TYPE=" << type << ", ELSET=" << set << "\n";
     for (int i = 0; i < n; ++i) {
         std::vector<int> numbers;
-        for (int k = 0; k <= 2; k += type[2] == '1' ? 2 : 1) {
-            const double s = (i + 0.5 * k) / n;
-            Point x;
-            for (size_t c = 0; c < 3; ++c) x[c] = a[c] + s * (b[c] - a[c]);
-            numbers.push_back(addNode(x));
-        }
+        for (int k = 0; k <= 2; k += type[2] == '1' ? 2 : 1)
+            numbers.push_back(addNode(at((i + 0.5 * k) / n)));
         addElement(numbers);
     }
 }

@@ -24,9 +24,11 @@ public:
     /** n × m shells over 0…1 × 0…1, mapped into space. **/
     void addPatch(const std::string& type, const std::string& set, int n, int m,
                   const std::function<Point(double, double)>& at);
-    /** n beams from a to b. **/
+    /** n beams from a to b, or along a curve over 0…1. **/
     void addBeam(const std::string& type, const std::string& set, int n, const Point& a,
                  const Point& b);
+    void addCurvedBeam(const std::string& type, const std::string& set, int n,
+                       const std::function<Point(double)>& at);
     /** n[0]×n[1]×n[2] hexahedra C3D20R in a box. **/
     void addBox(const std::string& set, const std::array<int, 3>& n, const Point& low,
                 const Point& high);

@@ -26,13 +26,13 @@
 #include "DeckVocabulary.h"
 #include "ElementShapes.h"
 #include "IncompatibleModes.h"
+#include "LockingElements.h"
 #include "NastranDeck.h"
 #include "PointElements.h"
 #include "ThinSections.h"
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NameDistance.h"
 #include "simflex/base/NumberText.h"
-#include "simflex/part/MeshFaces.h"
 
 namespace simflex {
 namespace {
@@ -198,7 +198,6 @@ public:
         if (coupling)
             refuseCard(coupling->card, "*COUPLING needs *KINEMATIC or *DISTRIBUTING below it");
         finishSections();
-        warnOfLinearShells();
         readNormals();
         settleAxes();
         expandThin();
@@ -223,7 +222,7 @@ public:
                                                m_model.notes, m_model.warnings);
         placeInternalNodes(m_model);
         checkElementShapes(m_model);
-        warnOfStiffSolids();
+        warnOfLockingElements(m_thin, m_nodes, m_shells, m_model);
         for (const auto& [what, leftOut] : m_leftOut) {
             const std::string text =
                 "left out " + what + leftOut.where +
@@ -1090,78 +1089,6 @@ private:
                                 " expanded between nodes on both sides, as CalculiX does; these "
                                 "have the numbers from " +
                                 std::to_string(thin.nodes.begin()->first));
-    }
-
-    /** The solids that CalculiX makes of shells of first order lock in bending and shear: C3D6
-    whatever the mesh, C3D8I and C3D8R where they are not rectangular or coarse. **/
-    void warnOfLinearShells() {
-        if (m_shells == ShellUse::Shells) return;
-        std::map<std::string, size_t> counts;
-        const ThinElement* first = nullptr;
-        for (const ThinElement& element : m_thin) {
-            const bool isLinear = !findThinType(element.type)->isBeam && element.nodes.size() < 6;
-            if (!isLinear) continue;
-            ++counts[element.type];
-            if (!first) first = &element;
-        }
-        if (!first) return;
-        std::string types;
-        for (const auto& [type, count] : counts)
-            types += (types.empty() ? "" : ", ") + type + ": " + std::to_string(count);
-        m_model.warnings.push_back(
-            first->where + "shells of first order (" + types +
-            ") are too stiff, as in CalculiX: the solids they become lock in bending, and "
-            "frequencies come out up to three times too high; leave --calculix-shells out");
-    }
-
-    /** Solids of first order that cannot bend. **/
-    void warnOfStiffSolids() {
-        constexpr double Many = 0.1;  // of all solids
-        size_t numAll = 0, numPlain = 0, numThrough = 0;
-        for (const auto& [type, solids] : m_model.solids) {
-            numAll += solids.size();
-            const bool isOfShell = !solids.empty() && m_thinIndex.count(solids[0].number);
-            if ((type == "C3D4" || type == "C3D6") && !isOfShell) numPlain += solids.size();
-        }
-        if (double(numPlain) > Many * double(numAll))
-            m_model.warnings.push_back(std::to_string(numPlain) +
-                                       " linear tetrahedra and wedges (C3D4, C3D6) are far too "
-                                       "stiff in bending: use order 2 (C3D10, C3D15)");
-        const auto bricks = m_model.solids.find("C3D8");
-        if (bricks == m_model.solids.end()) return;
-        // Corners of opposite faces.
-        static constexpr int Pairs[3][2][4] = {{{0, 1, 2, 3}, {4, 5, 6, 7}},
-                                               {{0, 1, 5, 4}, {3, 2, 6, 7}},
-                                               {{0, 3, 7, 4}, {1, 2, 6, 5}}};
-        std::set<std::array<int, 4>> skin;
-        std::vector<char> isOnSkin(size_t(m_model.mesh.numNodes()), 0);
-        for (const MeshFace& face : extractBoundaryFaces(m_model.mesh)) {
-            std::array<int, 4> corners = face.corners;
-            for (int k = 0; k < face.numCorners(); ++k) isOnSkin[size_t(corners[size_t(k)])] = 1;
-            std::sort(corners.begin(), corners.end());
-            skin.insert(corners);
-        }
-        for (const auto& solid : bricks->second) {
-            if (!std::all_of(solid.nodes.begin(), solid.nodes.end(),
-                             [&](int number) { return isOnSkin[size_t(m_indexOf.at(number))]; }))
-                continue;
-            const auto isFree = [&](const int(&corners)[4]) {
-                std::array<int, 4> face;
-                for (size_t k = 0; k < 4; ++k)
-                    face[k] = m_indexOf.at(solid.nodes[size_t(corners[k])]);
-                std::sort(face.begin(), face.end());
-                return skin.count(face) > 0;
-            };
-            numThrough += std::any_of(std::begin(Pairs), std::end(Pairs), [&](const auto& pair) {
-                return isFree(pair[0]) && isFree(pair[1]);
-            });
-        }
-        if (double(numThrough) > Many * double(numAll))
-            m_model.warnings.push_back(
-                plural(numThrough, "element") +
-                " C3D8 reach through the part from one side to the other: one linear brick "
-                "through a thickness is far too stiff in bending; use C3D8I or C3D20R, or more of "
-                "them");
     }
 
     /** A shell or beam that ends at one row of nodes of a solid turns there freely. **/

@@ -1,0 +1,29 @@
+#pragma once
+/** @file
+Elements of a deck that are too stiff in bending, whatever its numbers say. Internal to fe. **/
+
+#include <array>
+#include <map>
+#include <vector>
+
+#include "DeckModel.h"
+#include "ThinElements.h"
+
+namespace simflex {
+
+/** Adds a warning to the deck for each kind of element that locks: linear tetrahedra, wedges, and
+bricks that reach through a thickness; linear shells as CalculiX's solids; curved beams and shells
+whose displacements cannot follow inextensional bending. O(elements).
+
+Of a beam or shell over an arc of length h and radius R, with thickness t, the bending stiffness is
+too high by the factor 1 + k (h²/Rt)². The numbers k were measured in thin rings (frequency of the
+mode n = 2, h²/Rt from 1 to 27): 0.07 for B32 and S8, 0.017 for S6, 0.01 for B32R with a circular
+section, and next to nothing for S8R and B32R with other sections. Of B31, whose neighbours meet at
+an angle θ ≤ 20°, it is 1 + 0.25 (θ² h/t)².
+@param deck  with its mesh
+@param thin, nodes  of the deck, by its own numbers **/
+void warnOfLockingElements(const std::vector<ThinElement>& thin,
+                           const std::map<int, std::array<double, 3>>& nodes, ShellUse use,
+                           DeckModel& deck);
+
+}  // namespace simflex
