@@ -15,6 +15,7 @@
 #include "simflex/model/results/Extremes.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/UnitScale.h"
+#include "simflex/solver/Eigenmodes.h"
 
 namespace simflex {
 namespace cli {
@@ -139,7 +140,7 @@ void printStatic(const Results::Analysis& analysis, const RoundOff& roundOff) {
     if (analysis.hasPath()) printPath(analysis, roundOff);
 }
 
-constexpr double Aperiodic = 1 - 1e-9;  // damping ratio of what does not oscillate
+constexpr double Aperiodic = Eigenmode::Aperiodic;
 
 void printEigen(const Results::Analysis& analysis) {
     const double numRigid = getStatistic(analysis, "rigid_motions");
@@ -197,11 +198,16 @@ void printCampbell(const Results::Analysis& analysis) {
     std::printf("%s: natural frequencies [Hz] over speed\n", analysis.name.c_str());
     for (size_t i = 0; i < analysis.speeds.size(); ++i) {
         std::printf("  %12.6g:", analysis.speeds[i]);
-        for (const double frequency : analysis.frequency[i])
-            if (std::isnan(frequency))
+        for (size_t k = 0; k < analysis.frequency[i].size(); ++k) {
+            const double frequency = analysis.frequency[i][k],
+                         damping = analysis.dampingRatio[i][k];
+            if (damping <= -Aperiodic)
+                std::printf(" %11s", "unstable");
+            else if (std::isnan(frequency) || damping >= Aperiodic)
                 std::printf(" %11s", "-");
             else
                 std::printf(" %11.6g", frequency);
+        }
         std::printf("\n");
     }
     const std::vector<double> critical = findCriticalSpeeds(analysis);

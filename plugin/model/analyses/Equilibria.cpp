@@ -179,6 +179,33 @@ std::vector<Eigenmode> calcModesAt(const ModelText& text, const ModelOptions& op
     return calcSlowestEigenmodes(model.getSystem(), state, count, EigenMethod::Automatic, observer);
 }
 
+/** At which speeds followed modes grow, and the one that grows most; empty: at none. **/
+std::string describeInstability(const CampbellDiagram& diagram, const std::string& parameter) {
+    constexpr double LeastGrowth = 1e-5;  // damping ratio: less is round-off
+    std::set<double> speeds;
+    double most = 0, frequency = 0;
+    bool oscillates = false;
+    for (size_t k = 0; k < diagram.speeds.size(); ++k)
+        for (const CampbellDiagram::Branch& branch : diagram.branches) {
+            const double damping = branch.dampingRatio[k];
+            if (!(damping < -LeastGrowth)) continue;
+            speeds.insert(diagram.speeds[k]);
+            const double growth = -damping * 2 * Pi * branch.frequency[k];
+            if (!(growth > most)) continue;
+            most = growth;
+            frequency = branch.frequency[k];
+            oscillates = damping > -Eigenmode::Aperiodic;
+        }
+    if (speeds.empty()) return "";
+    return "the motion is unstable at " + parameter + " = " + writeGeneral(*speeds.begin(), 6) +
+           (speeds.size() > 1 ? " and " + std::to_string(speeds.size() - 1) + " other speeds"
+                              : std::string()) +
+           ": " +
+           (oscillates ? "a vibration of " + writeGeneral(frequency, 4) + " Hz"
+                       : std::string("a motion that does not oscillate")) +
+           " grows by a factor of e in " + writeGeneral(1 / most, 3) + " s";
+}
+
 }  // namespace
 
 bool ModelRun::keepsStates() const {
@@ -396,6 +423,8 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
              << explainFailure(*m_model, diagram.failures[k]);
         warn(name, text.str());
     }
+    const std::string instability = describeInstability(diagram, parameter);
+    if (!instability.empty()) warn(name, instability);
     notes.tell(parameter, [&](const std::string& message) { warn(name, message); });
     if (numFailures > 0)
         m_failures.push_back("analysis '" + name + "' has no modes at " +

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "simflex/solver/Eigenmodes.h"
+
 namespace simflex {
 namespace model {
 
@@ -13,6 +15,8 @@ std::vector<double> findCriticalSpeeds(const Results::Analysis& campbell) {
                                  NAN);
     for (size_t branch = 0; branch < critical.size(); ++branch) {
         const auto calcGap = [&](size_t k) {
+            if (std::abs(campbell.dampingRatio[k][branch]) >= Eigenmode::Aperiodic)
+                return double(NAN);
             return TwoPi * campbell.frequency[k][branch] - std::abs(speeds[k]);
         };
         size_t last = speeds.size();  // speed that has modes

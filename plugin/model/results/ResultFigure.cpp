@@ -11,6 +11,7 @@
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/UnitScale.h"
+#include "simflex/solver/Eigenmodes.h"
 
 namespace simflex {
 namespace model {
@@ -404,7 +405,11 @@ FigureCurve makeModeCurve(const FigureSource& source, size_t file, size_t mode, 
     curve.dash = int(isSeveral ? file : mode / 7);
     curve.marks = FigureCurve::Marks::Points;
     curve.x = source.analysis->speeds;
-    for (const auto& row : table) curve.y.push_back(row.at(mode) / unitSize);
+    for (size_t k = 0; k < table.size(); ++k) {
+        const double damping = source.analysis->dampingRatio.at(k).at(mode);
+        const bool oscillates = std::abs(damping) < Eigenmode::Aperiodic;
+        curve.y.push_back(oscillates ? table[k].at(mode) / unitSize : NAN);
+    }
     return curve;
 }
 

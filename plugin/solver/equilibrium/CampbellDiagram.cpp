@@ -13,6 +13,8 @@ using namespace SimTK;
 
 namespace {
 
+constexpr Real SameRate = 1e-6;  // of e^λt and e^−λt, relative
+
 /** A mode of a branch. Of a conjugate pair either may be told; in axes that turn, a whirl becomes
 the other one as the speed passes its frequency. **/
 struct BranchMode {
@@ -88,6 +90,18 @@ std::vector<BranchMode> follow(std::vector<Eigenmode> modes, const std::vector<B
         branch = {modes[candidate.mode], candidate.isConjugate, candidate.assurance};
         branch.slope =
             step != 0 ? (branch.getSigned() - last[candidate.branch].getSigned()) / step : 0;
+    }
+    // Of two motions that differ only in whether they die away or grow, the one that counts.
+    for (BranchMode& branch : branches) {
+        if (branch.mode.oscillates() || branch.mode.dampingRatio < 0) continue;
+        for (size_t i = 0; i < considered; ++i)
+            if (!isTaken[i] && !modes[i].oscillates() && modes[i].dampingRatio < 0 &&
+                std::abs(modes[i].frequency - branch.mode.frequency) <=
+                    SameRate * branch.mode.frequency) {
+                branch.mode = modes[i];
+                isTaken[i] = 1;
+                break;
+            }
     }
     return branches;
 }

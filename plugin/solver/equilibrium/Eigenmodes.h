@@ -16,6 +16,7 @@ Tests hold undamped frequencies to 1e-9 of themselves, complex ones to 1e-8; ver
 beside very stiff parts are less sharp. Dense: O(n³) for n speeds. The slowest modes of many bodies
 are found by block elimination, in time proportional to n, at rest and about steady motions. **/
 
+#include <cmath>
 #include <stdexcept>
 #include <vector>
 
@@ -44,6 +45,9 @@ struct Eigenmode {
     bool isRigidMotion() const { return frequency == 0; }
     /** True if it cannot be told from one. **/
     bool isUncertain() const { return frequency <= resolution; }
+    /** False of a motion that dies away or grows without turning back. **/
+    bool oscillates() const { return std::abs(dampingRatio) < Aperiodic; }
+    static constexpr SimTK::Real Aperiodic = 1 - 1e-9;
 };
 
 /** All modes: rigid motions first, then by ascending frequency. A motion that does not oscillate

@@ -334,6 +334,38 @@ TEST_F(RunTest, ARotorThatAMotionDrivesTurnsAtItsSpeedInACampbellDiagram) {
     expectDriven(read("modes").frequency.at(0), 300);
 }
 
+TEST_F(RunTest, AMotionThatDivergesInACampbellDiagramIsNoFrequency) {
+    // On a rotating guide λ² = Ω² − k/m.
+    writeModel(R"(simflex: 1
+parameters: {speed: 0}
+bodies:
+  hub: {mass: 1, inertia: [1, 1, 1]}
+  block: {mass: 1, inertia: [1, 1, 1]}
+joints:
+  bearing: {type: pin, axis: z, between: [ground, hub]}
+  guide: {type: slider, axis: x, between: [hub, block]}
+motions: {drive: {joint: bearing, position: speed*t}}
+connectors:
+  one: {type: spring, between: [{on: hub, position: [1, 0, 0]}, block], stiffness: 50, free_length: 1}
+  other: {type: spring, between: [{on: hub, position: [-1, 0, 0]}, block], stiffness: 50, free_length: 1}
+initial: {start: steady}
+analyses: {over_speed: {type: campbell, parameter: speed, speeds: [0, 6, 8, 12], count: 1}}
+)");
+    ASSERT_EQ(runModel("-q"), 0) << err;
+    EXPECT_THAT(err, HasSubstr("over_speed: the motion is unstable at speed = 12: a motion that "
+                               "does not oscillate grows by a factor of e in 0.151 s"));
+    const Results::Analysis diagram = read("over_speed");
+    for (const size_t k : {0, 1, 2})
+        EXPECT_NEAR(diagram.frequency.at(k).at(0),
+                    std::sqrt(100 - diagram.speeds[k] * diagram.speeds[k]) / (2 * kPi), 1e-7);
+    EXPECT_NEAR(2 * kPi * diagram.frequency.at(3).at(0), std::sqrt(44), 1e-6);
+    EXPECT_NEAR(diagram.dampingRatio.at(3).at(0), -1, 1e-9);
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_THAT(out, ::testing::ContainsRegex("12: +unstable"));
+    ASSERT_EQ(runModel("--set analyses.over_speed.speeds=[0,6,8]"), 0) << err;
+    EXPECT_THAT(err, Not(HasSubstr("unstable")));
+}
+
 TEST_F(RunTest, AnUnstableEquilibriumIsWarnedOf) {
     writeModel(makePendulum("pi", "analyses: {rest: {type: static}}\n"));
     ASSERT_EQ(runModel(), 0) << err;
