@@ -160,11 +160,15 @@ void LinearRangeReporter::checkAxialLoad(const State& state, FlexibleBodyIndex i
     warnOnce(int(index), Kind::AxialLoad,
              "'" + body.getName() + "' at t = " + toThreeDigits(state.getTime()) +
                  " s: without geometric stiffening it is " +
-                 (isPressed ? "compressed" : "pulled apart") + " between interfaces '" +
-                 part.interfaces[size_t(load.from)].name + "' and '" +
-                 part.interfaces[size_t(load.to)].name + "' by " + toThreeDigits(load.force) +
-                 " N, about " + toThreeDigits(load.share) +
-                 " times the load at which it would buckle on hinges there; " +
+                 (isPressed ? "compressed" : "pulled apart") +
+                 (load.to < 0 ? " from interface '" + part.interfaces[size_t(load.from)].name +
+                                    "' to its free end by its weight or acceleration, "
+                              : " between interfaces '" + part.interfaces[size_t(load.from)].name +
+                                    "' and '" + part.interfaces[size_t(load.to)].name + "' by ") +
+                 toThreeDigits(load.force) + " N" + (load.to < 0 ? " at the interface" : "") +
+                 ", about " + toThreeDigits(load.share) +
+                 " times the load at which it would buckle" +
+                 (load.to < 0 ? ", held there; " : " on hinges there; ") +
                  (isPressed ? "its bending is too stiff by about that part, and it buckles too "
                               "late or not at all. "
                             : "its bending is too soft by that part and more. ") +

@@ -23,7 +23,9 @@ Map<const MatrixXd> getPhi(const ReducedBody::Interface& interface, int numModes
 
 /** Forces on interfaces for each mode, 3k×n_f: those rows of F, see above. **/
 MatrixXd calcForces(const ReducedBody& part) {
-    constexpr double Resolved = 1e-10;  // of the largest compliance: stiffer is rigid
+    // Of the largest compliance: stiffer is rigid. What other loads do to modes shall not look like
+    // large forces that nearly cancel.
+    constexpr double Resolved = 1e-10, ResolvedOfRest = 1e-6;
     const int n = part.numModes;
     const auto k = ::Eigen::Index(part.interfaces.size());
     const double radius = part.calcRadius();
@@ -39,26 +41,34 @@ MatrixXd calcForces(const ReducedBody& part) {
             rigid.block<3, 1>(3 * i, 3 + a) =
                 Vector3d::Unit(a).cross(getPosition(interface)) / radius;
     }
-    const MatrixXd Z =
-        MatrixXd(::Eigen::HouseholderQR<MatrixXd>(rigid).householderQ()).rightCols(6 * k - 6);
     const VectorXd flexibility = Map<const VectorXd>(part.omegaSquared.data(), n).cwiseInverse();
-    const MatrixXd displacements = Z.transpose() * B;
-    const ::Eigen::SelfAdjointEigenSolver<MatrixXd> compliance(
-        displacements * flexibility.asDiagonal() * displacements.transpose());
-    const VectorXd& values = compliance.eigenvalues();
-    VectorXd inverse = VectorXd::Zero(values.size());
-    for (::Eigen::Index i = 0; i < values.size(); ++i)
-        if (values[i] > Resolved * values[values.size() - 1]) inverse[i] = 1 / values[i];
-    const MatrixXd& vectors = compliance.eigenvectors();
-    return Z.topRows(3 * k) *
-           (vectors * (inverse.asDiagonal() * (vectors.transpose() * displacements)));
+    const auto solve = [&](const MatrixXd& Z, double resolved) -> MatrixXd {
+        const MatrixXd displacements = Z.transpose() * B;
+        const ::Eigen::SelfAdjointEigenSolver<MatrixXd> compliance(
+            displacements * flexibility.asDiagonal() * displacements.transpose());
+        const VectorXd& values = compliance.eigenvalues();
+        VectorXd inverse = VectorXd::Zero(values.size());
+        for (::Eigen::Index i = 0; i < values.size(); ++i)
+            if (values[i] > resolved * values[values.size() - 1]) inverse[i] = 1 / values[i];
+        const MatrixXd& vectors = compliance.eigenvectors();
+        return Z * (vectors * (inverse.asDiagonal() * (vectors.transpose() * displacements)));
+    };
+    MatrixXd balanced = MatrixXd::Zero(6 * k, n);
+    if (k > 1)
+        balanced = solve(
+            MatrixXd(::Eigen::HouseholderQR<MatrixXd>(rigid).householderQ()).rightCols(6 * k - 6),
+            Resolved);
+    const MatrixXd all = solve(MatrixXd::Identity(6 * k, 6 * k), ResolvedOfRest);
+    const MatrixXd forces =
+        balanced + all - (all * flexibility.asDiagonal()) * (B.transpose() * balanced);
+    return forces.topRows(3 * k);
 }
 
 }  // namespace
 
 PartColumns::PartColumns(const ReducedBody& part) : m_part(part) {
     constexpr double Nearest = 1e-3;  // of the part's radius: closer interfaces are one place
-    if (part.interfaces.size() < 2 || part.numModes == 0) return;
+    if (part.interfaces.empty() || part.numModes == 0) return;
     const int n = part.numModes;
     const double least = Nearest * part.calcRadius();
     const MatrixXd forces = calcForces(part);
@@ -69,10 +79,25 @@ PartColumns::PartColumns(const ReducedBody& part) : m_part(part) {
             const Vector3d way = getPosition(to) - getPosition(from), d = way.normalized();
             if (!(way.norm() > least)) continue;
             m_columns.push_back(
-                {a, b, way.norm(), (getPhi(from, n) - getPhi(to, n)).transpose() * d,
+                {a, b, d, way.norm(), (getPhi(from, n) - getPhi(to, n)).transpose() * d,
                  0.5 * (forces.middleRows(3 * a, 3) - forces.middleRows(3 * b, 3)).transpose() *
                      d});
         }
+    if (part.interfaces.size() == 1 && getPosition(part.interfaces[0]).norm() > least)
+        addFreeColumn(forces);
+}
+
+void PartColumns::addFreeColumn(const MatrixXd& forces) {
+    const Vector3d start = getPosition(m_part.interfaces[0]), d = -start.normalized();
+    double length = 0;
+    for (size_t k = 0; k + 2 < m_part.mesh.positions.size(); k += 3)
+        length =
+            std::max(length, d.dot(Map<const Vector3d>(m_part.mesh.positions.data() + k) - start));
+    const Axis axis = makeAxis(0, -1, d, length);
+    if (axis.places.size() < 2) return;
+    m_columns.push_back({0, -1, d, length,
+                         (axis.displacements.front() - axis.displacements.back()).transpose() * d,
+                         forces.transpose() * d});
 }
 
 PartColumns::Loads PartColumns::findLargest(const double* xi) {
@@ -91,21 +116,17 @@ PartColumns::Loads PartColumns::findLargest(const double* xi) {
     return largest;
 }
 
-double PartColumns::calcCriticalLoad(const Column& column) const {
+PartColumns::Axis PartColumns::makeAxis(int from, int to, const Vector3d& d, double length) const {
     constexpr int NumSlices = 24;
     const int n = m_part.numModes;
-    const ReducedBody::Interface& from = m_part.interfaces[size_t(column.from)];
-    const ReducedBody::Interface& to = m_part.interfaces[size_t(column.to)];
-    const Vector3d start = getPosition(from);
-    const Vector3d d = (getPosition(to) - start) / column.length;
-
-    // Displacements of the axis: at both ends, and the means of slices between.
+    const Vector3d start = getPosition(m_part.interfaces[size_t(from)]);
+    // Displacements of the ends, and the means of slices between; a free end is the last slice.
     std::vector<int> slices(m_part.mesh.positions.size() / 3, -1);
     std::vector<double> places(NumSlices, 0.0), counts(NumSlices, 0.0);
     for (size_t k = 0; k < slices.size(); ++k) {
         const double x = d.dot(Map<const Vector3d>(m_part.mesh.positions.data() + 3 * k) - start);
-        if (!(x > 0 && x < column.length)) continue;
-        const int slice = std::min(int(NumSlices * x / column.length), NumSlices - 1);
+        if (!(x > 0 && (x < length || to < 0))) continue;
+        const int slice = std::min(int(NumSlices * x / length), NumSlices - 1);
         slices[k] = slice;
         places[size_t(slice)] += x;
         counts[size_t(slice)] += 1;
@@ -117,27 +138,43 @@ double PartColumns::calcCriticalLoad(const Column& column) const {
             if (slices[k] >= 0)
                 sums.col(i).segment<3>(3 * slices[k]) += Map<const Vector3d>(phi + 3 * k);
     }
-    std::vector<double> xs{0};
-    std::vector<MatrixXd> axis{getPhi(from, n)};
+    Axis axis{{0}, {getPhi(m_part.interfaces[size_t(from)], n)}};
     for (int s = 0; s < NumSlices; ++s) {
         if (counts[size_t(s)] == 0) continue;
-        xs.push_back(places[size_t(s)] / counts[size_t(s)]);
-        axis.push_back(sums.middleRows(3 * s, 3) / counts[size_t(s)]);
+        axis.places.push_back(places[size_t(s)] / counts[size_t(s)]);
+        axis.displacements.push_back(sums.middleRows(3 * s, 3) / counts[size_t(s)]);
     }
-    xs.push_back(column.length);
-    axis.push_back(getPhi(to, n));
+    if (to >= 0) {
+        axis.places.push_back(length);
+        axis.displacements.push_back(getPhi(m_part.interfaces[size_t(to)], n));
+    }
+    return axis;
+}
 
-    // Slopes against the chord, across d, times √dx/Ω.
-    const MatrixXd chord = (axis.back() - axis.front()) / column.length;
+double PartColumns::calcCriticalLoad(const Column& column) const {
+    const int n = m_part.numModes;
+    const Vector3d& d = column.direction;
+    const Axis axis = makeAxis(column.from, column.to, d, column.length);
+    MatrixXd chord(3, n);  // slopes of a straight axis
+    if (column.to >= 0) {
+        chord = (axis.displacements.back() - axis.displacements.front()) / column.length;
+    } else {
+        const Map<const MatrixXd> rotation(m_part.interfaces[size_t(column.from)].Psi.data(), 3, n);
+        for (int i = 0; i < n; ++i) chord.col(i) = Vector3d(rotation.col(i)).cross(d);
+    }
+    // Slopes against it, across d, times √(N dx)/Ω.
     const VectorXd flexibility =
         Map<const VectorXd>(m_part.omegaSquared.data(), n).cwiseSqrt().cwiseInverse();
     const ::Eigen::Matrix3d across = ::Eigen::Matrix3d::Identity() - d * d.transpose();
-    MatrixXd slopes(3 * ::Eigen::Index(xs.size() - 1), n);
-    for (size_t k = 1; k < xs.size(); ++k) {
-        const double dx = xs[k] - xs[k - 1];
-        slopes.middleRows(3 * ::Eigen::Index(k - 1), 3) = std::sqrt(dx) * across *
-                                                          ((axis[k] - axis[k - 1]) / dx - chord) *
-                                                          flexibility.asDiagonal();
+    MatrixXd slopes(3 * ::Eigen::Index(axis.places.size() - 1), n);
+    for (size_t k = 1; k < axis.places.size(); ++k) {
+        const double dx = axis.places[k] - axis.places[k - 1],
+                     middle = 0.5 * (axis.places[k] + axis.places[k - 1]),
+                     force = column.to >= 0 ? 1 : std::max(0.0, 1 - middle / column.length);
+        slopes.middleRows(3 * ::Eigen::Index(k - 1), 3) =
+            std::sqrt(force * dx) * across *
+            ((axis.displacements[k] - axis.displacements[k - 1]) / dx - chord) *
+            flexibility.asDiagonal();
     }
     const double largest = ::Eigen::SelfAdjointEigenSolver<MatrixXd>(slopes * slopes.transpose(),
                                                                      ::Eigen::EigenvaluesOnly)

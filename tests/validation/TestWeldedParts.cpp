@@ -115,6 +115,34 @@ TEST(WeldedParts, ColumnsKnowTheirLoadsAndEulersLoad) {
     }
 }
 
+/** Greenhill: a column that is clamped at its foot buckles where its weight is 7.837 EI/L². **/
+TEST(WeldedParts, AColumnKnowsItsWeightAndGreenhillsLoad) {
+    simflex::testing::Brick brick;
+    brick.size = {1, 0.02, 0.03};
+    brick.elements = {16, 1, 1};
+    brick.type = "C3D20";
+    brick.nu = 0;
+    const Real length = brick.size[0], inertia = brick.size[2] * std::pow(brick.size[1], 3) / 12,
+               greenhill = 7.837 * brick.E * inertia / square(length);
+    for (const TieType tie : {TieType::Rigid, TieType::Distributing})
+        for (const bool hasBoth : {true, false}) {
+            ReducedBody part = *test::reduceBrick(brick, 16, tie, false);
+            if (!hasBoth) part.interfaces.erase(part.interfaces.begin() + 1);
+            const ReducedBody::Interface& foot = part.interfaces[0];
+            const Real up = foot.position[0] < 0 ? 1 : -1;
+            std::vector<double> xi(size_t(part.numModes));
+            for (size_t i = 0; i < xi.size(); ++i)
+                xi[i] = up * 0.25 * greenhill * foot.Phi[3 * i] / part.omegaSquared[i];
+            PartColumns columns(part);
+            const PartColumns::Load load = columns.findLargest(xi.data()).compression;
+            // Between both ends the mean counts, against Euler's load on hinges.
+            const Real mean = hasBoth ? 0.5 : 1;
+            EXPECT_NEAR(load.force, mean * 0.25 * greenhill, 1e-3 * greenhill) << hasBoth;
+            const Real expected = hasBoth ? 0.5 * 0.25 * 7.837 / (Pi * Pi) : 0.25;
+            EXPECT_NEAR(load.share, expected, 0.03 * expected) << hasBoth;
+        }
+}
+
 /** With their geometric stiffness pieces buckle within, whatever ties them. **/
 TEST(WeldedParts, StiffenedColumnsBuckleAtEulersLoadWithBothTies) {
     for (const TieType tie : {TieType::Rigid, TieType::Distributing})
