@@ -296,15 +296,13 @@ private:
     std::size_t m_at = 0;
 };
 
-void readVtp(std::string_view xml, SimTK::PolygonalMesh& mesh) {
-    Tags tags(xml);
-    tags.find("VTKFile");
-    if (tags.getAttribute("type") != "PolyData")
-        throw std::runtime_error("it is of type " + quoteStart(tags.getAttribute("type")) +
-                                 ", not PolyData");
-    tags.find("Piece");
-    const int numPoints = tags.getCount("NumberOfPoints"),
+/** The piece whose tag has been read, up to its end. **/
+void readVtpPiece(Tags& tags, SimTK::PolygonalMesh& mesh) {
+    const int first = mesh.getNumVertices(), numPoints = tags.getCount("NumberOfPoints"),
               numFaces = tags.getCount("NumberOfPolys");
+    const std::string_view strips = tags.getAttribute("NumberOfStrips");
+    if (!strips.empty() && tags.getCount("NumberOfStrips") > 0)
+        throw std::runtime_error("it has strips of triangles; write it with polygons alone");
     std::string_view points, connectivity, offsets;
     while (tags.next() && tags.name != "/Piece") {
         if (tags.name == "Points") {
@@ -323,7 +321,14 @@ void readVtp(std::string_view xml, SimTK::PolygonalMesh& mesh) {
     for (int face = 0, begin = 0; face < numFaces; ++face) {
         const int end = ends.nextInteger();
         std::vector<int> vertices;
-        for (int k = begin; k < end; ++k) vertices.push_back(corners.nextInteger());
+        for (int k = begin; k < end; ++k) {
+            const int corner = corners.nextInteger();
+            if (corner < 0 || corner >= numPoints)
+                throw std::runtime_error("a polygon names point " + std::to_string(corner) +
+                                         "; its piece has " + std::to_string(numPoints) +
+                                         ", from 0");
+            vertices.push_back(first + corner);
+        }
         begin = end;
         addFace(mesh, vertices);
     }
@@ -332,6 +337,18 @@ void readVtp(std::string_view xml, SimTK::PolygonalMesh& mesh) {
         throw std::runtime_error("it has more numbers than the " + std::to_string(numPoints) +
                                  " points and " + std::to_string(numFaces) +
                                  " polygons that it names");
+}
+
+void readVtp(std::string_view xml, SimTK::PolygonalMesh& mesh) {
+    Tags tags(xml);
+    tags.find("VTKFile");
+    if (tags.getAttribute("type") != "PolyData")
+        throw std::runtime_error("it is of type " + quoteStart(tags.getAttribute("type")) +
+                                 ", not PolyData");
+    tags.find("Piece");
+    do {
+        if (tags.name == "Piece") readVtpPiece(tags, mesh);
+    } while (tags.next());
 }
 
 }  // namespace

@@ -471,6 +471,7 @@ TEST_F(ModelSource, ShellsAndMassesOfAnsysAreThoseOfNastran) {
     SourceOptions ansys, bulk;
     ansys.path = write("plate.cdb",
                        ansysPlate("SECTYPE,5,SHELL\nSECOFFSET,BOT\nSECBLOCK,1\n 0.004, 2, 0.0, 3\n"
+                                  "SECCONTROLS, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0\n"
                                   "RLBLOCK,1,9,1,7\n(2i8,6g16.9)\n(7g16.9)\n"
                                   "       9       1 0.250000000    \n"));
     std::string data =
@@ -573,6 +574,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadAnsys{"NoThickness", "", "no thickness"},
         BadAnsys{"Layers", "SECTYPE,5,SHELL\nSECDATA,.1,2\nSECDATA,.1,2\n", "layers"},
         BadAnsys{"Offset", "SECTYPE,5,SHELL\nSECDATA,.1,2\nSECOFFSET,USER,.3\n", "TOP or BOT"},
+        BadAnsys{"ShearStiffness", "SECTYPE,5,SHELL\nSECDATA,.1,2\nSECCONTROLS,1e6\n",
+                 "a shear stiffness or mass of their own"},
+        BadAnsys{"AddedMass", "SECTYPE,5,SHELL\nSECDATA,.1,2\nSECCONTROLS,0,0,0,2,1,1,1\n",
+                 "a shear stiffness or mass of their own"},
         BadAnsys{"Equations", "CE,R5.0,DEFI,1,2\n", "*EQUATION"},
         BadAnsys{"Coupled", "CP,R5.0,DEFI,UX,1,2\n", "*EQUATION"},
         BadAnsys{"Orthotropic", "MP,EY,2,1e9\nR,5,.1\nR,9,1\n", "not isotropic by EY"},

@@ -23,9 +23,7 @@ const std::map<std::string, const char*> RefusedCommands = {
     {"E", "write elements by CDWRITE, as an EBLOCK"},
     {"EN", "write elements by CDWRITE, as an EBLOCK"},
     {"SECJOINT", "put joints into the multibody model"},
-    {"TBFIELD", "material constants cannot depend on temperature; give those at one temperature"},
-    {"SECCONTROL", "shells have the stiffness and mass of the solids they become"},
-    {"SECCONTROLS", "shells have the stiffness and mass of the solids they become"}};
+    {"TBFIELD", "material constants cannot depend on temperature; give those at one temperature"}};
 
 /** Labels of TB that leave the part elastic at first. **/
 const std::set<std::string> YieldingLabels = {"BISO", "MISO", "BKIN", "MKIN", "KINH",
@@ -403,6 +401,14 @@ private:
                 m_lines.refuse("an offset of a shell must be MID, TOP or BOT");
             // The nodes lie on its top: its middle lies half a thickness below.
             m_sections[m_section].offset = place == "TOP" ? 0.5 : place == "BOT" ? -0.5 : 0;
+        } else if (name.compare(0, 7, "SECCONT") == 0) {
+            // Shear stiffnesses and mass of one's own; what follows scales hourglass stiffness.
+            for (size_t k = 1; k <= 4; ++k)
+                if (number(words, k) != 0)
+                    m_lines.refuse(
+                        "SECCONTROLS gives shells a shear stiffness or mass of their "
+                        "own, which simflex does not know: leave these at 0");
+            leaveOut(name.substr(0, 20));
         } else if (const auto found = RefusedCommands.find(name); found != RefusedCommands.end()) {
             m_lines.refuse(name + " is not known to simflex: " + found->second);
         } else {

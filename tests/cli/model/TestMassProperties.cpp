@@ -158,10 +158,11 @@ TEST_F(RigidShapes, OfBodiesGiveTheirMassProperties) {
                                    "0 0 20", "100 0 20", "100 50 20", "0 50 20"};
     const int triangles[][3] = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},
                                 {1, 2, 6}, {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
-    std::string obj, stl = "solid box\n", points, polygons, ends;
+    std::string obj, stl = "solid box\n", points, moved, polygons, ends;
     for (const char* corner : corners) {
         obj += std::string("v ") + corner + "\n";
         points += corner + std::string(" ");
+        moved += std::string("1") + (corner[0] == '0' ? "00" : "") + corner + " ";
     }
     for (const auto& t : triangles) {
         stl += "facet normal 0 0 0\nouter loop\n";
@@ -180,15 +181,20 @@ TEST_F(RigidShapes, OfBodiesGiveTheirMassProperties) {
     const auto makeArray = [](const std::string& attributes, const std::string& numbers) {
         return "<DataArray " + attributes + " format=\"ascii\">" + numbers + "</DataArray>\n";
     };
-    testing::writeText(folder / "box.vtp",
-                       "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" "
-                       "byte_order=\"LittleEndian\"><PolyData>\n<Piece NumberOfPoints=\"8\" "
-                       "NumberOfPolys=\"12\">\n<Points>" +
-                           makeArray("type=\"Float64\" NumberOfComponents=\"3\"", points) +
-                           "</Points><Polys>" +
-                           makeArray("type=\"Int32\" Name=\"connectivity\"", polygons) +
-                           makeArray("type=\"Int32\" Name=\"offsets\"", ends) +
-                           "</Polys></Piece></PolyData></VTKFile>\n");
+    const auto makePiece = [&](const std::string& places) {
+        return "<Piece NumberOfPoints=\"8\" NumberOfPolys=\"12\">\n<Points>" +
+               makeArray("type=\"Float64\" NumberOfComponents=\"3\"", places) + "</Points><Polys>" +
+               makeArray("type=\"Int32\" Name=\"connectivity\"", polygons) +
+               makeArray("type=\"Int32\" Name=\"offsets\"", ends) + "</Polys></Piece>";
+    };
+    const auto writeVtp = [&](const char* name, const std::string& pieces) {
+        testing::writeText(folder / name,
+                           "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" "
+                           "byte_order=\"LittleEndian\"><PolyData>\n" +
+                               pieces + "</PolyData></VTKFile>\n");
+    };
+    writeVtp("box.vtp", makePiece(points));
+    writeVtp("two.vtp", makePiece(points) + makePiece(moved));
     testing::writeText(folder / "open.obj", obj.substr(0, obj.rfind('f')));
     const auto model = build(R"(
 bodies:
@@ -200,6 +206,7 @@ bodies:
   ball: {shape: {sphere: 0.1}, mass: 2}
   drawn: {shape: {sphere: 0.1}, mass: 1, inertia: [1, 1, 1]}
   vtp: {shape: {mesh: box.vtp, scale: 1e-3}, density: 1000}
+  pieces: {shape: {mesh: two.vtp, scale: 1e-3}, density: 1000}
 )");
     const State state = model->makeInitialState();
     const auto get = [&](int i) {
@@ -217,6 +224,8 @@ bodies:
         EXPECT_LT((get(i).getMassCenter() - box.getMassCenter()).norm(), 1e-15) << i;
         EXPECT_LT((get(i).getInertia().toMat33() - box.getInertia().toMat33()).norm(), 1e-16) << i;
     }
+    EXPECT_NEAR(get(8).getMass(), 0.2, 1e-15);
+    EXPECT_LT((get(8).getMassCenter() - box.getMassCenter() - Vec3(0.5, 0, 0)).norm(), 1e-15);
     EXPECT_LT((get(2).getMassCenter() - 2 * box.getMassCenter()).norm(), 1e-15);
     EXPECT_LT(
         (get(2).calcCentralInertia().getMoments() - box.calcCentralInertia().getMoments()).norm(),
