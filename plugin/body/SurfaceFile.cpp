@@ -105,28 +105,45 @@ void addFace(SimTK::PolygonalMesh& mesh, const std::vector<int>& vertices) {
 //-------------------------------------------------------------------------------------------------
 // STL
 
-/** Triangles name their vertices by places, those of neighbours by the same, but for round-off. **/
-class MergedVertices {
+/** Faces of a file that names their vertices by places. Those of neighbours are the same, but for
+round-off. **/
+class PlacedFaces {
 public:
-    explicit MergedVertices(SimTK::PolygonalMesh& mesh) : m_mesh(mesh) {}
-
-    int add(const Vec3& place) {
-        const auto [found, isNew] = m_numbers.emplace(place, m_mesh.getNumVertices());
-        if (isNew) m_mesh.addVertex(place);
-        return found->second;
+    void addVertex(const Vec3& place) {
+        m_places.push_back(place);
+        for (int k = 0; k < 3; ++k) {
+            m_low[k] = std::min(m_low[k], place[k]);
+            m_high[k] = std::max(m_high[k], place[k]);
+        }
     }
+    /** Of the vertices since the last one. **/
+    void endFace() { m_ends.push_back(m_places.size()); }
 
-private:
-    struct IsBefore {
-        bool operator()(const Vec3& a, const Vec3& b) const {
-            const double tolerance = SimTK::NTraits<float>::getSignificant();
+    void addTo(SimTK::PolygonalMesh& mesh) const {
+        constexpr double RoundOff = 1e-6;  // of what the faces span
+        const double tolerance = RoundOff * (m_high - m_low).norm();
+        const auto isBefore = [&](const Vec3& a, const Vec3& b) {
             for (int k = 0; k < 3; ++k)
                 if (std::abs(a[k] - b[k]) > tolerance) return a[k] < b[k];
             return false;
+        };
+        std::map<Vec3, int, decltype(isBefore)> numbers(isBefore);
+        std::size_t next = 0;
+        for (const std::size_t end : m_ends) {
+            std::vector<int> vertices;
+            for (; next < end; ++next) {
+                const auto [found, isNew] = numbers.emplace(m_places[next], mesh.getNumVertices());
+                if (isNew) mesh.addVertex(m_places[next]);
+                vertices.push_back(found->second);
+            }
+            addFace(mesh, vertices);
         }
-    };
-    SimTK::PolygonalMesh& m_mesh;
-    std::map<Vec3, int, IsBefore> m_numbers;
+    }
+
+private:
+    std::vector<Vec3> m_places;
+    std::vector<std::size_t> m_ends;
+    Vec3 m_low{SimTK::Infinity}, m_high{-SimTK::Infinity};
 };
 
 /** Text begins with "solid", as some binary files do, and goes on with a facet or the end. **/
@@ -142,24 +159,23 @@ bool isStlText(std::string_view bytes) {
     return isText;
 }
 
+/** All solids of the file. **/
 void readStlText(std::string_view text, SimTK::PolygonalMesh& mesh) {
-    MergedVertices merged(mesh);
-    std::vector<int> vertices;
+    PlacedFaces faces;
     bool isInFacet = false;
     forEachLine(text, [&](const std::string& word, std::string_view rest) {
         if (!isInFacet) {
             isInFacet = word == "facet" || word == "facetnormal";
-            return word != "endsolid";
+            return true;
         }
         if (word == "vertex") {
             Words words(rest);
-            vertices.push_back(merged.add(words.nextPoint()));
+            faces.addVertex(words.nextPoint());
             std::string_view more;
             if (words.next(more))
                 throw std::runtime_error(quoteStart(more) + " stands behind the vertex");
         } else if (word == "endfacet") {
-            addFace(mesh, vertices);
-            vertices.clear();
+            faces.endFace();
             isInFacet = false;
         } else if (word != "outer" && word != "outerloop" && word != "endloop" && word != "color" &&
                    !std::strchr("#!$", word[0])) {
@@ -169,6 +185,7 @@ void readStlText(std::string_view text, SimTK::PolygonalMesh& mesh) {
         return true;
     });
     if (isInFacet) throw std::runtime_error("its last facet has no end");
+    faces.addTo(mesh);
 }
 
 void readStlBytes(std::string_view bytes, SimTK::PolygonalMesh& mesh) {
@@ -180,20 +197,20 @@ void readStlBytes(std::string_view bytes, SimTK::PolygonalMesh& mesh) {
     if ((bytes.size() - Header - sizeof count) / Triangle < count)
         throw std::runtime_error("it is cut off: it has fewer than the " + std::to_string(count) +
                                  " triangles that it names");
-    MergedVertices merged(mesh);
+    PlacedFaces faces;
     for (std::uint32_t k = 0; k < count; ++k, at += Triangle) {
         float numbers[9];
         std::memcpy(numbers, at + Normal, sizeof numbers);
-        std::vector<int> vertices;
         for (const float* n = numbers; n < numbers + 9; n += 3) {
             const Vec3 place(n[0], n[1], n[2]);
             if (!place.isFinite())
                 throw std::runtime_error("triangle " + std::to_string(k + 1) +
                                          " has a vertex that is not at a finite place");
-            vertices.push_back(merged.add(place));
+            faces.addVertex(place);
         }
-        addFace(mesh, vertices);
+        faces.endFace();
     }
+    faces.addTo(mesh);
 }
 
 //-------------------------------------------------------------------------------------------------

@@ -1,6 +1,8 @@
 /** @file
 Mass properties of shapes and meshes against closed forms. **/
 
+#include <cctype>
+
 #include "BuiltModel.h"
 #include "simflex/model/builders/MassProperties.h"
 
@@ -178,6 +180,18 @@ TEST_F(RigidShapes, OfBodiesGiveTheirMassProperties) {
     }
     testing::writeText(folder / "box.obj", obj);
     testing::writeText(folder / "box.stl", stl + "endsolid box\n");
+    // The same surface, half of it in each of two solids, and a ten-thousandth as large.
+    const size_t half = stl.find("facet", stl.size() / 2);
+    std::string small = stl;
+    for (size_t at = 0; (at = small.find("vertex ", at)) != std::string::npos; ++at)
+        for (at += 7; small[at] != '\n'; ++at)
+            if (std::isdigit(small[at]) && !std::isdigit(small[at + 1])) {
+                small.insert(at + 1, "e-4");
+                at += 3;
+            }
+    testing::writeText(folder / "halves.stl", stl.substr(0, half) + "endsolid box\nsolid rest\n" +
+                                                  stl.substr(half) + "endsolid rest\n");
+    testing::writeText(folder / "small.stl", small + "endsolid box\n");
     const auto makeArray = [](const std::string& attributes, const std::string& numbers) {
         return "<DataArray " + attributes + " format=\"ascii\">" + numbers + "</DataArray>\n";
     };
@@ -207,6 +221,8 @@ bodies:
   drawn: {shape: {sphere: 0.1}, mass: 1, inertia: [1, 1, 1]}
   vtp: {shape: {mesh: box.vtp, scale: 1e-3}, density: 1000}
   pieces: {shape: {mesh: two.vtp, scale: 1e-3}, density: 1000}
+  halves: {shape: {mesh: halves.stl, scale: 1e-3}, density: 1000}
+  small: {shape: {mesh: small.stl, scale: 10}, density: 1000}
 )");
     const State state = model->makeInitialState();
     const auto get = [&](int i) {
@@ -219,7 +235,7 @@ bodies:
                0.1 / 12 * Vec3(0.05 * 0.05 + 0.02 * 0.02, 0.1 * 0.1 + 0.02 * 0.02, 0.0125))
                   .norm(),
               1e-17);
-    for (const int i : {1, 3, 7}) {
+    for (const int i : {1, 3, 7, 9, 10}) {
         EXPECT_NEAR(get(i).getMass(), 0.1, 1e-15) << i;
         EXPECT_LT((get(i).getMassCenter() - box.getMassCenter()).norm(), 1e-15) << i;
         EXPECT_LT((get(i).getInertia().toMat33() - box.getInertia().toMat33()).norm(), 1e-16) << i;
