@@ -6,10 +6,12 @@
 #include <functional>
 
 #include "simflex/body/FlexibleBody.h"
+#include "simflex/body/Joint.h"
 #include "simflex/forces/AttachmentForce.h"
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/ContactStop.h"
 #include "simflex/forces/StateForces.h"
+#include "simflex/forces/TwoPointSpringDamper.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/FrequencyResponse.h"
 #include "simflex/solver/StateSpace.h"
@@ -179,6 +181,38 @@ TEST(Kinks, StopsOfFlexibleBodiesCountOnTheirSideOnly) {
             EXPECT_THAT(refusal(work), HasSubstr("has a kink exactly here"));
         else
             work();
+    }
+}
+
+TEST(Kinks, PlacesFarFromTheOriginHaveNone) {
+    // A pendulum that bends, drawn aside by a spring; round-off of places is no kink.
+    const auto calcModes = [](const Vec3& origin) {
+        MultibodySystem system;
+        SimbodyMatterSubsystem matter(system);
+        GeneralForceSubsystem forces(system);
+        Force::Gravity(forces, matter, -YAxis, 9.81);
+        FlexibleBodySubsystem flexible(system, matter);
+        const FlexibleBody body(flexible, test::makePointMassPart().body, "part");
+        Joint::Pin(flexible, Attachment(matter.Ground(), origin), body.interface("A"), "pin");
+        TwoPointSpringDamper(flexible, Attachment(matter.Ground(), origin + Vec3(1, 0.5, 0)),
+                             body.interface("B"), 10, 0, 0);
+        State state = system.realizeTopology();
+        body.setPoseByInterface(state, "A", Transform(origin));
+        StaticEquilibrium equilibrium(system);
+        equilibrium.solve(state);
+        const State& rest = equilibrium.getState();
+        std::vector<Real> frequencies;
+        for (const EigenMethod method : {EigenMethod::Dense, EigenMethod::Blocks})
+            for (const Eigenmode& mode : calcSlowestEigenmodes(system, rest, 3, method))
+                frequencies.push_back(mode.frequency);
+        return frequencies;
+    };
+    const std::vector<Real> here = calcModes(Vec3(0));
+    for (const Real distance : {1e4, 1e6}) {
+        const std::vector<Real> there = calcModes(distance * Vec3(1, 1, -1));
+        ASSERT_EQ(there.size(), here.size());
+        for (size_t k = 0; k < here.size(); ++k)
+            EXPECT_NEAR(there[k], here[k], 1e-5 * here[k]) << k << " at " << distance << " m";
     }
 }
 

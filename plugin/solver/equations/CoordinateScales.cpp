@@ -25,8 +25,12 @@ CoordinateScales::CoordinateScales(const Blocks& blocks)
             if (b >= numFlexible || i < 3) largest = std::max(largest, displacement);
         }
         lengths.push_back(largest);
+        for (const FrameMotion& frame : block.frames)
+            originDistance = std::max(originDistance, double(frame.X.p().norm()));
         if (b < numFlexible) largestPart = std::max(largestPart, largest);
     }
+    const double size = lengths.empty() ? 0 : *std::max_element(lengths.begin(), lengths.end());
+    originDistance = size > 0 && std::isfinite(originDistance) ? originDistance / size : 0;
     for (int b = 0; b < int(blocks.all.size()); ++b) {
         const Block& block = *blocks.all[size_t(b)];
         const bool isRigid = b >= numFlexible;

@@ -18,6 +18,8 @@ struct CoordinateScales {
     std::vector<double> step;     ///< quasi-displacement for differences
     std::vector<double> rate;     ///< [1/s]: 1, or a mode's natural frequency
     std::vector<double> lengths;  ///< size of each block [m]
+    /** Distance of the furthest frame from Ground's origin, of the largest block's size. **/
+    double originDistance = 0;
 };
 
 }  // namespace simflex

@@ -304,6 +304,16 @@ MatrixXd calcFrameRows(const Evaluation& equations, int inBlock, int frame,
     return rows;
 }
 
+/** Of the furthest frame from Ground's origin, in sizes of the largest block. **/
+double calcOriginDistance(const SimTK::Array_<FrameMotion>& frames,
+                          const std::vector<double>& lengths) {
+    double furthest = 0;
+    for (const FrameMotion& frame : frames)
+        furthest = std::max(furthest, double(frame.X.p().norm()));
+    const double size = *std::max_element(lengths.begin(), lengths.end());
+    return size > 0 ? furthest / size : 0;
+}
+
 /** What holds or pushes some frames: their forces, for displacements of the flexible bodies that
 they are on. A frame on one of these moves by its turning, its place and the two sums of its shapes,
 twelve coordinates y; its part of r is Yᵀρ, and y = Yδ. A frame on a rigid body turns and moves in
@@ -362,7 +372,7 @@ public:
                       }}});
             simflex::differentiate(
                 [this](const std::vector<double>& of, VectorXd& rho) { evaluate(of, rho); }, steps,
-                m_middle, groups);
+                m_middle, groups, {}, calcOriginDistance(m_motions, lengths));
             return;
         }
         VectorXd rho(m_numRows);
@@ -592,7 +602,7 @@ public:
         };
         VectorXd middle;
         evaluate(std::vector<double>(steps.size(), 0), middle);
-        differentiate(evaluate, steps, middle, columns);
+        differentiate(evaluate, steps, middle, columns, {}, calcOriginDistance(motions, lengths));
     }
 
     MatrixXd slopes;

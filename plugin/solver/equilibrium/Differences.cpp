@@ -50,10 +50,13 @@ public:
     const VectorXd& getFirstRange() const { return m_levels[0].range; }
     /** @param largest  change over the first steps of all columns; `mostChange`: of any value
     @param ofAll  the largest value
-    @param terms  what terms of each value may change over a first step **/
-    void setNoise(const VectorXd& largest, double mostChange, double ofAll, const VectorXd& terms) {
+    @param terms  what terms of each value may change over a first step
+    @param originDistance  of places, in sizes of a body **/
+    void setNoise(const VectorXd& largest, double mostChange, double ofAll, const VectorXd& terms,
+                  double originDistance) {
         m_noise = 8 * RoundOffShare *
-                  (m_largest + largest.cwiseMax(terms) / CoordinateScales::StepFraction);
+                  (m_largest + std::max(1.0, originDistance) * largest.cwiseMax(terms) /
+                                   CoordinateScales::StepFraction);
         // Terms that cancel may change as much as another value does. Without any, values may be of
         // different kinds, such as stresses and displacements, and say nothing of each other.
         m_slopeNoise = 8 * RoundOffShare / m_firstStep * terms;
@@ -235,7 +238,8 @@ VectorXd gather(const DifferenceColumn& column, const VectorXd& f) {
 void differentiate(
     const std::function<void(const std::vector<double>& delta, VectorXd& f)>& evaluate,
     const std::vector<double>& steps, const VectorXd& middle,
-    const std::vector<std::vector<DifferenceColumn>>& groups, const VectorXd& terms) {
+    const std::vector<std::vector<DifferenceColumn>>& groups, const VectorXd& terms,
+    double originDistance) {
     std::vector<double> delta(steps.size(), 0);
     VectorXd f(middle.size());
     using Group = std::vector<ColumnSearch*>;
@@ -286,7 +290,7 @@ void differentiate(
         Group group;
         for (ColumnSearch& one : columns) {
             one.setNoise(gather(one.getColumn(), largest), mostChange, ofAll,
-                         gather(one.getColumn(), changing));
+                         gather(one.getColumn(), changing), originDistance);
             group.push_back(&one);
         }
         std::vector<VectorXd> before(group.size()), after(group.size());

@@ -47,10 +47,13 @@ struct DifferenceColumn {
 /** Slopes along columns, those of a group together: no row belongs to two of them.
 @param evaluate  writes f for displacements δ
 @param steps  h₀, by speed: StepFraction of what moves a body by its size
-@param terms  what terms of each value may change over h₀, and cancel; empty: not known **/
+@param terms  what terms of each value may change over h₀, and cancel; empty: not known
+@param originDistance  distance from Ground's origin in sizes of a body: places have its round-off
+**/
 void differentiate(
     const std::function<void(const std::vector<double>& delta, Eigen::VectorXd& f)>& evaluate,
     const std::vector<double>& steps, const Eigen::VectorXd& middle,
-    const std::vector<std::vector<DifferenceColumn>>& groups, const Eigen::VectorXd& terms = {});
+    const std::vector<std::vector<DifferenceColumn>>& groups, const Eigen::VectorXd& terms = {},
+    double originDistance = 0);
 
 }  // namespace simflex

@@ -187,7 +187,8 @@ MatrixXd differentiateByQ(
     evaluate(q, middle);
     MatrixXd derivative = MatrixXd::Zero(middle.size(), equations.getTopology().numU);
     differentiate(displaceEach(equations, t, q, u, evaluate), scales.step, middle,
-                  listColumns(equations, derivative, noteKinks, kinks), terms);
+                  listColumns(equations, derivative, noteKinks, kinks), terms,
+                  scales.originDistance);
     equations.realize(t, q.data(), u.data());
     return derivative;
 }
@@ -201,7 +202,8 @@ BlockMatrix<double> differentiateByQ(
     evaluate(q, middle);
     BlockMatrix<double> derivative(graph);
     differentiate(displaceEach(equations, t, q, u, evaluate), scales.step, middle,
-                  listColumns(equations, graph, firstBlock, derivative, noteKinks, kinks), terms);
+                  listColumns(equations, graph, firstBlock, derivative, noteKinks, kinks), terms,
+                  scales.originDistance);
     equations.realize(t, q.data(), u.data());
     return derivative;
 }
@@ -222,7 +224,8 @@ BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScal
     for (size_t i = 0; i < steps.size(); ++i) steps[i] *= scales.rate[i];
     BlockMatrix<double> D(graph);
     differentiate(quicken(point.u, evaluate), steps, middle,
-                  listColumns(equations, graph, 0, D, noteJumps, kinks), terms);
+                  listColumns(equations, graph, 0, D, noteJumps, kinks), terms,
+                  scales.originDistance);
     equations.realize(point.t, point.q.data(), point.u.data());
     return D;
 }
@@ -248,7 +251,7 @@ MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales
     for (size_t i = 0; i < steps.size(); ++i) steps[i] *= std::max(scales.rate[i], fastest);
     MatrixXd D = MatrixXd::Zero(n, n);
     differentiate(quicken(point.u, evaluate), steps, middle,
-                  listColumns(equations, D, noteJumps, kinks), terms);
+                  listColumns(equations, D, noteJumps, kinks), terms, scales.originDistance);
     equations.realize(point.t, point.q.data(), point.u.data());
     return D;
 }
@@ -276,14 +279,15 @@ StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& sca
         f = calcRates(q, point.u);
     };
     differentiate(displaceEach(equations, point.t, point.q, point.u, ofPlaces), scales.step,
-                  tangent.rates, listColumns(equations, tangent.C, noteJumps, kinks));
+                  tangent.rates, listColumns(equations, tangent.C, noteJumps, kinks), {},
+                  scales.originDistance);
     const auto ofSpeeds = [&](const std::vector<double>& u, VectorXd& f) {
         f = calcRates(point.q, u);
     };
     std::vector<double> steps = scales.step;
     for (size_t i = 0; i < steps.size(); ++i) steps[i] *= scales.rate[i];
     differentiate(quicken(point.u, ofSpeeds), steps, tangent.rates,
-                  listColumns(equations, tangent.E, noteJumps, kinks));
+                  listColumns(equations, tangent.E, noteJumps, kinks), {}, scales.originDistance);
 
     std::vector<double> z = point.z, zSteps;
     std::vector<std::vector<DifferenceColumn>> columns;
