@@ -29,8 +29,8 @@ class LinearRangeReporter : public SimTK::PeriodicEventReporter {
 public:
     static constexpr SimTK::Real LargestShare = 0.1;     ///< of the part's size
     static constexpr SimTK::Real LargestRotation = 0.2;  ///< [rad]
-    /** Of Euler's load on hinges. **/
-    static constexpr SimTK::Real LargestCompression = 0.1, LargestTension = 1;
+    /** Of Euler's load on hinges: 5 % and 10 % of the frequency in bending. **/
+    static constexpr SimTK::Real LargestCompression = 0.1, LargestTension = 0.2;
 
     enum class Kind { Displacement, Rotation, AxialLoad };
 

@@ -121,11 +121,11 @@ TEST_F(LinearRangeTest, AxialLoadWithoutStiffeningIsNamed) {
         return count;
     };
     EXPECT_EQ(countMessages(0.099), 0);
-    EXPECT_EQ(countMessages(-0.99), 0);  // pulled
+    EXPECT_EQ(countMessages(-0.199), 0);  // pulled
     EXPECT_EQ(countMessages(0.101), 1);  // once
     messages.clear();
     reporter.setWarned({});
-    EXPECT_EQ(countMessages(-1.01), 1);
+    EXPECT_EQ(countMessages(-0.201), 1);
 }
 
 TEST_F(LinearRangeTest, StrainEnergiesOfModesAddUpToTheBodys) {

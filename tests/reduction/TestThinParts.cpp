@@ -242,6 +242,22 @@ INSTANTIATE_TEST_SUITE_P(
                       Ring{"B31", "RECT", 24, 0.01}, Ring{"B31", "RECT", 48, 0.001},
                       Ring{"B32R", "CIRC", 12, 0.03}));
 
+TEST_F(ThinParts, OneLinearBrickThroughAThicknessIsWarnedOf) {
+    for (const std::string type : {"C3D8", "C3D8R", "C3D8I", "C3D20R"})
+        for (const int layers : {1, 2}) {
+            testing::Brick brick;
+            brick.elements = {8, 3, layers};
+            brick.type = type;
+            testing::writeText(folder / "brick.inp", brick.text());
+            const bool isWarned = layers == 1 && (type == "C3D8" || type == "C3D8R");
+            EXPECT_EQ(::testing::Value(readCalculixDeck(folder / "brick.inp").warnings,
+                                       ::testing::Contains(::testing::HasSubstr(
+                                           " " + type + " reach through the part"))),
+                      isWarned)
+                << type << " " << layers;
+        }
+}
+
 class SoundElements : public CurvedElements {};
 
 TEST_P(SoundElements, BendAsARingWithoutAWarning) {

@@ -67,12 +67,18 @@ public:
             warn(std::to_string(numPlain) +
                  " linear tetrahedra and wedges (C3D4, C3D6) are far too stiff in bending: use "
                  "order 2 (C3D10, C3D15)");
-        const size_t numThrough = countBricksThrough();
-        if (double(numThrough) > ManySolids * double(numAll))
-            warn(plural(numThrough, "element") +
-                 " C3D8 reach through the part from one side to the other: one linear brick "
-                 "through a thickness is far too stiff in bending; use C3D8I or C3D20R, or more "
-                 "of them");
+        const std::pair<const char*, const char*> bricks[] = {
+            {"C3D8", "one linear brick through a thickness is far too stiff in bending"},
+            {"C3D8R",
+             "one brick of reduced integration through a thickness has no stiffness in bending "
+             "but that of its hourglass control, and frequencies come out anywhere"}};
+        for (const auto& [type, why] : bricks) {
+            const size_t numThrough = countBricksThrough(type);
+            if (double(numThrough) > ManySolids * double(numAll))
+                warn(plural(numThrough, "element") + " " + type +
+                     " reach through the part from one side to the other: " + why +
+                     "; use C3D8I or C3D20R, or more of them");
+        }
     }
 
     void warnOfCurvedElements() {
@@ -117,9 +123,10 @@ private:
     void warn(const std::string& text) { m_deck.warnings.push_back(text); }
 
     /** Bricks that have the part's skin on two opposite sides. **/
-    size_t countBricksThrough() const {
-        const auto bricks = m_deck.solids.find("C3D8");
-        if (bricks == m_deck.solids.end()) return 0;
+    size_t countBricksThrough(const std::string& type) const {
+        const auto bricks = m_deck.solids.find(type);
+        if (bricks == m_deck.solids.end() || m_thinNumbers.count(bricks->second[0].number))
+            return 0;
         // Corners of opposite faces.
         static constexpr int Pairs[3][2][4] = {{{0, 1, 2, 3}, {4, 5, 6, 7}},
                                                {{0, 1, 5, 4}, {3, 2, 6, 7}},
