@@ -129,6 +129,23 @@ void TransientRun::warnOfStart(const State& given) {
                 "(initial.rates)";
         m_run.warn(m_name, text.str());
     }
+    warnOfUnseenSwitches(state);
+}
+
+/** See Stepper::calcSwitchError(). **/
+void TransientRun::warnOfUnseenSwitches(const State& state) {
+    const std::string rubbing = nameRubbingJoints(*m_run.m_model);
+    const auto& bodies = m_run.m_model->getBodies();
+    const bool bends = std::any_of(bodies.begin(), bodies.end(), [&](const auto& body) {
+        return body.flexible && !body.flexible->isRigid(state);
+    });
+    const ModelValue solver = m_run.m_model->getFile().get("solver");
+    if (rubbing.empty() || !bends || solver.get("method").getText() != "radau") return;
+    m_run.warn(m_name,
+               "where parts bend, radau steps over the instants at which " + rubbing +
+                   " begins to stick or to slide: friction may exceed its limit in single rows, "
+                   "and its error does not fall with the accuracy; 'solver: {method: bdf}' "
+                   "locates them");
 }
 
 void TransientRun::resume(const State& start, const RunCheckpoint& checkpoint) {

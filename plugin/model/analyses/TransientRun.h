@@ -46,6 +46,7 @@ private:
     bool watchStep(double time);
     /** Of what the file gives and the start is not. **/
     void warnOfStart(const SimTK::State& given);
+    void warnOfUnseenSwitches(const SimTK::State& state);
     void takeRow(double time);
     /** Names the analysis; the rows so far are kept. **/
     [[noreturn]] void failWith(const std::exception& error);
