@@ -8,7 +8,7 @@ threads makes: on files, processes, threads. Then this must hold:
     bits        what it leaves has the bits of what a command leaves that nobody has killed
     rest        nothing else is left beside it, and nothing in the temporary folder
     kept        results of another state of the model are there, as long as those that replace them are not complete
-    hang        neither takes longer than a minute
+    hang        neither takes more than a minute of the processor, or stands still for one
 
 Commands that were killed before, at other calls, may have gone before: a case has one to three of them.
 """
@@ -25,10 +25,9 @@ from pathlib import Path
 
 import h5py
 
-from support import harness, parts
+from support import commands, harness, parts
 from support.content import read_content
 
-SECONDS = 60
 SKIPPED = 77  # exit status, for ctest
 FILES = ["openat", "write", "pwrite64", "read", "close", "rename", "unlink", "unlinkat", "mkdir", "rmdir", "fsync", "ftruncate",
          "lseek", "fcntl", "flock", "newfstatat", "access", "fchmod", "getdents64", "mmap", "munmap", "clone3", "vfork", "execve",
@@ -81,21 +80,12 @@ def make_folder(folder: Path, shared: Path) -> None:
 
 
 def call(folder: Path, arguments: list, trace: list = ()) -> subprocess.CompletedProcess:
-    """Ends all of the command's processes, if it takes too long."""
-    environment = dict(os.environ, SIMFLEX_CACHE=str(folder / "cache"), TMPDIR=str(folder / "tmp"), OMP_NUM_THREADS="2")
-    with open(folder / "output", "w+") as output:
-        process = subprocess.Popen([*trace, os.environ["SIMFLEX_PROGRAM"], *arguments], cwd=folder, env=environment,
-                                   stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
-        try:
-            status = process.wait(SECONDS)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            status = None
-        output.seek(0)
-        text = output.read()
-    (folder / "output").unlink()
-    return subprocess.CompletedProcess(arguments, status, text)
+    return commands.call([*trace, os.environ["SIMFLEX_PROGRAM"], *arguments], folder,
+                         {"SIMFLEX_CACHE": str(folder / "cache"), "TMPDIR": str(folder / "tmp"), "OMP_NUM_THREADS": "2"})
+
+
+def read_words(ended: subprocess.CompletedProcess, most: int) -> str:
+    return (ended.stdout + ended.stderr)[-most:]
 
 
 def prepare(shared: Path) -> None:
@@ -112,7 +102,7 @@ def prepare(shared: Path) -> None:
         log = shared / f"{kind}.log"
         ended = call(folder, arguments, ["strace", "-f", "-qq", "-e", f"trace={','.join(FILES)}", "-o", str(log)])
         if ended.returncode != 0:
-            raise RuntimeError(f"{kind}: {ended.stdout}")
+            raise RuntimeError(f"{kind}: {read_words(ended, 1000)}")
         if kind == "run":
             shutil.copy(folder / "r.h5", shared / "earlier.h5")
         of_threads = {}
@@ -166,7 +156,7 @@ def try_case(seed: int, index: int, folder: Path) -> harness.Outcome:
         kills.append(f"{name} {place}" + (" again" if more else "") + ("" if was_killed else " (of a child, or never)"))
         outcome.counts[f"{kind}s killed" if was_killed else "of a child's processes killed, or none"] += 1
         if ended.returncode is None:
-            outcome.fail("hang", f"the first of {SECONDS} s: {ended.stdout[-300:]}")
+            outcome.fail("hang", f"when killed: {read_words(ended, 300)}")
         if kind == "redo":
             before = (shared / "earlier.h5").read_bytes()
             places = [folder / "earlier.h5", *folder.glob("earlier.h5.before-*/earlier.h5")]
@@ -175,9 +165,9 @@ def try_case(seed: int, index: int, folder: Path) -> harness.Outcome:
     outcome.title = f"{kind}: {', '.join(kills)}"
     ended = call(folder, arguments + again)
     if ended.returncode is None:
-        outcome.fail("hang", ended.stdout[-300:])
+        outcome.fail("hang", read_words(ended, 300))
     elif ended.returncode != 0:
-        outcome.fail("again", f"status {ended.returncode}: {ended.stdout[-600:]}")
+        outcome.fail("again", f"status {ended.returncode}: {read_words(ended, 600)}")
     for file in files:
         mine, reference = folder / file, shared / kind / file
         if not mine.exists():

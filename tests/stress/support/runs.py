@@ -1,5 +1,6 @@
 """Runs of one mechanism: by other views, settings, analyses; kept by name, so that checks share them."""
 
+import os
 import subprocess
 import warnings
 from pathlib import Path
@@ -7,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from . import generator
+from . import commands, generator
 from .builder import Builder, View
 
 
@@ -83,7 +84,5 @@ def run_file(path: Path, output: Path, analyses=(), **more):
 
 
 def run_program(*arguments, folder: Path) -> subprocess.CompletedProcess:
-    """The program `simflex`; a case that starts it has the folder of the build in SIMFLEX_PROGRAM."""
-    import os
-
-    return subprocess.run([os.environ["SIMFLEX_PROGRAM"], *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=60)
+    """The program `simflex`, which SIMFLEX_PROGRAM names."""
+    return commands.call([os.environ["SIMFLEX_PROGRAM"], *map(str, arguments)], folder, {})
