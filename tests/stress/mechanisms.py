@@ -28,11 +28,13 @@ has to run: a refusal is a failure.
 """
 
 import numpy as np
+import scipy.interpolate
 
 from support import harness, parts
 from support.checks import CHECKS
 from support.runs import Case
 
+LEAST_SPRING_LENGTH = 2e-3  # [m] where the ends of a spring pass through each other its force jumps to the other side
 LARGEST_BUSHING_ANGLE = 3.0  # [rad] in half a turn a bushing's rotation vector, and its torque, changes sign
 
 
@@ -40,7 +42,15 @@ def find_limit(case: Case, main) -> str:
     """What of a mechanism is beyond what its elements are good for; empty: nothing."""
     if any(np.abs(main[probe]).sum(axis=1).max() > LARGEST_BUSHING_ANGLE for probe in case.facts.bushings):
         return "turn a bushing too far"
+    if any(calc_least_length(main, *ends) < LEAST_SPRING_LENGTH for ends in case.facts.springs):
+        return "pull a spring through itself"
     return "bend a part too far" if any("modes describe" in warning for warning in main.warnings) else ""
+
+
+def calc_least_length(run, first: str, second: str) -> float:
+    """Least distance of two points [m], between rows too."""
+    way = scipy.interpolate.CubicSpline(run.time, run.nominal(second) - run.nominal(first))
+    return np.linalg.norm(way(np.linspace(run.time[0], run.time[-1], 20001)), axis=1).min()
 
 
 def try_case(seed: int, index: int, folder) -> harness.Outcome:

@@ -111,6 +111,7 @@ class Facts:
     counters: list = dataclasses.field(default_factory=list)  # (probe, period): 1 more each period
     potentials: list = dataclasses.field(default_factory=list)  # functions of the probes: potential energy of connectors
     bushings: list = dataclasses.field(default_factory=list)  # probes of their angles
+    springs: list = dataclasses.field(default_factory=list)  # probes of the places of their two ends
     sprung: set = dataclasses.field(default_factory=set)  # joints about whose axes torsion springs act
     actions: dict = dataclasses.field(default_factory=dict)  # event → list of its actions
     has_known_rates: bool = True  # initial speeds are determined by initial rates

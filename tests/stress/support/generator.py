@@ -330,6 +330,7 @@ def _add_spring(b, rng, name, first, second) -> None:
                                   "stiffness": b.parameter(stiffness, 1), "free_length": b.parameter(free, 0, 1),
                                   "damping": b.parameter(damping, 1)}
     _add_spring_potential(b, name, stiffness, free)
+    _add_ends(b, name)
     b.facts.is_conservative &= damping == 0
 
 
@@ -338,7 +339,13 @@ def _add_law_spring(b, rng, name, first, second) -> None:
     stiffness, damping = b.number(rng.uniform(20, 1000), 1), b.number(rng.uniform(0, 10), 1)
     b.keys["connectors"][name] = {"type": "spring", "between": [b.frame(second[0], start), b.frame(first[0], first[3])],
                                   "law": f"{stiffness}*(length - {b.number(0.3, 0, 1)}) + {damping}*rate"}
+    _add_ends(b, name)
     b.facts.is_conservative = False
+
+
+def _add_ends(b: Builder, name: str) -> None:
+    ends = b.keys["connectors"][name]["between"]
+    b.facts.springs.append([b.probe(f"{name}_{k}", {"position": end}, "position", 0, 1, False) for k, end in enumerate(ends)])
 
 
 def _add_bushing(b, rng, name, first, second) -> None:
