@@ -12,6 +12,8 @@
 #include <new>
 #include <stdexcept>
 
+#include "simflex/base/InputFile.h"
+
 namespace simflex {
 
 namespace fs = std::filesystem;
@@ -104,10 +106,7 @@ void ZipWriter::add(const std::string& name, std::string_view bytes, ZipMethod m
 }
 
 void ZipWriter::addFile(const std::string& name, const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file)
-        throw std::runtime_error("cannot read '" + path.string() + "': " + std::strerror(errno));
-    add(name, std::string{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()});
+    add(name, readInputFile(path));
 }
 
 void ZipWriter::finish(Durability durability) {
@@ -117,9 +116,8 @@ void ZipWriter::finish(Durability durability) {
 }
 
 ZipReader::ZipReader(const fs::path& path) : m_path(path.string()), m_zip(nullptr, unzClose) {
-    std::ifstream file;
     errno = 0;
-    if (fs::is_regular_file(path)) file.open(path, std::ios::binary);
+    std::ifstream file = openInputFile(path);
     if (!file.is_open())
         throw std::runtime_error("cannot read '" + m_path + "'" +
                                  (errno ? ": " + std::string(std::strerror(errno)) : ""));

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/part/TextLines.h"
 
@@ -371,8 +372,7 @@ void readVtp(std::string_view xml, SimTK::PolygonalMesh& mesh) {
 }  // namespace
 
 SimTK::PolygonalMesh readSurface(const std::string& path) {
-    std::ifstream file;
-    if (std::filesystem::is_regular_file(path)) file.open(path, std::ios::binary);
+    std::ifstream file = openInputFile(path);
     if (!file.is_open()) throw std::runtime_error("there is no such file");
     std::string bytes(std::istreambuf_iterator<char>(file), {});
     const std::string ending = lowerCase(std::filesystem::path(path).extension().string());

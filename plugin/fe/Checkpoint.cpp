@@ -9,6 +9,7 @@
 
 #include "simflex/base/Archive.h"
 #include "simflex/base/Hash.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/UnfinishedFile.h"
 
 namespace simflex {
@@ -59,7 +60,7 @@ ReductionCheckpoint::ReductionCheckpoint(std::string folder, double worthSeconds
 bool ReductionCheckpoint::load(const std::string& name, std::uint64_t key,
                                const std::function<void(Archive&)>& read) const {
     const std::string path = pathOf(name);
-    const File file(std::fopen(path.c_str(), "rbe"));
+    const File file(isInputFile(path) ? std::fopen(path.c_str(), "rbe") : nullptr);
     if (!file) return false;
     const auto note = [&](const std::string& text) {
         if (m_note) m_note(text);

@@ -14,6 +14,7 @@
 
 #include "StepSolids.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NameDistance.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Sandbox.h"
@@ -77,8 +78,7 @@ std::string readErrors(const fs::path& log) {
 are, without skipping blanks or empty lines. **/
 void checkIsMesh(const std::string& path) {
     std::string first(16, '\0');
-    std::ifstream in(path, std::ios::binary);
-    in.read(first.data(), std::streamsize(first.size()));
+    openInputFile(path).read(first.data(), std::streamsize(first.size()));
     for (const char* known : {"$MeshFormat", "$Comments", "$NOD", "$NOE", "$PARA", "$ELM"})
         if (first.rfind(known, 0) == 0) return;
     throw std::invalid_argument("'" + path + "' is not a mesh of Gmsh: it does not begin with " +
@@ -105,7 +105,8 @@ Sandbox makeSandbox(const std::string& program, const std::string& file,
     for (std::string place; std::getline(libraries, place, ':');) sandbox.readable.push_back(place);
     if (isGmshScript(file)) {
         for (const std::string& read : listScriptFiles(file))
-            if (isInside(read, fs::path(file).parent_path())) sandbox.readable.push_back(read);
+            if (isInputFile(read) && isInside(read, fs::path(file).parent_path()))
+                sandbox.readable.push_back(read);
     } else {
         sandbox.readable.push_back(file);
     }
@@ -598,7 +599,7 @@ void checkSettings(const std::string& path, const GmshOptions& options) {
     std::string texts;
     if (isGmshScript(path))
         for (const std::string& file : listScriptFiles(path)) {
-            std::ifstream in(file, std::ios::binary);
+            std::ifstream in = openInputFile(file);
             texts += std::string(std::istreambuf_iterator<char>(in), {}) + '\n';
         }
     for (size_t i = 0; i < texts.size();) {
@@ -696,8 +697,7 @@ std::vector<std::string> listScriptFiles(const std::string& path) {
         if (suffix == ".step" || suffix == ".stp" || suffix == ".brep" || suffix == ".iges" ||
             suffix == ".igs")
             continue;
-        if (!fs::is_regular_file(file)) continue;
-        std::ifstream in(file, std::ios::binary);
+        std::ifstream in = openInputFile(file);
         const std::string text(std::istreambuf_iterator<char>(in), {});
         if (text.compare(0, 1, "$") == 0) continue;
         for (const std::string& name : findIncludes(text))
@@ -715,7 +715,7 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
     if (!(options.thickness >= 0) || !std::isfinite(options.thickness))
         throw std::invalid_argument("the thickness is " + writeGeneral(options.thickness, 6) +
                                     "; it must be positive");
-    if (!fs::is_regular_file(path)) throw std::runtime_error("cannot read part '" + path + "'");
+    if (!isInputFile(path)) throw std::runtime_error("cannot read part '" + path + "'");
     checkSettings(path, options);
     try {
         return meshPart(path, options);

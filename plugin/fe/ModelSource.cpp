@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/fe/AbaqusMatrices.h"
 #include "simflex/fe/ArrayMatrices.h"
 #include "simflex/fe/MatrixMarket.h"
@@ -16,7 +17,7 @@ namespace {
 enum class Kind { Deck, MatrixMarket, AbaqusMatrices, NastranDmig, Arrays, Gmsh };
 
 bool isMatrixMarket(const std::string& path) {
-    std::ifstream in(path);
+    std::ifstream in = openInputFile(path);
     std::string word;
     in >> word;
     return lowerCase(word) == "%%matrixmarket";

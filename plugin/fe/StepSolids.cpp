@@ -11,6 +11,7 @@
 #include <unordered_map>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/part/TextLines.h"
 
@@ -90,8 +91,8 @@ std::vector<int> findReferences(std::string_view text) {
 class StepFile {
 public:
     explicit StepFile(const std::string& path) : m_path(path) {
-        std::ifstream in(path, std::ios::binary);
-        if (!in) throw std::runtime_error("cannot read part '" + path + "'");
+        std::ifstream in = openInputFile(path);
+        if (!in.is_open()) throw std::runtime_error("cannot read part '" + path + "'");
         m_text.assign(std::istreambuf_iterator<char>(in), {});
         m_text.erase(std::remove_if(m_text.begin(), m_text.end(),
                                     [](char c) { return c == '\n' || c == '\r'; }),

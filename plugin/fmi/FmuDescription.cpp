@@ -1,12 +1,12 @@
 #include "simflex/fmi/FmuDescription.h"
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <set>
 #include <stdexcept>
 
 #include "Simbody.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/fmi/FmuUnits.h"
 
@@ -277,8 +277,7 @@ void refuseDeepNesting(const std::string& xml) {
 FmuDescription readFmuDescription(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path))
         throw std::runtime_error("there is no modelDescription.xml in it");
-    std::ifstream file(path, std::ios::binary);
-    const std::string text(std::istreambuf_iterator<char>(file), {});
+    const std::string text = readInputFile(path);
     refuseDeepNesting(text);
     SimTK::Xml::Document document;
     try {

@@ -9,6 +9,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/base/SecondsSince.h"
@@ -61,7 +62,7 @@ void FmuUnit::fail(const std::string& what) const {
 }
 
 void FmuUnit::open() {
-    if (!fs::is_regular_file(m_path)) fail("there is no such file");
+    if (!isInputFile(m_path)) fail("there is no such file");
     unpackZip(m_path, m_folder.path());
     try {
         m_description = readFmuDescription(m_folder.path() / "modelDescription.xml");

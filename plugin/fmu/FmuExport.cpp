@@ -1,4 +1,5 @@
 #include "simflex/fmu/FmuExport.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/ZipFile.h"
 
 #include <algorithm>
@@ -107,7 +108,7 @@ std::string makePlainName(int number, const std::string& name) {
 }
 
 void addContents(const std::string& path, Hash& sum) {
-    std::ifstream file(path, std::ios::binary);
+    std::ifstream file = openInputFile(path);
     sum.add(std::string(std::istreambuf_iterator<char>(file), {}));
 }
 

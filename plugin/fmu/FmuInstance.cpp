@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <stdexcept>
 
 #include "simflex/base/Archive.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -16,17 +16,11 @@ namespace {
 
 constexpr double SameTime = 1e-9;  ///< of the larger, or absolute [s]
 
-std::string readText(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file) throw std::runtime_error("cannot read '" + path + "'");
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 }  // namespace
 
 FmuInstance::FmuInstance(const std::string& resources, const std::string& token, Log log)
     : m_folder(resources),
-      m_manifest(Manifest::read(readText(resources + '/' + Manifest::FileName))),
+      m_manifest(Manifest::read(readInputFile(resources + '/' + Manifest::FileName))),
       m_log(std::move(log)) {
     if (token != m_manifest.token)
         throw std::runtime_error("the token '" + token + "' is not that of the unit in '" +

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/base/Utf8.h"
@@ -297,8 +298,7 @@ std::string findType(const matvar_t& variable) {
 }
 
 std::vector<FileArray> readMat(const std::string& path) {
-    if (!std::filesystem::is_regular_file(path))
-        throw std::runtime_error("cannot read '" + path + "'");
+    if (!isInputFile(path)) throw std::runtime_error("cannot read '" + path + "'");
     const MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
     if (!file) failDamaged(path, "it is no .mat file of MATLAB");
     std::vector<FileArray> arrays;

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "simflex/base/InputFile.h"
 #include "simflex/base/Utf8.h"
 
 namespace simflex {
@@ -121,6 +122,7 @@ Handle createFile(const std::string& path) {
 }
 
 Handle openFile(const std::string& path) {
+    if (!isInputFile(path)) throw std::runtime_error("there is no such file");
     // Closing the file closes everything in it, so that a damaged one leaves nothing open.
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "create properties");
     check(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "set the way of closing");

@@ -7,6 +7,7 @@
 #include "FileChecksum.h"
 #include "Hdf5.h"
 #include "PartWarnings.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/UnfinishedFile.h"
 
 namespace simflex {
@@ -396,8 +397,7 @@ namespace {
 template <class Read>
 auto readPartFile(const std::string& path, const Read& read) {
     const hdf5::Quiet quiet;
-    if (!fs::is_regular_file(path))
-        throw std::runtime_error("part file '" + path + "' does not exist");
+    if (!isInputFile(path)) throw std::runtime_error("part file '" + path + "' does not exist");
     try {
         checkChecksum(path);
         return read(hdf5::openFile(path));

@@ -8,6 +8,8 @@
 
 #include "Hdf5.h"
 
+#include "simflex/base/InputFile.h"
+
 namespace simflex {
 namespace {
 
@@ -136,7 +138,7 @@ std::vector<std::string> readTexts(hid_t file, const char* name) {
 }
 
 Table readCsv(const std::string& path) {
-    std::ifstream in(path);
+    std::ifstream in = openInputFile(path);
     std::string line;
     if (!std::getline(in, line)) fail(path, "it cannot be read, or is empty");
     Table table;

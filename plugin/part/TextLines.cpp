@@ -1,11 +1,11 @@
 #include "simflex/part/TextLines.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -20,8 +20,7 @@ bool isSeparator(char c) {
 }  // namespace
 
 TextLines::TextLines(std::string path, const std::string& kind) : m_path(std::move(path)) {
-    std::ifstream in;
-    if (std::filesystem::is_regular_file(m_path)) in.open(m_path, std::ios::binary);
+    std::ifstream in = openInputFile(m_path);
     if (!in.is_open()) throw std::runtime_error("cannot read " + kind + " '" + m_path + "'");
     std::ostringstream text;
     text << in.rdbuf();

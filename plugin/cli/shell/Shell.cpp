@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
+#include "simflex/base/InputFile.h"
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
 #include "simflex/base/Utf8.h"
@@ -98,9 +98,8 @@ void Shell::runFile(const std::string& path) {
         throw std::runtime_error(
             "'" + path +
             "' would be read again by a file that it reads: remove one of the 'source' commands");
-    std::ifstream file(path);
-    if (!file || std::filesystem::is_directory(path))
-        throw std::runtime_error("'" + path + "' cannot be read");
+    std::ifstream file = openInputFile(path);
+    if (!file.is_open()) throw std::runtime_error("'" + path + "' cannot be read");
     ++m_depth;
     const struct Leave {
         int& depth;

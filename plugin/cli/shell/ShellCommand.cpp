@@ -8,6 +8,7 @@ simflex shell: a model at a prompt, or commands from a file, a pipe or the comma
 #include <memory>
 #include <sstream>
 
+#include "simflex/base/InputFile.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Options.h"
 #include "simflex/cli/shell/Shell.h"
@@ -28,10 +29,11 @@ void leave(int status) {
 }
 
 void runShell(const ShellArguments& arguments) {
-    std::ifstream script;
-    if (!arguments.script.empty()) {
-        script.open(arguments.script);
-        if (!script) throw std::runtime_error("'" + arguments.script + "' cannot be read");
+    std::ifstream file;
+    const bool readsInput = arguments.script == "/dev/stdin";
+    if (!arguments.script.empty() && !readsInput) {
+        file = openInputFile(arguments.script);
+        if (!file.is_open()) throw std::runtime_error("'" + arguments.script + "' cannot be read");
     }
     if (arguments.model.empty() && !arguments.settings.empty())
         throw CLI::ValidationError("--set", "needs a model");
@@ -54,7 +56,7 @@ void runShell(const ShellArguments& arguments) {
         status = shell.runScript(commands, "--command");
     }
     if (!arguments.script.empty() && !shell.isOver())
-        status |= shell.runScript(script, arguments.script);
+        status |= shell.runScript(readsInput ? std::cin : file, arguments.script);
     if (!hasScript) status = shell.runScript(std::cin, "standard input");
     leave(status);
 }

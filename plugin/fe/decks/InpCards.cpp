@@ -11,6 +11,7 @@
 
 #include "IncludeLimit.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/part/TextLines.h"
 
@@ -103,9 +104,7 @@ public:
     std::vector<DeckCard> cards;
 
     void read(const fs::path& path, const std::string& includedFrom, int depth) {
-        // A device may have no end, and a pipe no beginning.
-        std::ifstream in;
-        if (fs::is_regular_file(path)) in.open(path, std::ios::binary);
+        std::ifstream in = openInputFile(path);
         if (!in.is_open())
             throw std::runtime_error(includedFrom + "cannot read deck '" + path.string() + "'");
         const std::string mistake = m_includes.enter(depth);

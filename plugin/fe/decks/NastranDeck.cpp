@@ -10,6 +10,7 @@
 #include "BulkCards.h"
 #include "IncludeLimit.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NameDistance.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/fe/Vec3d.h"
@@ -209,7 +210,7 @@ private:
                                           [](char c) { return c == '\'' || c == '"'; }),
                            name.end());
                 const auto beside = std::filesystem::path(path).parent_path() / name;
-                if (!std::filesystem::is_regular_file(beside))
+                if (!isInputFile(beside))
                     throw std::runtime_error(path + ":" + std::to_string(card.line) +
                                              ": cannot read '" + beside.string() + "'");
                 readFile(beside.string(), depth + 1);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "simflex/base/Hash.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/model/schema/Schema.h"
 
 namespace simflex {
@@ -63,7 +64,7 @@ void addPart(Hash& hash, const ReducedBody& part) {
 
 std::string calcFileChecksum(const std::string& path) {
     Hash hash;
-    std::ifstream in(path, std::ios::binary);
+    std::ifstream in = openInputFile(path);
     std::vector<char> block(1 << 16);
     while (in.read(block.data(), std::streamsize(block.size())) || in.gcount() > 0)
         hash.addBytes(block.data(), size_t(in.gcount()));

@@ -11,6 +11,7 @@
 
 #include "simflex/base/Archive.h"
 #include "simflex/base/Hash.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/UnfinishedFile.h"
 
 namespace simflex {
@@ -21,12 +22,6 @@ namespace {
 constexpr char CheckpointKind[] = "simflex checkpoint of a run";
 constexpr std::uint32_t CheckpointVersion = 9;
 constexpr std::size_t MostPacked = 1 << 24;  // bytes of frames that are written at once
-
-std::string readFile(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file) throw std::runtime_error("cannot read '" + path + "': " + std::strerror(errno));
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
 
 /** A frame, with a checksum behind it. **/
 void visitFrame(Archive& archive, RunCheckpoint::Frame& frame) {
@@ -59,7 +54,7 @@ void appendFrames(const std::string& path, RunCheckpoint& checkpoint) {
 void readFrames(const std::string& path, RunCheckpoint& checkpoint) {
     if (checkpoint.kept.frames == 0) return;
     const std::string framesPath = getFramesPath(path);
-    std::string bytes = readFile(framesPath);
+    std::string bytes = readInputFile(framesPath);
     if (bytes.size() < checkpoint.kept.bytes)
         throw std::runtime_error("'" + framesPath + "' is cut off");
     bytes.resize(checkpoint.kept.bytes);
@@ -107,7 +102,7 @@ void writeRunCheckpoint(const std::string& path, RunCheckpoint& checkpoint) {
 }
 
 RunCheckpoint readRunCheckpoint(const std::string& path) {
-    std::istringstream file(readFile(path));
+    std::istringstream file(readInputFile(path));
     RunCheckpoint checkpoint;
     try {
         Archive archive(readArchive(file, CheckpointKind, CheckpointVersion));

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 
+#include "simflex/base/InputFile.h"
 #include "simflex/body/SurfaceFile.h"
 #include "simflex/model/builders/MassProperties.h"
 #include "simflex/model/builders/ModelGeometry.h"
@@ -47,7 +48,7 @@ constexpr double FarthestVertex = 1e30;  // products of five such lengths are nu
 
 PolygonalMesh readMesh(const ModelValue& file, double scale) {
     const std::string path = file.getFilePath();
-    if (!std::filesystem::is_regular_file(path)) failMissingFile(file);
+    if (!isInputFile(path)) failMissingFile(file);
     PolygonalMesh mesh;
     try {
         mesh = readSurface(path);

@@ -1,4 +1,5 @@
 #include "simflex/model/file/ModelReader.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 
 #include <algorithm>
@@ -124,8 +125,7 @@ ModelText loadModelText(const std::string& path, const std::vector<std::string>&
     std::error_code error;
     if (std::filesystem::is_directory(path, error))
         throw std::runtime_error(path + " is a folder; the name of a model file is expected");
-    std::ifstream file;
-    if (std::filesystem::is_regular_file(path, error)) file.open(path, std::ios::binary);
+    std::ifstream file = openInputFile(path);
     if (!file.is_open()) throw std::runtime_error("cannot read the model file " + path);
     std::string text;
     char block[65536];

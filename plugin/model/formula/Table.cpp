@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -210,8 +210,7 @@ std::vector<std::vector<double>> readTableFile(const std::string& path,
                                                const std::vector<int>& columns) {
     std::vector<std::vector<double>> read(columns.size());
     const int wanted = *std::max_element(columns.begin(), columns.end());
-    std::ifstream file;
-    if (std::filesystem::is_regular_file(path)) file.open(path);
+    std::ifstream file = openInputFile(path);
     if (!file.is_open()) throw std::runtime_error("cannot read the file " + path);
     std::vector<char> buffer(100002);  // what has no ends of lines may be longer than memory
     std::string line;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/fe/GmshPart.h"
 #include "simflex/fe/decks/IncludeLimit.h"
 #include "simflex/part/ReducedBodyFile.h"
@@ -20,13 +21,6 @@ namespace model {
 namespace fs = std::filesystem;
 
 namespace {
-
-std::string readBytes(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    std::ostringstream text;
-    text << in.rdbuf();
-    return text.str();
-}
 
 std::string endingOf(const std::string& path) {
     return lowerCase(fs::path(path).extension().string());
@@ -75,7 +69,8 @@ std::vector<std::string> findDeckIncludes(std::string text) {
 std::string readReductionCode() {
     Dl_info library;
     if (dladdr(reinterpret_cast<const void*>(&reduce), &library) == 0) return "";
-    return readBytes(library.dli_fname);
+    std::ifstream in = openInputFile(library.dli_fname);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 }  // namespace
@@ -110,11 +105,11 @@ void PartKey::addFile(const std::string& path) {
 
 std::string PartKey::addBytes(const std::string& path) {
     add(endingOf(path));
-    if (!fs::is_regular_file(path)) {
+    if (!isInputFile(path)) {
         add(std::string("missing"));
         return "";
     }
-    std::string bytes = readBytes(path);
+    std::string bytes = readInputFile(path);
     add(bytes);
     return bytes;
 }

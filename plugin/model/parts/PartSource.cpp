@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/fe/ModelSource.h"
 #include "simflex/fe/NodeSelection.h"
@@ -41,7 +42,7 @@ std::string readMaterial(const ModelValue& value) {
 
 std::string readFile(const ModelValue& value) {
     const std::string path = value.getFilePath();
-    if (!fs::is_regular_file(path)) failMissingFile(value);
+    if (!isInputFile(path)) failMissingFile(value);
     return path;
 }
 

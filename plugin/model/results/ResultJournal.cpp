@@ -12,6 +12,7 @@
 
 #include "simflex/base/Archive.h"
 #include "simflex/base/Hash.h"
+#include "simflex/base/InputFile.h"
 
 namespace simflex {
 namespace model {
@@ -111,6 +112,10 @@ ResultJournal::ResultJournal(const std::string& path, Access access) : m_path(pa
     const int flags = access == Access::Read     ? O_RDONLY
                       : access == Access::Append ? O_RDWR
                                                  : O_RDWR | O_CREAT;
+    if (std::filesystem::exists(path) && !isInputFile(path))
+        throw std::runtime_error("'" + path +
+                                 "' is no file on a disk, and the journal of a run is kept there; "
+                                 "remove it, or choose another result file with -o");
     m_file = open(path.c_str(), flags | O_CLOEXEC, 0666);
     if (m_file < 0) throw std::runtime_error(explain("open", path));
     try {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "simflex/base/InputFile.h"
 #include "simflex/base/SecondsSince.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/model/file/NearestName.h"
@@ -318,8 +319,7 @@ void ResultWriter::setComplete(const std::string& name) {
 using namespace model;
 
 Results readResults(const std::string& path, ReadStates states) {
-    if (!fs::is_regular_file(path))
-        throw std::runtime_error("result file '" + path + "' does not exist");
+    if (!isInputFile(path)) throw std::runtime_error("result file '" + path + "' does not exist");
     try {
         checkChecksum(path);
         Results file = readResultLayout(path, states);

@@ -18,6 +18,7 @@
 #include <stdexcept>
 
 #include "simflex/base/ChildProcess.h"
+#include "simflex/base/InputFile.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/model/Results.h"
 #include "simflex/model/analyses/EarlierResults.h"
@@ -41,7 +42,7 @@ int countCores() {
 }
 
 std::string readFile(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
+    std::ifstream in = openInputFile(path);
     return std::string(std::istreambuf_iterator<char>(in), {});
 }
 

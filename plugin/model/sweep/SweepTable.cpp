@@ -13,6 +13,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/model/file/NearestName.h"
@@ -408,7 +409,7 @@ bool SweepTable::hasWarnings() const {
 }
 
 void refuseOtherSweep(const SweepPlan& plan, const std::string& folder) {
-    std::ifstream in(folder + "/" + TableFile);
+    std::ifstream in = openInputFile(folder + "/" + TableFile);
     std::string before, own = beginTitles(plan).end();
     if (!in || !std::getline(in, before)) return;
     own.resize(own.find_last_not_of("\r\n") + 1);
