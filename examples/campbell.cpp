@@ -83,7 +83,7 @@ void drawMode(const Arguments& arguments, const RotorModel& model, const Lineari
 }
 
 void plot(const Arguments& arguments, const CampbellDiagram& diagram) {
-    const char* colors[] = {Plot::Blue, Plot::Orange, Plot::Green};
+    const int colors[] = {Plot::Blue, Plot::Orange, Plot::Green};
     Plot plot{"Disc on a flexible rod", "speed [rad/s]", {}};
     Plot::Panel frequencies, damping;
     frequencies.title = "natural frequencies, and once per turn";
@@ -93,7 +93,7 @@ void plot(const Arguments& arguments, const CampbellDiagram& diagram) {
             {"", diagram.speeds, diagram.branches[k].frequency, colors[k % 3]});
     std::vector<double> once;
     for (const double speed : diagram.speeds) once.push_back(speed / (2 * Pi));
-    frequencies.series.push_back({"once per turn", diagram.speeds, once, Plot::Gray, 2, true});
+    frequencies.series.push_back({"once per turn", diagram.speeds, once, Plot::Gray});
     damping.title = "damping";
     damping.yLabel = "[% of critical]";
     for (size_t k = 0; k < diagram.branches.size(); ++k) {
@@ -102,8 +102,7 @@ void plot(const Arguments& arguments, const CampbellDiagram& diagram) {
         damping.series.push_back({"", diagram.speeds, percent, colors[k % 3]});
     }
     plot.panels = {frequencies, damping};
-    if (!writePlot(plot, arguments.out + "/campbell.png"))
-        std::printf("no gnuplot on this machine: no plot\n");
+    writePlot(plot, arguments.out + "/campbell.png");
 }
 
 int run(const Arguments& arguments) {

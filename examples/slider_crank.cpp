@@ -222,20 +222,17 @@ void plot(const Arguments& arguments, const Probes& probes, const std::vector<Ri
     figure.panels.push_back(
         {"Slider position",
          "position [mm]",
-         {{"rigid parts", time, scaled(rigidPosition, 1e3), Plot::Gray, 5, false, false},
-          {"flexible parts", time, scaled(probes.slider, 1e3), Plot::Blue, 2, true, false},
-          {"difference (right)", time, scaled(calcDifference(probes, rigid), 1e3), Plot::Orange,
-           1.5, false, true}},
-         "flexible − rigid [mm]"});
+         {{"rigid parts", time, scaled(rigidPosition, 1e3), Plot::Slate},
+          {"flexible parts", time, scaled(probes.slider, 1e3), Plot::Blue, true}}});
     figure.panels.push_back(
-        {"Deflection of the rod's middle from the line between its pins",
-         "deflection [µm]",
-         {{"", time, scaled(probes.rodDeflection, 1e6), Plot::Green, 2, false, false}},
-         ""});
-    if (writePlot(figure, arguments.out + "/plot.png"))
-        std::printf("wrote %s/plot.png\n", arguments.out.c_str());
-    else
-        std::printf("no plot: gnuplot is not installed\n");
+        {"Flexible − rigid",
+         "difference [mm]",
+         {{"", time, scaled(calcDifference(probes, rigid), 1e3), Plot::Orange}}});
+    figure.panels.push_back({"Deflection of the rod's middle from the line between its pins",
+                             "deflection [µm]",
+                             {{"", time, scaled(probes.rodDeflection, 1e6), Plot::Green}}});
+    writePlot(figure, arguments.out + "/plot.png");
+    std::printf("wrote %s/plot.png\n", arguments.out.c_str());
 }
 
 /** What is drawn beside the frames: where the slider is ahead of that of rigid parts, and how far

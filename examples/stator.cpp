@@ -20,7 +20,6 @@
 #include "simflex/render/Video.h"
 #include "simflex/solver/BdfIntegrator.h"
 #include "support/Csv.h"
-#include "support/HeatMap.h"
 #include "support/Plot.h"
 #include "support/Progress.h"
 #include "support/Spectrum.h"
@@ -268,7 +267,7 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
 }
 
 /** Amplitudes of the bearings over the speed: of the run-up, and of constant speed. **/
-bool plotResponse(const Arguments& arguments, const StatorModel& model, const LinearModel& linear,
+void plotResponse(const Arguments& arguments, const StatorModel& model, const LinearModel& linear,
                   const Probes& probes) {
     Plot figure{"Stator: motion of the rotor's bearings during run-up", "rotor speed [Hz]", {}};
     for (int k = 0; k < linear.getNumModes() && linear.getFrequency(k) < arguments.model.speed; ++k)
@@ -280,7 +279,7 @@ bool plotResponse(const Arguments& arguments, const StatorModel& model, const Li
     std::vector<double> speeds;
     for (double speed = lowestSpeed; speed <= arguments.model.speed; speed += 0.25)
         speeds.push_back(speed);
-    const std::array<const char*, 2> colors{Plot::Blue, Plot::Orange};
+    const std::array<int, 2> colors{Plot::Blue, Plot::Orange};
     const std::array<const char*, 2> names{"front", "rear"};
     std::array<Plot::Panel, 2> panels;
     panels[0].title = "Vertical";
@@ -299,30 +298,27 @@ bool plotResponse(const Arguments& arguments, const StatorModel& model, const Li
         panel.isLogarithmic = true;
         for (int b = 0; b < 2; ++b)
             panel.series.push_back({std::string(names[b]) + ", constant speed", speeds,
-                                    steady[direction][b], colors[b], 1, true, false});
+                                    steady[direction][b], colors[b], true});
         for (int b = 0; b < 2; ++b) {
             const Envelope envelope =
                 calcEnvelope(probes, direction == 0 ? probes.vertical[b] : probes.lateral[b]);
             panel.series.push_back({std::string(names[b]) + ", run-up", envelope.speed,
-                                    scaled(envelope.amplitude, 1e6), colors[b], 2.2, false, false});
+                                    scaled(envelope.amplitude, 1e6), colors[b]});
         }
         figure.panels.push_back(panel);
     }
-    return writePlot(figure, arguments.out + "/response.png");
+    writePlot(figure, arguments.out + "/response.png");
 }
 
 /** Spectrum of the rear bearing's lateral motion while the speed rises. **/
-bool plotSpectrum(const Arguments& arguments, const LinearModel& linear, const Probes& probes) {
-    HeatMap map{"Stator: spectrum of the rear bearing's lateral motion during run-up",
-                "rotor speed [Hz]",
-                "frequency [Hz]",
-                "amplitude [µm]",
-                {},
-                {},
-                {},
-                0,
-                0,
-                {}};
+void plotSpectrum(const Arguments& arguments, const LinearModel& linear, const Probes& probes) {
+    Figure figure;
+    figure.title = "Stator: spectrum of the rear bearing's lateral motion during run-up";
+    figure.xLabel = "rotor speed [Hz]";
+    FigurePanel& panel = figure.panels.emplace_back();
+    panel.label = "frequency [Hz]";
+    FigureMap& map = panel.map;
+    map.label = "amplitude [µm]";
     const double highest = 1.4 * arguments.model.speed;
     for (double f = 0; f <= highest; f += 1) map.y.push_back(f);
     const std::vector<double> lateral = scaled(probes.lateral[1], 1e6);
@@ -332,22 +328,21 @@ bool plotSpectrum(const Arguments& arguments, const LinearModel& linear, const P
         while (sample + 1 < probes.speed.size() && probes.speed[sample] < speed) ++sample;
         if (probes.speed[sample] < speed) break;
         map.x.push_back(speed);
-        map.values.push_back(calcAmplitudeSpectrum(lateral, arguments.sampleInterval(),
-                                                   probes.time[sample], windowWidth, map.y));
-        map.high = std::max(map.high, largest(map.values.back()));
+        map.rows.push_back(calcAmplitudeSpectrum(lateral, arguments.sampleInterval(),
+                                                 probes.time[sample], windowWidth, map.y));
     }
-    if (map.x.size() < 2) return true;
-    map.high = std::pow(10, std::ceil(2 * std::log10(map.high)) / 2);
-    map.low = map.high / 3000;
+    if (map.x.size() < 2) return;
+    const double last = map.x.back();
     for (int k = 0; k < linear.getNumModes() && linear.getFrequency(k) < highest; ++k) {
         char label[40];
         std::snprintf(label, sizeof label, "%.1f Hz", linear.getFrequency(k));
-        map.lines.push_back({label,
-                             {map.x.front(), map.x.back()},
-                             {linear.getFrequency(k), linear.getFrequency(k)}});
+        panel.curves.push_back(
+            {label, {0, last}, {linear.getFrequency(k), linear.getFrequency(k)}});
+        panel.curves.back().isFaint = true;
     }
-    map.lines.push_back({"1 × speed", {0, map.x.back()}, {0, map.x.back()}});
-    return writeHeatMap(map, arguments.out + "/spectrum.png");
+    panel.curves.push_back({"1 × speed", {0, last}, {0, last}});
+    panel.curves.back().isFaint = true;
+    drawFigure(arguments.out + "/spectrum.png", figure);
 }
 
 /** The rotor, where it is at a frame's time. **/
@@ -497,11 +492,11 @@ int run(const Arguments& arguments) {
     if (!isShaken || probes.speed.back() < 2 * lowestSpeed)
         std::printf("no plots: they need an unbalance and a speed above %.0f Hz\n",
                     2 * lowestSpeed);
-    else if (plotResponse(arguments, model, linear, probes) &&
-             plotSpectrum(arguments, linear, probes))
+    else {
+        plotResponse(arguments, model, linear, probes);
+        plotSpectrum(arguments, linear, probes);
         std::printf("wrote %s/response.png, spectrum.png\n", arguments.out.c_str());
-    else
-        std::printf("no plots: gnuplot is not installed\n");
+    }
     if (!arguments.noFrames && !wasInterrupted()) {
         render(arguments, model, probes, integrator.getState());
         if (wasInterrupted()) std::printf("stopped while drawing; what is finished is kept\n");

@@ -38,25 +38,23 @@ struct Arguments {
     bool isQuick = false;
 };
 
-Plot::Series makeLine(const std::string& label, const Values& x, const Values& y,
-                      const char* color) {
+Plot::Series makeLine(const std::string& label, const Values& x, const Values& y, int color) {
     return {label, x, y, color};
 }
 
 /** Circles of the answer that lines are compared with. **/
 Plot::Series makeAnswer(const std::string& label, const Values& x, const Values& y) {
-    Plot::Series series{label, x, y, "#202020", 1.5};
+    Plot::Series series{label, x, y, Plot::Slate};
     series.hasLine = false;
     return series;
 }
 
 /** A thin broken line. **/
 Plot::Series makeGuide(const std::string& label, const Values& x, const Values& y) {
-    return {label, x, y, Plot::Gray, 1.5, true};
+    return {label, x, y, Plot::Gray};
 }
 
-Plot::Series makeDots(const std::string& label, const Values& x, const Values& y,
-                      const char* color) {
+Plot::Series makeDots(const std::string& label, const Values& x, const Values& y, int color) {
     Plot::Series series{label, x, y, color};
     series.hasPoints = true;
     return series;
@@ -64,8 +62,7 @@ Plot::Series makeDots(const std::string& label, const Values& x, const Values& y
 
 void write(const Arguments& arguments, const Plot& plot, const std::string& name) {
     writePlotValues(plot, arguments.out + "/" + name + ".csv");
-    if (!writePlot(plot, arguments.out + "/" + name + ".png"))
-        std::printf("no gnuplot on this machine: no plot\n");
+    writePlot(plot, arguments.out + "/" + name + ".png");
 }
 
 void print(const std::string& what, double found, double answer, const char* unit) {
@@ -287,7 +284,7 @@ void drawWeldedParts(const Arguments& arguments) {
     const Values numbers = makeRange(1, double(count), int(count));
     Plot plot{"Two bricks welded into an L, clamped by one end: natural frequencies", "mode", {}};
     Plot::Panel frequencies{"frequency", "[Hz]", {}}, errors{"difference from CalculiX", "[%]", {}};
-    const char* colors[] = {Plot::Orange, Plot::Green, Plot::Blue};
+    const int colors[] = {Plot::Orange, Plot::Green, Plot::Blue};
     const int modes[] = {20, 30, 40};
     for (int i = 0; i < 3; ++i) {
         WeldedParts model(modes[i]);
@@ -486,7 +483,7 @@ void drawTopConservation(const Arguments& arguments, double period) {
     Plot::Panel energy{"energy, change of mgd", "[1]", {}},
         momentum{"angular momentum about the vertical, change of itself", "[1]", {}};
     energy.isLogarithmic = momentum.isLogarithmic = true;
-    const char* colors[] = {Plot::Orange, Plot::Green, Plot::Blue};
+    const int colors[] = {Plot::Orange, Plot::Green, Plot::Blue};
     for (int i = 0; i < 3; ++i) {
         const double accuracy = std::pow(10, -5 - i);
         HeavyTop top(1);

@@ -143,7 +143,7 @@ ColorBar OffscreenVisualizer::Impl::describeColorBar() const {
     ColorBar bar;
     bar.quantity = traits.name;
     bar.reference = describeReference();
-    bar.dimension = traits.dimension;
+    bar.unit = traits.unit;
     bar.colorMap = partStyle.contour.getColorMap();
     for (const Part& part : parts) bar.hasGaps |= part.field && !part.field->isComplete();
     return bar;

@@ -7,10 +7,10 @@ What OffscreenVisualizer writes of whole motions. **/
 
 #include "OffscreenVisualizerImpl.h"
 #include "simflex/base/Base64.h"
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/render/motion/GltfFile.h"
 #include "simflex/render/motion/MovingScene.h"
 #include "simflex/render/motion/ShapeSeries.h"
-#include "simflex/render/overlay/Units.h"
 
 namespace simflex {
 
@@ -639,8 +639,8 @@ private:
             const ContourTraits& traits = getTraits(contour);
             ContourSettings own = settings;
             own.contour = contour;
-            const Unit unit =
-                chooseUnit(traits.dimension, std::max(std::abs(range[0]), std::abs(range[1])));
+            const DisplayUnit unit =
+                chooseScaledUnit(traits.unit, std::max(std::abs(range[0]), std::abs(range[1])));
             std::vector<double> colors;
             for (int i = 0; i <= 64; ++i)
                 for (int k = 0; k < 3; ++k)

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/base/NumberText.h"
-#include "simflex/render/overlay/Units.h"
 
 namespace simflex {
 

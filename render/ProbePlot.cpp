@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/render/overlay/PlotPainter.h"
 
 namespace simflex {
@@ -27,36 +28,6 @@ void checkTime(const std::string& curve, double time, double before) {
 }
 
 }  // namespace
-
-const PlotTheme& PlotTheme::light() {
-    static const PlotTheme theme = {{255, 255, 255, 255},
-                                    {28, 34, 44, 255},
-                                    {88, 97, 110, 255},
-                                    {224, 228, 233, 255},
-                                    {{{0, 114, 178, 255},
-                                      {213, 94, 0, 255},
-                                      {0, 158, 115, 255},
-                                      {204, 121, 167, 255},
-                                      {230, 159, 0, 255},
-                                      {86, 180, 233, 255},
-                                      {90, 96, 104, 255}}}};
-    return theme;
-}
-
-const PlotTheme& PlotTheme::dark() {
-    static const PlotTheme theme = {{27, 31, 38, 255},
-                                    {236, 240, 245, 255},
-                                    {160, 171, 184, 255},
-                                    {58, 65, 75, 255},
-                                    {{{86, 180, 233, 255},
-                                      {240, 134, 60, 255},
-                                      {40, 195, 150, 255},
-                                      {221, 150, 190, 255},
-                                      {240, 195, 60, 255},
-                                      {60, 140, 210, 255},
-                                      {170, 178, 188, 255}}}};
-    return theme;
-}
 
 ProbePlot& ProbePlot::setTimeUnit(const std::string& name, double seconds) {
     if (!(seconds > 0) || !std::isfinite(seconds))
@@ -125,14 +96,59 @@ void ProbePlot::append(int index, double time, double value) {
 
 double ProbePlot::calcValue(int index, double time) const {
     const Curve& curve = getCurve(index);
-    const double none = std::numeric_limits<double>::quiet_NaN();
-    if (curve.time.empty() || !(time >= curve.time.front() && time <= curve.time.back()))
-        return none;
-    const size_t i =
-        size_t(std::lower_bound(curve.time.begin(), curve.time.end(), time) - curve.time.begin());
-    if (curve.time[i] == time) return curve.values[i];
-    const double part = (time - curve.time[i - 1]) / (curve.time[i] - curve.time[i - 1]);
-    return curve.values[i - 1] + part * (curve.values[i] - curve.values[i - 1]);
+    return interpolateCurve(curve.time, curve.values, time);
+}
+
+std::pair<double, double> ProbePlot::calcTimeRange() const {
+    if (timeLow < timeHigh) return {timeLow, timeHigh};
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const Curve& curve : curves) {
+        if (curve.time.empty()) continue;
+        low = std::min(low, curve.time.front());
+        high = std::max(high, curve.time.back());
+    }
+    if (!(low <= high)) low = high = 0;
+    if (low == high) high = low + std::max(1e-3, 1e-6 * std::abs(low));
+    return {low, high};
+}
+
+double ProbePlot::calcTimeUnit() const {
+    if (!timeUnit.empty()) return timeUnitSize;
+    const auto [low, high] = calcTimeRange();
+    const double longest = std::max(std::abs(low), std::abs(high));
+    return longest >= 1 ? 1 : longest >= 1e-3 ? 1e-3 : 1e-6;
+}
+
+Figure ProbePlot::makeFigure() const {
+    const double second = calcTimeUnit();
+    const auto [low, high] = calcTimeRange();
+    Figure figure;
+    figure.title = title;
+    figure.xLabel = "time [" +
+                    (!timeUnit.empty() ? timeUnit
+                     : second == 1     ? "s"
+                     : second == 1e-3  ? "ms"
+                                       : "µs") +
+                    "]";
+    figure.low = low / second;
+    figure.high = high / second;
+    figure.showsValues = true;
+    for (const Panel& panel : panels) {
+        FigurePanel& drawn = figure.panels.emplace_back();
+        drawn.label = makeAxisLabel(panel.quantity, panel.unit);
+        drawn.low = panel.low / panel.unitSize;
+        drawn.high = panel.high / panel.unitSize;
+    }
+    for (const Curve& curve : curves) {
+        FigurePanel& panel = figure.panels[size_t(curve.panel)];
+        FigureCurve drawn{curve.name, curve.time, curve.values};
+        for (double& time : drawn.x) time /= second;
+        for (double& value : drawn.y) value /= panels[size_t(curve.panel)].unitSize;
+        drawn.color = int(panel.curves.size());
+        drawn.dash = curve.line == Line::Dashed ? 1 : 0;
+        panel.curves.push_back(std::move(drawn));
+    }
+    return figure;
 }
 
 Image ProbePlot::draw(int width, int height, double markTime, double scale,
@@ -142,7 +158,7 @@ Image ProbePlot::draw(int width, int height, double markTime, double scale,
         throw std::invalid_argument("ProbePlot::draw: size must be between 1 and " +
                                     std::to_string(largest) + ", not " + std::to_string(width) +
                                     "x" + std::to_string(height));
-    return PlotPainter(*this, theme, width, height, scale).paint(markTime);
+    return PlotPainter(makeFigure(), theme, width, height, scale).paint(markTime / calcTimeUnit());
 }
 
 }  // namespace simflex

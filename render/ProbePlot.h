@@ -13,23 +13,14 @@ along with them.
     plot.draw(1200, 500).writePng("plot.png");              // or by itself
 @endcode **/
 
-#include <array>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "simflex/render/Image.h"
+#include "simflex/render/Figure.h"
 
 namespace simflex {
-
-/** Colours of a plot; those of the curves can be told apart by colour-blind eyes (Okabe, Ito). **/
-struct PlotTheme {
-    Image::Pixel background, text, faintText, grid;
-    std::array<Image::Pixel, 7> curves;
-
-    static const PlotTheme& light();
-    static const PlotTheme& dark();
-};
 
 class ProbePlot {
 public:
@@ -68,6 +59,11 @@ public:
     /** Value of a curve at a time, linear between its points; NaN outside. **/
     double calcValue(int curve, double time) const;
 
+    /** The figure of all curves, in the units that are written. **/
+    Figure makeFigure() const;
+    /** Length of the time axis's unit [s]. **/
+    double calcTimeUnit() const;
+
     /** Draws the figure; what lies after `markTime` [s] is faint and the mark stands there. Without
     a mark, all is drawn alike. `scale` is the size of letters and lines, 1 for a picture of 720
     rows. Several threads may draw the same plot.
@@ -77,8 +73,6 @@ public:
                double scale = 1, const PlotTheme& theme = PlotTheme::light()) const;
 
 private:
-    friend class PlotPainter;
-
     struct Curve {
         std::string name;
         int panel;
@@ -92,6 +86,7 @@ private:
     };
 
     const Curve& getCurve(int index) const;
+    std::pair<double, double> calcTimeRange() const;
 
     std::string title;
     std::string timeUnit;  // empty: chosen when drawn

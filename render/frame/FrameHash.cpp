@@ -227,13 +227,13 @@ void add(Hash& hash, const ViewSnapshot& view) {
     hash.add(hasScaleBar);
     hash.add(pixelSize);
     hash.add(hasColorBar);
-    const auto& [quantity, reference, dimension, low, high, colorMap, hasBelow, hasAbove, barTop,
+    const auto& [quantity, reference, ofValues, low, high, colorMap, hasBelow, hasAbove, barTop,
                  barBottom, hasGaps] = colorBar;
     hash.add(barTop);
     hash.add(barBottom);
     hash.add(quantity);
     hash.add(reference);
-    hash.add(dimension);
+    hash.add(ofValues);
     (void)low, (void)high, (void)hasBelow, (void)hasAbove;  // set by the painter
     hash.add(hasGaps);
     hash.add(colorMap);
@@ -283,9 +283,10 @@ std::string hashFrame(const FrameJob& job, const std::vector<SimTK::Vec2>& range
     }
     hash.add(composition);
     hash.add(plots.size());
-    for (const auto& [painter, side] : plots) {
+    for (const auto& [painter, side, timeUnit] : plots) {
         painter->addTo(hash);
         hash.add(side);
+        hash.add(timeUnit);
     }
     return hash.getText();
 }

@@ -286,7 +286,8 @@ Image FrameOutput::paint(const FrameJob& job, Painters& painters,
         images.push_back(painters[i]->paint(job.pictures[i], ranges[i]));
     Image frame = job.compose ? job.compose(images) : std::move(images.front());
     for (const PlacedPlot& plot : job.plots)
-        placeBeside(frame, plot.painter->paint(job.pictures.front().time), plot.side);
+        placeBeside(frame, plot.painter->paint(job.pictures.front().time / plot.timeUnit),
+                    plot.side);
     return frame;
 }
 

@@ -33,6 +33,7 @@ namespace simflex {
 struct PlacedPlot {
     std::shared_ptr<const PlotPainter> painter;
     PlotSide side = PlotSide::Below;
+    double timeUnit = 1;  ///< of its x axis [s]
 };
 
 /** One frame: a picture, or two that are made into one; plots beside it. **/

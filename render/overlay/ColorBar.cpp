@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "Ticks.h"
 #include "simflex/base/NumberText.h"
 
 namespace simflex {
@@ -70,11 +71,12 @@ void drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, dou
     if (bar.hasAbove) drawTip(image, place, place.top, -1, calcColor(bar.colorMap, 1), palette);
     if (bar.hasBelow) drawTip(image, place, place.bottom, 1, calcColor(bar.colorMap, 0), palette);
 
-    const Unit written = chooseUnit(bar.dimension, std::max(std::abs(bar.low), std::abs(bar.high)));
+    const DisplayUnit written =
+        chooseScaledUnit(bar.unit, std::max(std::abs(bar.low), std::abs(bar.high)));
     const double right = image.getWidth() - 30 * unit;
     const double heading = bar.reference.empty() ? 45 : 64;
-    bold.drawWithHalo(image, right, place.top - heading * unit, bar.quantity, size(16), palette.text,
-                      palette.halo, Font::Anchor::Right);
+    bold.drawWithHalo(image, right, place.top - heading * unit, bar.quantity, size(16),
+                      palette.text, palette.halo, Font::Anchor::Right);
     if (!bar.reference.empty())
         regular.drawWithHalo(image, right, place.top - 44 * unit, bar.reference, size(13),
                              palette.faintText, palette.halo, Font::Anchor::Right);

@@ -5,15 +5,15 @@ The bar that says what colours mean. Internal to the renderer. **/
 #include <string>
 
 #include "Font.h"
-#include "Units.h"
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/render/scene/FrameStyle.h"
 
 namespace simflex {
 
 struct ColorBar {
-    std::string quantity;  ///< "von Mises stress"
-    std::string reference;  ///< "from crank.shaft": what it is measured from, or empty
-    Dimension dimension = Dimension::Length;
+    std::string quantity;      ///< "von Mises stress"
+    std::string reference;     ///< "from crank.shaft": what it is measured from, or empty
+    std::string unit = "m";    ///< SI
     double low = 0, high = 1;  ///< [SI]
     ColorMap colorMap = ColorMap::Viridis;
     bool hasBelow = false, hasAbove = false;  ///< values beyond the ends: the bar gets a tip there

@@ -32,11 +32,11 @@ std::vector<PlacedPlot> FramePlots::place(int frameWidth, int frameHeight, const
         const int width = isBelow ? frameWidth : size, height = isBelow ? size : frameHeight;
         if (!entry.painter || entry.theme != &theme || entry.painter->getWidth() != width ||
             entry.painter->getHeight() != height) {
-            entry.painter =
-                std::make_shared<const PlotPainter>(entry.plot, theme, width, height, scale);
+            entry.painter = std::make_shared<const PlotPainter>(entry.plot.makeFigure(), theme,
+                                                                width, height, scale);
             entry.theme = &theme;
         }
-        placed.push_back({entry.painter, entry.side});
+        placed.push_back({entry.painter, entry.side, entry.plot.calcTimeUnit()});
         (isBelow ? frameHeight : frameWidth) += size;
     }
     return placed;

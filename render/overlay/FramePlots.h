@@ -5,6 +5,7 @@ The plots beside a visualizer's frames. Internal to the renderer. **/
 #include <memory>
 #include <vector>
 
+#include "simflex/render/ProbePlot.h"
 #include "simflex/render/frame/FrameOutput.h"
 
 namespace simflex {

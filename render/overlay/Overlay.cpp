@@ -36,16 +36,13 @@ std::string formatNumber(double value) {
 
 std::string formatFactor(double value) {
     if (!(value >= 1e4) || !std::isfinite(value)) return formatNumber(value);
-    static const char* const raised[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
     const int exponent = int(std::floor(std::log10(value) + 1e-9));
     const std::string mantissa = formatNumber(value / std::pow(10, exponent));
-    std::string text = (mantissa == "1" ? "" : mantissa + "·") + "10";
-    for (const char digit : std::to_string(exponent)) text += raised[digit - '0'];
-    return text;
+    return (mantissa == "1" ? "" : mantissa + "·") + formatPowerOfTen(exponent);
 }
 
 std::string formatLength(double meters) {
-    const Unit unit = chooseUnit(Dimension::Length, meters);
+    const DisplayUnit unit = chooseScaledUnit("m", meters);
     return formatNumber(meters / unit.size) + " " + unit.name;
 }
 

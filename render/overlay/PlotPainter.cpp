@@ -7,9 +7,12 @@
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "Overlay.h"
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/base/NumberText.h"
+#include "simflex/render/ColorMap.h"
 
 namespace simflex {
 
@@ -19,9 +22,12 @@ namespace {
 constexpr double titleSize = 18, headerSize = 15, labelSize = 13.5;
 constexpr double outerMargin = 22, panelGap = 16, headerHeight = 28;
 constexpr double tickDistanceX = 76, tickDistanceY = 34;
-constexpr double curveWidth = 2.2, dotRadius = 4.2;
-constexpr double legendGap = 7, legendLine = 25;
-constexpr double opacityOfFuture = 0.27;
+constexpr double curveWidth = 2.2, faintWidth = 1.2, dotRadius = 4.2, pointRadius = 2.6;
+constexpr double legendGap = 7, legendLine = 25, legendRow = 21;
+constexpr double colorBarGap = 18, colorBarWidth = 24, colorBarRoom = 76;
+constexpr double opacityOfFuture = 0.27, opacityOfBand = 0.25;
+constexpr double decadesOfMap = 3;
+constexpr Image::Pixel lineOnMap = {255, 140, 105, 255};
 
 // Faces are made once and never freed: cairo keeps glyphs by face, for all threads.
 cairo_font_face_t* getFace(Font::Weight weight) {
@@ -38,50 +44,146 @@ cairo_font_face_t* getFace(Font::Weight weight) {
     return weight == Font::Weight::Bold ? bold : regular;
 }
 
-std::string formatPowerOfTen(int exponent) {
-    const char* const digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
-    std::string text = exponent < 0 ? "×10⁻" : "×10";
-    for (const char c : std::to_string(std::abs(exponent))) text += digits[c - '0'];
-    return text;
+/** A range that grows to hold numbers. **/
+struct Span {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+
+    void add(double value, bool onlyPositive = false) {
+        if (!std::isfinite(value) || (onlyPositive && !(value > 0))) return;
+        low = std::min(low, value);
+        high = std::max(high, value);
+    }
+    void add(const std::vector<double>& values, bool onlyPositive = false) {
+        for (const double value : values) add(value, onlyPositive);
+    }
+    bool isEmpty() const { return !(low <= high); }
+    double getLargest() const { return std::max(std::abs(low), std::abs(high)); }
+};
+
+/** Positive numbers and a little more; one alone in the middle of a decade. **/
+Span widenByFactor(const Span& span, double margin) {
+    if (span.isEmpty()) return {1, 10};
+    const double factor =
+        span.high > span.low ? std::pow(span.high / span.low, margin) : std::sqrt(10.0);
+    return {span.low / factor, span.high * factor};
+}
+
+/** Of a part of a turn: all the way round each angle has a colour of its own. **/
+SimTK::Vec3 calcAngleColor(double part) {
+    static const SimTK::Vec3 colors[] = {
+        SimTK::Vec3(0.27, 0.00, 0.33), SimTK::Vec3(0.13, 0.57, 0.55), SimTK::Vec3(0.99, 0.91, 0.14),
+        SimTK::Vec3(0.84, 0.37, 0.00)};
+    const int quarter = std::clamp(int(4 * part), 0, 3);
+    const double rest = 4 * part - quarter;
+    return (1 - rest) * colors[quarter] + rest * colors[(quarter + 1) % 4];
+}
+
+SimTK::Vec3 calcMapColor(const FigureMap& map, double part) {
+    return map.scale == FigureMap::Scale::Angles
+               ? calcAngleColor(part)
+               : calcColor(ColorMap::Viridis, std::clamp(part, 0.0, 1.0));
+}
+
+double snap(double x) {
+    return std::floor(x) + 0.5;
 }
 
 }  // namespace
 
-std::vector<double> PlotPainter::Axis::calcTicks() const {
-    std::vector<double> ticks;
+double interpolateCurve(const std::vector<double>& x, const std::vector<double>& y, double at) {
+    if (x.empty() || !(at >= x.front() && at <= x.back()))
+        return std::numeric_limits<double>::quiet_NaN();
+    const size_t i = size_t(std::lower_bound(x.begin(), x.end(), at) - x.begin());
+    if (x[i] == at) return y[i];
+    const double part = (at - x[i - 1]) / (x[i] - x[i - 1]);
+    return y[i - 1] + part * (y[i] - y[i - 1]);
+}
+
+double PlotPainter::Axis::toPixel(double value) const {
+    const double part =
+        isLogarithmic ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
+    return begin + part * (end - begin);
+}
+
+void PlotPainter::Axis::chooseStep(double distance, double leastStep) {
+    const double numMarks = std::max(1.0, std::abs(end - begin) / distance);
+    if (isLogarithmic && high >= 10 * low) {
+        step = std::max(1.0, std::ceil(std::log10(high / low) / numMarks));
+        return;
+    }
+    step = std::max(leastStep, roundUpToStep((high - low) / factor / numMarks) * factor);
+    // Fewer than two marks are no scale.
+    while (step > leastStep && calcTicks().size() < 2)
+        step = std::max(leastStep, roundUpToStep(step / factor / 2.5) * factor);
+    decimals = std::min(12, std::max(0, -int(std::floor(std::log10(step / factor) + 1e-9))));
+}
+
+void PlotPainter::Axis::chooseDegrees(double distance) {
+    const double least = (high - low) * distance / std::abs(end - begin);
+    chooseStep(distance);
+    if (step < 15) return;
+    for (const double degrees : {15., 30., 45., 90., 180., 360.}) {
+        step = degrees;
+        if (step >= least) return;
+    }
+    step = 360 * std::ceil(least / 360);
+}
+
+std::string PlotPainter::Axis::chooseFactor(const std::string& label, double largest) {
+    if (isLogarithmic || !(largest > 0) || (largest < 1e5 && largest >= 1e-2)) return label;
+    const int exponent = 3 * int(std::floor(std::log10(largest) / 3));
+    factor = std::pow(10, exponent);
+    const std::string text = "×" + formatPowerOfTen(exponent);
+    const size_t unit = label.rfind('[');
+    if (unit == std::string::npos) return label + (label.empty() ? "[" : " [") + text + "]";
+    return label.substr(0, unit + 1) + text + " " + label.substr(unit + 1);
+}
+
+std::vector<PlotPainter::Tick> PlotPainter::Axis::calcTicks() const {
+    if (isLogarithmic && high >= 10 * low) return calcLogarithmicTicks();
+    std::vector<Tick> ticks;
     const double slack = 1e-6 * (high - low);
     for (double k = std::ceil((low - slack) / step); k * step <= high + slack; ++k)
-        ticks.push_back(k * step);
+        ticks.push_back({k * step, format(k * step)});
     return ticks;
 }
 
-void PlotPainter::Axis::chooseStep(double distance) {
-    const double span = high - low;
-    step = roundUpToStep(span / std::max(1.0, std::abs(end - begin) / distance));
-    // Fewer than two marks are no scale.
-    while (calcTicks().size() < 2) step = roundUpToStep(step / 2.5);
-    decimals = std::min(12, std::max(0, -int(std::floor(std::log10(step) + 1e-9))));
+// Powers of ten, every `step`-th with its number, and the other multiples of them without.
+std::vector<PlotPainter::Tick> PlotPainter::Axis::calcLogarithmicTicks() const {
+    std::vector<Tick> ticks;
+    const bool isPlain = low >= 0.9e-3 && high <= 1.1e5;
+    const double decade = std::abs(end - begin) / std::log10(high / low);
+    const int every = int(step);
+    for (int k = int(std::floor(std::log10(low))); k <= int(std::ceil(std::log10(high))); ++k)
+        for (int m = 1; m < 10; ++m) {
+            const double value = m * std::pow(10, k);
+            if (value < low * (1 - 1e-9) || value > high * (1 + 1e-9)) continue;
+            const bool hasNumber =
+                m == 1 ? k % every == 0 : (m == 2 || m == 5) && decade > 260 && isPlain;
+            if (m > 1 && every > 1) continue;
+            ticks.push_back({value, !hasNumber ? ""
+                                    : isPlain  ? writeGeneral(value, 6)
+                                               : formatPowerOfTen(k)});
+        }
+    return ticks;
 }
 
 std::string PlotPainter::Axis::format(double value, int moreDecimals) const {
     std::string result =
-        writeFixed(std::abs(value) < 1e-9 * step ? 0.0 : value, decimals + moreDecimals);
+        writeFixed(std::abs(value) < 1e-9 * step ? 0.0 : value / factor, decimals + moreDecimals);
     if (result.find_first_of("123456789") == std::string::npos && result[0] == '-')
         result.erase(0, 1);
     if (result[0] == '-') result.replace(0, 1, "−");
     return result;
 }
 
-PlotCanvas::PlotCanvas(int canvasWidth, int canvasHeight, double sizeScale)
-    : width(canvasWidth), height(canvasHeight), scale(sizeScale) {
-    surface = cairo_image_surface_create(CAIRO_FORMAT_ARGB32, width, height);
-    pen = cairo_create(surface);
+PlotCanvas::PlotCanvas(cairo_surface_t* newSurface, double sizeScale)
+    : scale(sizeScale), surface(newSurface), pen(cairo_create(newSurface)) {
     if (cairo_status(pen) != CAIRO_STATUS_SUCCESS) {
         const std::string reason = cairo_status_to_string(cairo_status(pen));
         cairo_destroy(pen);
         cairo_surface_destroy(surface);
-        throw std::runtime_error("cairo cannot make a picture of " + std::to_string(width) + "x" +
-                                 std::to_string(height) + ": " + reason);
+        throw std::runtime_error("cairo cannot make a picture: " + reason);
     }
     cairo_font_options_t* options = cairo_font_options_create();
     cairo_font_options_set_antialias(options, CAIRO_ANTIALIAS_GRAY);
@@ -90,6 +192,9 @@ PlotCanvas::PlotCanvas(int canvasWidth, int canvasHeight, double sizeScale)
     cairo_set_font_options(pen, options);
     cairo_font_options_destroy(options);
 }
+
+PlotCanvas::PlotCanvas(int width, int height, double sizeScale)
+    : PlotCanvas(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, width, height), sizeScale) {}
 
 PlotCanvas::~PlotCanvas() {
     cairo_destroy(pen);
@@ -113,9 +218,12 @@ void PlotCanvas::setFont(Font::Weight weight, double points) {
     cairo_set_font_size(pen, std::max(6.0, points * scale));
 }
 
-void PlotCanvas::setDash(ProbePlot::Line line) {
-    const double dashes[] = {7 * scale, 4 * scale};
-    cairo_set_dash(pen, dashes, line == ProbePlot::Line::Dashed ? 2 : 0, 0);
+void PlotCanvas::setDash(int dash) {
+    static const std::vector<double> patterns[] = {
+        {}, {7, 4}, {1.6, 3}, {7, 3, 1.6, 3}, {7, 3, 1.6, 3, 1.6, 3}};
+    std::vector<double> dashes = patterns[size_t(dash) % std::size(patterns)];
+    for (double& length : dashes) length *= scale;
+    cairo_set_dash(pen, dashes.data(), int(dashes.size()), 0);
 }
 
 double PlotCanvas::calcTextWidth(const std::string& text) const {
@@ -131,21 +239,40 @@ void PlotCanvas::drawText(double x, double y, const std::string& text, Font::Anc
     cairo_show_text(pen, text.c_str());
 }
 
+void PlotCanvas::drawUpwards(double x, double y, const std::string& text, Font::Anchor anchor) {
+    cairo_save(pen);
+    cairo_translate(pen, x, y);
+    cairo_rotate(pen, -0.5 * SimTK::Pi);
+    drawText(0, 0, text, anchor);
+    cairo_restore(pen);
+}
+
+void PlotCanvas::drawLine(double x0, double y0, double x1, double y1) {
+    cairo_move_to(pen, x0, y0);
+    cairo_line_to(pen, x1, y1);
+}
+
 void PlotCanvas::copyColumns(const PlotCanvas& other, int first, int end) {
     cairo_surface_flush(surface);
     const unsigned char* from = cairo_image_surface_get_data(other.surface);
     unsigned char* to = cairo_image_surface_get_data(surface);
     const std::ptrdiff_t stride = cairo_image_surface_get_stride(surface);
-    for (int y = 0; y < height; ++y)
+    for (int y = 0; y < cairo_image_surface_get_height(surface); ++y)
         std::copy(from + y * stride + 4 * first, from + y * stride + 4 * end,
                   to + y * stride + 4 * first);
     cairo_surface_mark_dirty(surface);
 }
 
-Image PlotCanvas::toImage() const {
+void PlotCanvas::check() const {
     if (cairo_status(pen) != CAIRO_STATUS_SUCCESS)
         throw std::runtime_error(std::string("cairo could not draw a plot: ") +
                                  cairo_status_to_string(cairo_status(pen)));
+}
+
+Image PlotCanvas::toImage() const {
+    check();
+    const int width = cairo_image_surface_get_width(surface),
+              height = cairo_image_surface_get_height(surface);
     cairo_surface_flush(surface);
     const unsigned char* data = cairo_image_surface_get_data(surface);
     const std::ptrdiff_t stride = cairo_image_surface_get_stride(surface);
@@ -165,19 +292,23 @@ Image PlotCanvas::toImage() const {
     return image;
 }
 
-PlotPainter::PlotPainter(const ProbePlot& drawnPlot, const PlotTheme& plotTheme, int imageWidth,
+PlotPainter::PlotPainter(Figure drawnFigure, const PlotTheme& plotTheme, int imageWidth,
                          int imageHeight, double sizeScale)
-    : plot(drawnPlot),
+    : figure(std::move(drawnFigure)),
       theme(plotTheme),
       width(imageWidth),
       height(imageHeight),
       scale(std::max(0.25, sizeScale)) {}
 
+void PlotPainter::paintOn(PlotCanvas& canvas) const {
+    layOut(canvas);
+    drawLayer(canvas, 1);
+}
+
 const PlotCanvas& PlotPainter::getPast() const {
     std::call_once(isPastMade, [this] {
         past = std::make_unique<PlotCanvas>(width, height, scale);
-        layOut(*past);
-        drawLayer(*past, 1);
+        paintOn(*past);
     });
     return *past;
 }
@@ -191,28 +322,18 @@ const PlotCanvas& PlotPainter::getFuture() const {
     return *future;
 }
 
-bool PlotPainter::hasFuture(double markTime) const {
-    return std::any_of(plot.curves.begin(), plot.curves.end(), [&](const ProbePlot::Curve& curve) {
-        return !curve.time.empty() && curve.time.back() > markTime;
-    });
-}
-
 void PlotPainter::addTo(Hash& hash) const {
-    hash.add(plot.title);
-    hash.add(plot.timeUnit);
-    for (const double number : {plot.timeUnitSize, plot.timeLow, plot.timeHigh}) hash.add(number);
-    hash.add(plot.panels.size());
-    for (const ProbePlot::Panel& panel : plot.panels) {
-        hash.add(panel.quantity);
-        hash.add(panel.unit);
-        for (const double number : {panel.unitSize, panel.low, panel.high}) hash.add(number);
-    }
-    for (const ProbePlot::Curve& curve : plot.curves) {
-        hash.add(curve.name);
-        hash.add(curve.panel);
-        hash.add(curve.line);
-        hash.add(curve.time);
-        hash.add(curve.values);
+    for (const std::string& text : {figure.title, figure.xLabel}) hash.add(text);
+    for (const double number : {figure.low, figure.high}) hash.add(number);
+    hash.add(figure.panels.size());
+    for (const FigurePanel& panel : figure.panels) {
+        hash.add(panel.label);
+        for (const double number : {panel.low, panel.high}) hash.add(number);
+        for (const FigureCurve& curve : panel.curves) {
+            hash.add(curve.name);
+            for (const int choice : {curve.color, curve.dash, int(curve.marks)}) hash.add(choice);
+            for (const auto* values : {&curve.x, &curve.y, &curve.error}) hash.add(*values);
+        }
     }
     for (const Image::Pixel& color : {theme.background, theme.text, theme.faintText, theme.grid})
         hash.addBytes(color.data(), color.size());
@@ -222,295 +343,513 @@ void PlotPainter::addTo(Hash& hash) const {
     hash.add(scale);
 }
 
-const Image::Pixel& PlotPainter::getCurveColor(int curve) const {
-    // Colours begin anew in every panel.
-    const int panel = plot.curves[size_t(curve)].panel;
-    size_t place = 0;
-    for (int i = 0; i < curve; ++i) place += plot.curves[size_t(i)].panel == panel;
-    return theme.curves[place % theme.curves.size()];
+Image::Pixel PlotPainter::getColor(const FigureCurve& curve) const {
+    return curve.isFaint ? theme.faintText
+                         : theme.curves[size_t(curve.color) % theme.curves.size()];
 }
 
-PlotPainter::Axis PlotPainter::calcTimeAxis() const {
-    double low = plot.timeLow, high = plot.timeHigh;
-    if (!(low < high)) {
-        low = std::numeric_limits<double>::infinity();
-        high = -low;
-        for (const ProbePlot::Curve& curve : plot.curves) {
-            if (curve.time.empty()) continue;
-            low = std::min(low, curve.time.front());
-            high = std::max(high, curve.time.back());
+PlotPainter::Axis PlotPainter::calcXAxis() const {
+    Span x;
+    bool hasFields = false;
+    for (const FigurePanel& panel : figure.panels) {
+        for (const FigureCurve& curve : panel.curves) x.add(curve.x, figure.isLogarithmic);
+        x.add(panel.map.x);
+        hasFields |= panel.map.scale == FigureMap::Scale::Fractions && !panel.map.isEmpty();
+    }
+    if (figure.low < figure.high) x = {figure.low, figure.high};
+    Axis axis;
+    axis.isLogarithmic = figure.isLogarithmic;
+    if (axis.isLogarithmic) {
+        x = widenByFactor(x, 0);
+    } else {
+        if (x.isEmpty()) x = {0, 0};
+        if (hasFields)
+            x = {x.low - 0.5, x.high + 0.5};
+        else if (figure.hasWholeNumbers) {
+            const double margin = std::max(0.1 * (x.high - x.low), 0.5);
+            x = {x.low - margin, x.high + margin};
         }
-        if (!(low <= high)) low = high = 0;
-        if (low == high) high = low + std::max(1e-3, 1e-6 * std::abs(low));
+        if (!(x.high - x.low > 1e-9 * x.getLargest()))
+            x.high = x.low + std::max(1e-3, 1e-6 * std::abs(x.low));
+        if (!figure.hasWholeNumbers) xLabel = axis.chooseFactor(figure.xLabel, x.getLargest());
     }
-    timeUnit = plot.timeUnit;
-    timeUnitSize = plot.timeUnitSize;
-    if (timeUnit.empty()) {
-        const double longest = std::max(std::abs(low), std::abs(high));
-        timeUnit = longest >= 1 ? "s" : longest >= 1e-3 ? "ms" : "µs";
-        timeUnitSize = longest >= 1 ? 1 : longest >= 1e-3 ? 1e-3 : 1e-6;
-    }
-    Axis axis;
-    axis.low = low / timeUnitSize;
-    axis.high = high / timeUnitSize;
+    axis.low = x.low;
+    axis.high = x.high;
     return axis;
 }
 
-// Numbers with more than four digits, or with zeros after the point, get a power of ten in front.
-double PlotPainter::chooseUnitSize(int panel, std::string& factor) const {
-    double largest = 0;
-    for (const ProbePlot::Curve& curve : plot.curves)
-        if (curve.panel == panel)
-            for (const double value : curve.values)
-                if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
-    const ProbePlot::Panel& p = plot.panels[size_t(panel)];
-    if (p.low < p.high) largest = std::max(std::abs(p.low), std::abs(p.high));
-    largest /= p.unitSize;
-    if (!(largest > 0) || (largest < 1e5 && largest >= 1e-2)) return p.unitSize;
-    const int exponent = 3 * int(std::floor(std::log10(largest) / 3));
-    factor = formatPowerOfTen(exponent);
-    return p.unitSize * std::pow(10, exponent);
+PlotPainter::Axis PlotPainter::calcValueAxis(const FigurePanel& panel, double& largest) const {
+    Axis axis;
+    axis.isLogarithmic = panel.isLogarithmic;
+    Span y;
+    for (const FigureCurve& curve : panel.curves) {
+        if (!panel.map.isEmpty()) continue;
+        y.add(curve.y, panel.isLogarithmic);
+        for (size_t k = 0; k < curve.error.size(); ++k)
+            for (const double side : {-1, 1})
+                y.add(curve.y[k] + side * std::abs(curve.error[k]), panel.isLogarithmic);
+    }
+    y.add(panel.map.y);
+    const bool isFixed = panel.low < panel.high;
+    if (isFixed) y = {panel.low, panel.high};
+    largest = y.isEmpty() ? 0 : y.getLargest();
+    const bool hasFields = panel.map.scale == FigureMap::Scale::Fractions && !panel.map.isEmpty();
+    if (hasFields) {
+        y = {y.low - 0.5, y.high + 0.5};
+    } else if (axis.isLogarithmic && !isFixed) {
+        y = widenByFactor(y, 0.05);
+    } else if (!isFixed && panel.map.isEmpty()) {
+        if (y.isEmpty()) y = {0, 1};
+        if (panel.startsAtZero) y.low = std::min(y.low, 0.0);
+        // A constant is a line in the middle; round-off is no curve.
+        const double least = 1e-9 * y.getLargest();
+        const bool isConstant = !(y.high - y.low > least);
+        const double span = isConstant ? std::max(0.2 * std::abs(y.high), 1e-12) : y.high - y.low,
+                     margin = (isConstant ? 0.5 : 0.07) * span, low = y.low, high = y.high;
+        y = {low - margin, high + margin};
+        if (low == 0 && high > 0) y.low = panel.startsAtZero ? 0 : -0.02 * span;
+        if (high == 0 && low < 0) y.high = 0.02 * span;
+    }
+    axis.low = y.low;
+    axis.high = y.high;
+    return axis;
 }
 
-PlotPainter::Axis PlotPainter::calcValueAxis(int panel, double unitSize) const {
-    const ProbePlot::Panel& p = plot.panels[size_t(panel)];
-    Axis axis;
-    if (p.low < p.high) {
-        axis.low = p.low / unitSize;
-        axis.high = p.high / unitSize;
-        return axis;
+/** Widens the axis on which a unit is longer. **/
+void PlotPainter::makeScalesEqual(Axis& y) const {
+    const auto calcUnit = [](const Axis& axis) {
+        return (axis.high - axis.low) / std::abs(axis.end - axis.begin);
+    };
+    const double unit = 1.02 * std::max(calcUnit(xAxis), calcUnit(y));
+    for (Axis* axis : {&xAxis, &y}) {
+        const double middle = 0.5 * (axis->low + axis->high),
+                     half = 0.5 * unit * std::abs(axis->end - axis->begin);
+        axis->low = middle - half;
+        axis->high = middle + half;
     }
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const ProbePlot::Curve& curve : plot.curves)
-        if (curve.panel == panel)
-            for (const double value : curve.values)
-                if (std::isfinite(value)) {
-                    low = std::min(low, value / unitSize);
-                    high = std::max(high, value / unitSize);
-                }
-    if (!(low <= high)) {
-        low = 0;
-        high = 1;
+}
+
+// On the header's line at its right end, if there is room or room for values is wanted; else in
+// columns below. Returns the number of lines below.
+int PlotPainter::layOutLegend(PlotCanvas& canvas, PanelLayout& layout) const {
+    const double line = legendLine * scale, gap = legendGap * scale;
+    canvas.setFont(Font::Weight::Bold, headerSize);
+    const double header = canvas.calcTextWidth(layout.header);
+    canvas.setFont(Font::Weight::Regular, labelSize);
+    double all = 0, widest = 0;
+    for (const FigureCurve& curve : layout.panel->curves) {
+        if (curve.name.empty() && !figure.showsValues) continue;
+        const double name = curve.name.empty() ? 0 : canvas.calcTextWidth(curve.name) + gap;
+        const double size = layout.valueWidth + 3 * gap + line + name;
+        layout.legend.push_back({&curve, 0, size, layout.headerLine});
+        all += size;
+        widest = std::max(widest, size);
     }
-    // A constant is a line in the middle; round-off is no curve.
-    const double least = 1e-9 * std::max(std::abs(low), std::abs(high));
-    const double span = high - low > least ? high - low : std::max(0.2 * std::abs(high), 1e-12);
-    const double margin = high - low > least ? 0.07 * span : 0.5 * span;
-    axis.low = low - margin;
-    axis.high = high + margin;
-    if (low == 0 && high > 0) axis.low = -0.02 * span;
-    if (high == 0 && low < 0) axis.high = 0.02 * span;
-    return axis;
+    if (figure.showsValues || header + all < xAxis.end - xAxis.begin) {
+        double x = xAxis.end;
+        for (auto entry = layout.legend.rbegin(); entry != layout.legend.rend(); ++entry) {
+            const double size = entry->right;
+            entry->right = x;
+            x -= size;
+            entry->left = x;
+        }
+        return 0;
+    }
+    const int columns = std::max(1, int((xAxis.end - xAxis.begin) / widest));
+    for (size_t k = 0; k < layout.legend.size(); ++k) {
+        LegendEntry& entry = layout.legend[k];
+        const double size = entry.right;
+        entry.left = xAxis.begin + double(int(k) % columns) * widest;
+        entry.right = entry.left + size;
+        entry.left -= 2 * gap;
+        entry.right -= 2 * gap;
+        entry.line += (1 + int(k) / columns) * legendRow * scale;
+    }
+    return (int(layout.legend.size()) + columns - 1) / columns;
 }
 
 void PlotPainter::layOut(PlotCanvas& canvas) const {
     canvas.setFont(Font::Weight::Regular, labelSize);
     const double outer = outerMargin * scale;
-    const int count = std::max(1, plot.getNumPanels());
+    const int count = std::max(1, int(figure.panels.size()));
 
     double top = outer;
-    if (!plot.title.empty()) top += 1.5 * titleSize * scale;
+    if (!figure.title.empty()) top += 1.5 * titleSize * scale;
     const double bottom = height - outer - 2.6 * labelSize * scale;
-    const double panelHeight = (bottom - top - (count - 1) * panelGap * scale) / count;
 
+    // Twice: how many lines a legend takes depends on the width of numbers, and that on the height.
     double labels = 0;
-    for (int i = 0; i < plot.getNumPanels(); ++i) {
-        const ProbePlot::Panel& panel = plot.panels[size_t(i)];
-        PanelLayout layout;
-        std::string factor;
-        layout.unitSize = chooseUnitSize(i, factor);
-        layout.axis = calcValueAxis(i, layout.unitSize);
-        layout.header = panel.quantity;
-        std::string unit = factor;
-        if (!panel.unit.empty()) unit += (unit.empty() ? "" : " ") + panel.unit;
-        if (!unit.empty()) layout.header += " [" + unit + "]";
-        for (int c = 0; c < plot.getNumCurves(); ++c)
-            if (plot.curves[size_t(c)].panel == i) layout.curves.push_back(c);
-
-        const double upper = top + i * (panelHeight + panelGap * scale);
-        layout.headerLine = upper + 0.95 * headerSize * scale;
-        Axis& axis = layout.axis;
-        axis.begin = upper + panelHeight;
-        axis.end = std::min(upper + headerHeight * scale, axis.begin - 1);
-        axis.chooseStep(tickDistanceY * scale);
-        for (const double tick : axis.calcTicks())
-            labels = std::max(labels, canvas.calcTextWidth(axis.format(tick)));
-        panels.push_back(layout);
+    bool hasColors = false;
+    std::vector<int> lines(figure.panels.size(), 0);
+    for (const bool isLast : {false, true}) {
+        xLabel = figure.xLabel;
+        xAxis = calcXAxis();
+        xAxis.begin = outer + labels + 8 * scale;
+        const double right =
+            1.15 * outer + (hasColors ? (colorBarGap + colorBarWidth + colorBarRoom) * scale : 0);
+        xAxis.end = std::max(xAxis.begin + 1, width - right);
+        double rest = bottom - top - (count - 1) * panelGap * scale;
+        for (const int more : lines) rest -= more * legendRow * scale;
+        const double panelHeight = std::max(rest / count, headerHeight * scale);
+        double upper = top;
+        layouts.clear();
+        for (size_t i = 0; i < figure.panels.size(); ++i) {
+            const FigurePanel& panel = figure.panels[i];
+            PanelLayout layout;
+            layout.panel = &panel;
+            double largest = 0;
+            Axis& axis = layout.axis = calcValueAxis(panel, largest);
+            if (figure.hasEqualScales) {
+                largest = std::max({largest, std::abs(xAxis.low), std::abs(xAxis.high)});
+                xAxis.factor = 1;
+                xLabel = xAxis.chooseFactor(figure.xLabel, largest);
+            }
+            layout.header = axis.chooseFactor(panel.label, largest);
+            layout.headerLine = upper + 0.95 * headerSize * scale;
+            const double more = lines[i] * legendRow * scale;
+            axis.begin = upper + panelHeight + more;
+            axis.end = std::min(upper + headerHeight * scale + more, axis.begin - 1);
+            if (figure.hasEqualScales) makeScalesEqual(axis);
+            const bool hasFields =
+                panel.map.scale == FigureMap::Scale::Fractions && !panel.map.isEmpty();
+            if (panel.hasDegrees)
+                axis.chooseDegrees(tickDistanceY * scale);
+            else
+                axis.chooseStep(tickDistanceY * scale, hasFields ? 1 : 0);
+            canvas.setFont(Font::Weight::Regular, labelSize);
+            for (const Tick& tick : axis.calcTicks())
+                labels = std::max(labels, canvas.calcTextWidth(tick.text));
+            // Room for numbers as wide as the widest, so that nothing moves from frame to frame.
+            if (figure.showsValues)
+                layout.valueWidth = std::max(canvas.calcTextWidth(axis.format(axis.low, 1)),
+                                             canvas.calcTextWidth(axis.format(axis.high, 1)));
+            hasColors |= !panel.map.isEmpty();
+            lines[i] = layOutLegend(canvas, layout);
+            upper = axis.begin + panelGap * scale;
+            layouts.push_back(std::move(layout));
+        }
+        if (isLast) xAxis.chooseStep(tickDistanceX * scale, figure.hasWholeNumbers ? 1 : 0);
     }
-
-    timeAxis = calcTimeAxis();
-    timeAxis.begin = outer + labels + 8 * scale;
-    timeAxis.end = std::max(timeAxis.begin + 1, width - 1.15 * outer);
-    timeAxis.chooseStep(tickDistanceX * scale);
-
-    // Room for numbers as wide as the widest, so that nothing moves from frame to frame.
-    canvas.setFont(Font::Weight::Regular, labelSize);
-    for (PanelLayout& panel : panels) {
-        panel.valueWidth = std::max(canvas.calcTextWidth(panel.axis.format(panel.axis.low, 1)),
-                                    canvas.calcTextWidth(panel.axis.format(panel.axis.high, 1)));
-        panel.legendEnds.resize(panel.curves.size());
-        double x = timeAxis.end;
-        for (size_t i = panel.curves.size(); i-- > 0;) {
-            const std::string& name = plot.curves[size_t(panel.curves[i])].name;
-            panel.legendEnds[i] = x;
-            x -= panel.valueWidth + (3 * legendGap + legendLine) * scale;
-            if (!name.empty()) x -= canvas.calcTextWidth(name) + legendGap * scale;
+    for (PanelLayout& layout : layouts) {
+        const FigureMap& map = layout.panel->map;
+        if (map.isEmpty()) continue;
+        Axis& colors = layout.colors;
+        colors.begin = layout.axis.begin;
+        colors.end = layout.axis.end;
+        layout.colorLabel = map.label;
+        if (map.scale == FigureMap::Scale::Angles) {
+            colors.low = -180;
+            colors.high = 180;
+            colors.chooseDegrees(tickDistanceY * scale);
+        } else {
+            colors.isLogarithmic = map.scale == FigureMap::Scale::Logarithmic;
+            if (colors.isLogarithmic) {
+                Span values;
+                for (const std::vector<double>& row : map.rows) values.add(row, true);
+                colors.high = values.isEmpty() ? 1 : values.high;
+                colors.low = colors.high * std::pow(10, -decadesOfMap);
+            }
+            colors.chooseStep(tickDistanceY * scale);
         }
     }
 }
 
 // The path of a curve. Where points are denser than pixels, a column shows its least and its
 // greatest value, which no thinning would keep.
-void PlotPainter::traceCurve(PlotCanvas& canvas, int index, const PanelLayout& panel) const {
+void PlotPainter::traceCurve(PlotCanvas& canvas, const FigureCurve& curve, const Axis& axis) const {
     cairo_t* const cairo = canvas.getPen();
-    const ProbePlot::Curve& curve = plot.curves[size_t(index)];
     bool isDown = false;
-    const auto lineTo = [&](double x, double value) {
-        const double y = panel.axis.toPixel(value / panel.unitSize);
+    const auto isDrawn = [&](size_t i) {
+        return std::isfinite(xAxis.toPixel(curve.x[i])) && std::isfinite(axis.toPixel(curve.y[i]));
+    };
+    const auto lineTo = [&](size_t i) {
+        const double x = xAxis.toPixel(curve.x[i]), y = axis.toPixel(curve.y[i]);
         if (isDown)
             cairo_line_to(cairo, x, y);
         else
             cairo_move_to(cairo, x, y);
         isDown = true;
     };
-    const double perColumn = double(curve.time.size()) / (timeAxis.end - timeAxis.begin);
-    const double column = perColumn > 4 ? 1 : 0;
+    const double pixel = canvas.isImage() ? 1 : 0.25;
+    const double perColumn = pixel * double(curve.x.size()) / (xAxis.end - xAxis.begin);
+    const bool isDense = perColumn > 4 && std::is_sorted(curve.x.begin(), curve.x.end());
     cairo_new_path(cairo);
-    for (size_t i = 0; i < curve.time.size();) {
-        if (!std::isfinite(curve.values[i])) {
+    for (size_t i = 0; i < curve.x.size();) {
+        if (!isDrawn(i)) {
             isDown = false;
             ++i;
             continue;
         }
-        const double x = timeAxis.toPixel(curve.time[i] / timeUnitSize);
+        const double x = xAxis.toPixel(curve.x[i]);
         size_t low = i, high = i, last = i;
-        while (last + 1 < curve.time.size() && std::isfinite(curve.values[last + 1]) &&
-               timeAxis.toPixel(curve.time[last + 1] / timeUnitSize) < x + column) {
+        while (isDense && last + 1 < curve.x.size() && isDrawn(last + 1) &&
+               xAxis.toPixel(curve.x[last + 1]) < x + pixel) {
             ++last;
-            if (curve.values[last] < curve.values[low]) low = last;
-            if (curve.values[last] > curve.values[high]) high = last;
+            if (curve.y[last] < curve.y[low]) low = last;
+            if (curve.y[last] > curve.y[high]) high = last;
         }
-        size_t kept[] = {i, std::min(low, high), std::max(low, high), last};
+        const size_t kept[] = {i, std::min(low, high), std::max(low, high), last};
         for (int k = 0; k < 4; ++k)
-            if (k == 0 || kept[k] != kept[k - 1])
-                lineTo(timeAxis.toPixel(curve.time[kept[k]] / timeUnitSize), curve.values[kept[k]]);
+            if (k == 0 || kept[k] != kept[k - 1]) lineTo(kept[k]);
         i = last + 1;
     }
 }
 
-void PlotPainter::drawPanel(PlotCanvas& canvas, const PanelLayout& panel, double opacity) const {
-    const Axis& axis = panel.axis;
-    const double left = timeAxis.begin, right = timeAxis.end;
-    const auto sharp = [](double x) { return std::floor(x) + 0.5; };
+void PlotPainter::drawCurve(PlotCanvas& canvas, const FigureCurve& curve, const PanelLayout& layout,
+                            double opacity) const {
+    using Marks = FigureCurve::Marks;
     cairo_t* const pen = canvas.getPen();
+    const Axis& axis = layout.axis;
+    const bool isOnMap = !layout.panel->map.isEmpty();
+    const Image::Pixel color = isOnMap ? lineOnMap : getColor(curve);
+    if (!curve.error.empty()) {
+        FigureCurve edge;
+        for (const double side : {-1, 1})
+            for (size_t k = 0; k < curve.x.size(); ++k) {
+                const size_t i = side < 0 ? k : curve.x.size() - 1 - k;
+                const double y = curve.y[i] + side * std::abs(curve.error[i]);
+                if (!std::isfinite(y)) continue;
+                edge.x.push_back(curve.x[i]);
+                edge.y.push_back(y);
+            }
+        traceCurve(canvas, edge, axis);
+        canvas.setColor(color, opacityOfBand * opacity);
+        cairo_fill(pen);
+    }
+    canvas.setColor(color, opacity);
+    cairo_set_line_width(pen, (curve.isFaint && !isOnMap ? faintWidth : curveWidth) * scale);
+    canvas.setDash(curve.isFaint ? 2 : curve.dash);
+    if (curve.marks == Marks::None || curve.marks == Marks::Points) {
+        traceCurve(canvas, curve, axis);
+        cairo_stroke(pen);
+    }
+    canvas.setDash(0);
+    if (curve.marks == Marks::None) return;
+    const double zero =
+        axis.toPixel(axis.isLogarithmic ? axis.low : std::clamp(0.0, axis.low, axis.high));
+    const double radius = (curve.marks == Marks::Points ? pointRadius : dotRadius) * scale;
+    cairo_set_line_width(pen, (curve.marks == Marks::Stems ? 3 : 1.6) * scale);
+    for (size_t k = 0; k < curve.x.size(); ++k) {
+        const double x = xAxis.toPixel(curve.x[k]), y = axis.toPixel(curve.y[k]);
+        if (!std::isfinite(x) || !std::isfinite(y)) continue;
+        if (curve.marks == Marks::Stems) {
+            canvas.drawLine(x, zero, x, y);
+            cairo_stroke(pen);
+        }
+        cairo_new_sub_path(pen);
+        cairo_arc(pen, x, y, radius, 0, 2 * SimTK::Pi);
+        if (curve.marks == Marks::Circles)
+            cairo_stroke(pen);
+        else
+            cairo_fill(pen);
+    }
+}
+
+void PlotPainter::drawMap(PlotCanvas& canvas, const PanelLayout& layout) const {
+    const FigureMap& map = layout.panel->map;
+    const int columns = int(map.x.size()), rows = int(map.y.size());
+    if (columns == 0 || rows == 0) return;
+    cairo_surface_t* cells = cairo_image_surface_create(CAIRO_FORMAT_ARGB32, columns, rows);
+    if (cairo_surface_status(cells) != CAIRO_STATUS_SUCCESS) {
+        cairo_surface_destroy(cells);
+        throw std::runtime_error("a map of " + std::to_string(columns) + " by " +
+                                 std::to_string(rows) + " fields is too large to be drawn");
+    }
+    cairo_surface_flush(cells);
+    for (int j = 0; j < rows; ++j)
+        for (int i = 0; i < columns; ++i) {
+            const double value = map.rows[size_t(i)][size_t(rows - 1 - j)];
+            std::uint32_t argb = 0;
+            if (std::isfinite(value)) {
+                const Axis& scaleOfColors = layout.colors;
+                const double part = (scaleOfColors.toPixel(
+                                         std::clamp(value, scaleOfColors.low, scaleOfColors.high)) -
+                                     scaleOfColors.begin) /
+                                    (scaleOfColors.end - scaleOfColors.begin);
+                const SimTK::Vec3 color = calcMapColor(map, part);
+                argb = 0xff000000u;
+                for (int c = 0; c < 3; ++c)
+                    argb |= std::uint32_t(std::lround(255 * color[c])) << (16 - 8 * c);
+            }
+            std::memcpy(cairo_image_surface_get_data(cells) +
+                            j * cairo_image_surface_get_stride(cells) + 4 * i,
+                        &argb, 4);
+        }
+    cairo_surface_mark_dirty(cells);
+    const auto calcEdges = [](const Axis& axis, const std::vector<double>& places) {
+        const double half = places.size() > 1
+                                ? 0.5 * (places.back() - places.front()) / double(places.size() - 1)
+                                : 0.5;
+        return std::pair<double, double>(axis.toPixel(places.front() - half),
+                                         axis.toPixel(places.back() + half));
+    };
+    const auto [left, right] = calcEdges(xAxis, map.x);
+    const auto [bottom, top] = calcEdges(layout.axis, map.y);
+    cairo_t* const pen = canvas.getPen();
+    cairo_save(pen);
+    cairo_rectangle(pen, xAxis.begin, layout.axis.end, xAxis.end - xAxis.begin,
+                    layout.axis.begin - layout.axis.end);
+    cairo_clip(pen);
+    cairo_translate(pen, left, top);
+    cairo_scale(pen, (right - left) / columns, (bottom - top) / rows);
+    cairo_set_source_surface(pen, cells, 0, 0);
+    cairo_pattern_set_filter(cairo_get_source(pen), CAIRO_FILTER_NEAREST);
+    cairo_paint(pen);
+    cairo_restore(pen);
+    cairo_surface_destroy(cells);
+}
+
+void PlotPainter::drawColorBar(PlotCanvas& canvas, const PanelLayout& layout) const {
+    const Axis& colors = layout.colors;
+    cairo_t* const pen = canvas.getPen();
+    const double left = xAxis.end + colorBarGap * scale, right = left + colorBarWidth * scale;
+    cairo_pattern_t* const gradient = cairo_pattern_create_linear(0, colors.begin, 0, colors.end);
+    constexpr int stops = 32;
+    for (int k = 0; k <= stops; ++k) {
+        const SimTK::Vec3 c = calcMapColor(layout.panel->map, double(k) / stops);
+        cairo_pattern_add_color_stop_rgb(gradient, double(k) / stops, c[0], c[1], c[2]);
+    }
+    cairo_rectangle(pen, left, colors.end, right - left, colors.begin - colors.end);
+    cairo_set_source(pen, gradient);
+    cairo_fill(pen);
+    cairo_pattern_destroy(gradient);
+    canvas.setFont(Font::Weight::Regular, labelSize);
+    canvas.setColor(theme.faintText);
+    cairo_set_line_width(pen, std::max(1.0, std::round(scale)));
+    for (const Tick& tick : colors.calcTicks()) {
+        const double y = colors.toPixel(tick.value);
+        canvas.drawLine(right, snap(y), right + (tick.text.empty() ? 2 : 4) * scale, snap(y));
+        cairo_stroke(pen);
+        canvas.drawText(right + 7 * scale, y + 0.36 * labelSize * scale, tick.text,
+                        Font::Anchor::Left);
+    }
+    canvas.setColor(theme.text);
+    canvas.drawUpwards(width - 0.6 * outerMargin * scale, 0.5 * (colors.begin + colors.end),
+                       layout.colorLabel, Font::Anchor::Center);
+}
+
+void PlotPainter::drawPanel(PlotCanvas& canvas, const PanelLayout& layout, double opacity) const {
+    const Axis& axis = layout.axis;
+    const double left = xAxis.begin, right = xAxis.end;
+    cairo_t* const pen = canvas.getPen();
+    const std::vector<Tick> ticks = axis.calcTicks(), xTicks = xAxis.calcTicks();
+    const bool hasMap = !layout.panel->map.isEmpty();
 
     cairo_set_line_width(pen, std::max(1.0, std::round(scale)));
-    canvas.setDash(ProbePlot::Line::Solid);
-    canvas.setColor(theme.grid);
-    for (const double tick : axis.calcTicks()) {
-        cairo_move_to(pen, left, sharp(axis.toPixel(tick)));
-        cairo_line_to(pen, right, sharp(axis.toPixel(tick)));
+    canvas.setDash(0);
+    for (const bool hasNumber : {false, true}) {
+        canvas.setColor(theme.grid, hasNumber ? 1 : 0.5);
+        for (const Tick& tick : ticks)
+            if (tick.text.empty() != hasNumber)
+                canvas.drawLine(left, snap(axis.toPixel(tick.value)), right,
+                                snap(axis.toPixel(tick.value)));
+        for (const Tick& tick : xTicks)
+            if (tick.text.empty() != hasNumber)
+                canvas.drawLine(snap(xAxis.toPixel(tick.value)), axis.end,
+                                snap(xAxis.toPixel(tick.value)), axis.begin);
+        cairo_stroke(pen);
     }
-    for (const double tick : timeAxis.calcTicks()) {
-        cairo_move_to(pen, sharp(timeAxis.toPixel(tick)), axis.end);
-        cairo_line_to(pen, sharp(timeAxis.toPixel(tick)), axis.begin);
-    }
-    cairo_stroke(pen);
+    if (hasMap) drawMap(canvas, layout);
+    cairo_set_line_width(pen, std::max(1.0, std::round(scale)));
 
     // Zero is a line of its own.
     canvas.setColor(theme.faintText, 0.75);
-    if (axis.low < 0 && axis.high > 0) {
-        cairo_move_to(pen, left, sharp(axis.toPixel(0)));
-        cairo_line_to(pen, right, sharp(axis.toPixel(0)));
-    }
-    cairo_move_to(pen, sharp(left), axis.end);
-    cairo_line_to(pen, sharp(left), sharp(axis.begin));
-    cairo_line_to(pen, right, sharp(axis.begin));
+    if (!axis.isLogarithmic && axis.low < 0 && axis.high > 0)
+        canvas.drawLine(left, snap(axis.toPixel(0)), right, snap(axis.toPixel(0)));
+    canvas.drawLine(snap(left), axis.end, snap(left), snap(axis.begin));
+    cairo_line_to(pen, right, snap(axis.begin));
     cairo_stroke(pen);
 
     canvas.setFont(Font::Weight::Regular, labelSize);
     canvas.setColor(theme.faintText);
-    for (const double tick : axis.calcTicks())
-        canvas.drawText(left - 7 * scale, axis.toPixel(tick) + 0.36 * labelSize * scale,
-                        axis.format(tick), Font::Anchor::Right);
+    for (const Tick& tick : ticks)
+        canvas.drawText(left - 7 * scale, axis.toPixel(tick.value) + 0.36 * labelSize * scale,
+                        tick.text, Font::Anchor::Right);
     canvas.setFont(Font::Weight::Bold, headerSize);
     canvas.setColor(theme.text);
-    canvas.drawText(left, panel.headerLine, panel.header, Font::Anchor::Left);
-    drawLegend(canvas, panel);
+    canvas.drawText(left, layout.headerLine, layout.header, Font::Anchor::Left);
+    drawLegend(canvas, layout);
+    if (hasMap) drawColorBar(canvas, layout);
 
     cairo_save(pen);
     cairo_rectangle(pen, left - curveWidth * scale, axis.end - 1,
                     right - left + 2 * curveWidth * scale, axis.begin - axis.end + 1);
     cairo_clip(pen);
-    cairo_set_line_width(pen, curveWidth * scale);
-    cairo_set_line_join(pen, CAIRO_LINE_JOIN_ROUND);
-    for (auto c = panel.curves.rbegin(); c != panel.curves.rend(); ++c) {
-        traceCurve(canvas, *c, panel);
-        canvas.setDash(plot.curves[size_t(*c)].line);
-        canvas.setColor(getCurveColor(*c), opacity);
+    for (const Figure::Mark& mark : figure.marks) {
+        const double x = xAxis.toPixel(mark.x);
+        canvas.setColor(theme.faintText, 0.6);
+        canvas.setDash(1);
+        cairo_set_line_width(pen, scale);
+        canvas.drawLine(x, axis.begin, x, axis.end);
         cairo_stroke(pen);
+        canvas.setFont(Font::Weight::Regular, 0.85 * labelSize);
+        canvas.drawUpwards(x - 4 * scale, axis.begin - 6 * scale, mark.label, Font::Anchor::Left);
     }
+    cairo_set_line_join(pen, CAIRO_LINE_JOIN_ROUND);
+    const std::vector<FigureCurve>& curves = layout.panel->curves;
+    for (auto curve = curves.rbegin(); curve != curves.rend(); ++curve)
+        drawCurve(canvas, *curve, layout, opacity);
     cairo_restore(pen);
-    canvas.setDash(ProbePlot::Line::Solid);
+    canvas.setDash(0);
 }
 
-// Names at the right end of the header's line, each before the room for its value at the mark;
-// nothing for one curve without a name.
-void PlotPainter::drawLegend(PlotCanvas& canvas, const PanelLayout& panel) const {
+// Each name before the room for its curve's value at the mark.
+void PlotPainter::drawLegend(PlotCanvas& canvas, const PanelLayout& layout) const {
     canvas.setFont(Font::Weight::Regular, labelSize);
     cairo_t* const pen = canvas.getPen();
-    for (size_t i = 0; i < panel.curves.size(); ++i) {
-        const int c = panel.curves[i];
-        const ProbePlot::Curve& curve = plot.curves[size_t(c)];
-        double x = panel.legendEnds[i] - panel.valueWidth;
+    for (const LegendEntry& entry : layout.legend) {
+        const FigureCurve& curve = *entry.curve;
+        double x = entry.right - layout.valueWidth;
         if (!curve.name.empty()) {
-            x -= panel.valueWidth > 0 ? legendGap * scale : 0;
+            x -= layout.valueWidth > 0 ? legendGap * scale : 0;
             canvas.setColor(theme.faintText);
-            canvas.drawText(x, panel.headerLine, curve.name, Font::Anchor::Right);
+            canvas.drawText(x, entry.line, curve.name, Font::Anchor::Right);
             x -= canvas.calcTextWidth(curve.name);
+        } else if (layout.legend.size() == 1) {
+            continue;  // a curve alone without a name
         }
-        if (!curve.name.empty() || panel.curves.size() > 1) {
-            x -= legendGap * scale;
-            const double y = panel.headerLine - 0.35 * labelSize * scale;
-            canvas.setColor(getCurveColor(c));
-            canvas.setDash(curve.line);
+        x -= legendGap * scale;
+        const double y = entry.line - 0.35 * labelSize * scale;
+        canvas.setColor(layout.panel->map.isEmpty() ? getColor(curve) : lineOnMap);
+        if (curve.marks == FigureCurve::Marks::Circles) {
+            cairo_set_line_width(pen, 1.6 * scale);
+            cairo_new_sub_path(pen);
+            cairo_arc(pen, x - 0.5 * legendLine * scale, y, dotRadius * scale, 0, 2 * SimTK::Pi);
+        } else {
+            canvas.setDash(curve.isFaint ? 2 : curve.dash);
             cairo_set_line_width(pen, (curveWidth + 0.4) * scale);
-            cairo_move_to(pen, x - legendLine * scale, y);
-            cairo_line_to(pen, x, y);
-            cairo_stroke(pen);
+            canvas.drawLine(x - legendLine * scale, y, x, y);
         }
+        cairo_stroke(pen);
+        canvas.setDash(0);
     }
-    canvas.setDash(ProbePlot::Line::Solid);
 }
 
-void PlotPainter::drawMark(PlotCanvas& canvas, double markTime) const {
+void PlotPainter::drawMark(PlotCanvas& canvas, double mark) const {
     canvas.setFont(Font::Weight::Regular, labelSize);
     canvas.setColor(theme.text);
-    for (const PanelLayout& panel : panels)
-        for (size_t i = 0; i < panel.curves.size(); ++i) {
-            const double value = plot.calcValue(panel.curves[i], markTime) / panel.unitSize;
+    for (const PanelLayout& layout : layouts)
+        for (const LegendEntry& entry : layout.legend) {
+            const double value = interpolateCurve(entry.curve->x, entry.curve->y, mark);
             if (std::isfinite(value))
-                canvas.drawText(panel.legendEnds[i], panel.headerLine, panel.axis.format(value, 1),
+                canvas.drawText(entry.right, entry.line, layout.axis.format(value, 1),
                                 Font::Anchor::Right);
         }
 
-    const double time = markTime / timeUnitSize;
-    if (time < timeAxis.low || time > timeAxis.high || panels.empty()) return;
+    if (mark < xAxis.low || mark > xAxis.high || layouts.empty()) return;
     cairo_t* const pen = canvas.getPen();
-    const double x = timeAxis.toPixel(time);
+    const double x = xAxis.toPixel(mark);
     cairo_set_line_width(pen, 1.4 * scale);
     canvas.setColor(theme.text, 0.8);
-    for (const PanelLayout& panel : panels) {
-        cairo_move_to(pen, x, panel.axis.end);
-        cairo_line_to(pen, x, panel.axis.begin);
-    }
+    for (const PanelLayout& layout : layouts)
+        canvas.drawLine(x, layout.axis.end, x, layout.axis.begin);
     cairo_stroke(pen);
-    for (const PanelLayout& panel : panels)
-        for (auto c = panel.curves.rbegin(); c != panel.curves.rend(); ++c) {
-            const double value = plot.calcValue(*c, markTime) / panel.unitSize;
-            if (!(value >= panel.axis.low && value <= panel.axis.high)) continue;
-            cairo_arc(pen, x, panel.axis.toPixel(value), dotRadius * scale, 0, 2 * SimTK::Pi);
-            canvas.setColor(getCurveColor(*c));
+    for (const PanelLayout& layout : layouts)
+        for (auto entry = layout.legend.rbegin(); entry != layout.legend.rend(); ++entry) {
+            const double value = interpolateCurve(entry->curve->x, entry->curve->y, mark);
+            if (!(value >= layout.axis.low && value <= layout.axis.high)) continue;
+            cairo_arc(pen, x, layout.axis.toPixel(value), dotRadius * scale, 0, 2 * SimTK::Pi);
+            canvas.setColor(getColor(*entry->curve));
             cairo_fill_preserve(pen);
             canvas.setColor(theme.background);
             cairo_stroke(pen);
@@ -519,38 +858,41 @@ void PlotPainter::drawMark(PlotCanvas& canvas, double markTime) const {
 
 void PlotPainter::drawLayer(PlotCanvas& canvas, double opacity) const {
     canvas.fill(theme.background);
-    if (!plot.title.empty()) {
+    if (!figure.title.empty()) {
         canvas.setFont(Font::Weight::Bold, titleSize);
         canvas.setColor(theme.text);
-        canvas.drawText(timeAxis.begin, (outerMargin + 0.75 * titleSize) * scale, plot.title,
+        canvas.drawText(xAxis.begin, (outerMargin + 0.75 * titleSize) * scale, figure.title,
                         Font::Anchor::Left);
     }
-    for (const PanelLayout& panel : panels) drawPanel(canvas, panel, opacity);
-    if (panels.empty()) return;
+    for (const PanelLayout& layout : layouts) drawPanel(canvas, layout, opacity);
+    if (layouts.empty()) return;
 
-    const double bottom = panels.back().axis.begin;
+    const double bottom = layouts.back().axis.begin;
     canvas.setFont(Font::Weight::Regular, labelSize);
     canvas.setColor(theme.faintText);
-    for (const double tick : timeAxis.calcTicks())
-        canvas.drawText(timeAxis.toPixel(tick), bottom + 1.45 * labelSize * scale,
-                        timeAxis.format(tick), Font::Anchor::Center);
+    for (const Tick& tick : xAxis.calcTicks())
+        canvas.drawText(xAxis.toPixel(tick.value), bottom + 1.45 * labelSize * scale, tick.text,
+                        Font::Anchor::Center);
     canvas.setColor(theme.text);
-    canvas.drawText(0.5 * (timeAxis.begin + timeAxis.end), bottom + 2.8 * labelSize * scale,
-                    "time [" + timeUnit + "]", Font::Anchor::Center);
+    canvas.drawText(0.5 * (xAxis.begin + xAxis.end), bottom + 2.8 * labelSize * scale, xLabel,
+                    Font::Anchor::Center);
 }
 
-Image PlotPainter::paint(double markTime) const {
+Image PlotPainter::paint(double mark) const {
     const PlotCanvas& whole = getPast();
-    if (!std::isfinite(markTime)) return whole.toImage();
-    const double x = timeAxis.toPixel(markTime / timeUnitSize);
-    int mark = width;
+    if (!std::isfinite(mark)) return whole.toImage();
+    bool hasFuture = false;
+    for (const FigurePanel& panel : figure.panels)
+        for (const FigureCurve& curve : panel.curves)
+            hasFuture |= !curve.x.empty() && curve.x.back() > mark;
+    int end = width;
     PlotCanvas canvas(width, height, scale);
-    if (hasFuture(markTime)) {
-        mark = int(std::min(double(width), std::max(0.0, std::round(x))));
-        canvas.copyColumns(getFuture(), mark, width);
+    if (hasFuture) {
+        end = int(std::clamp(std::round(xAxis.toPixel(mark)), 0.0, double(width)));
+        canvas.copyColumns(getFuture(), end, width);
     }
-    canvas.copyColumns(whole, 0, mark);
-    drawMark(canvas, markTime);
+    canvas.copyColumns(whole, 0, end);
+    drawMark(canvas, mark);
     return canvas.toImage();
 }
 

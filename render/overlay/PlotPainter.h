@@ -1,12 +1,13 @@
 #pragma once
 /** @file
-Draws a ProbePlot by cairo. Internal to the renderer.
+Draws a Figure by cairo. Internal to the renderer.
 
 What does not move is drawn once, when it is first needed: all curves in full, and all of them
-faint. A figure is the former up to its mark and the latter behind. Several threads may paint. **/
+faint. A frame is the former up to its mark and the latter behind. Several threads may paint. **/
 
 #include <cairo.h>
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -14,44 +15,58 @@ faint. A figure is the former up to its mark and the latter behind. Several thre
 
 #include "Font.h"
 #include "simflex/base/Hash.h"
-#include "simflex/render/ProbePlot.h"
+#include "simflex/render/Figure.h"
 
 namespace simflex {
 
 /** A surface of cairo's, with the pen for it. **/
 class PlotCanvas {
 public:
-    /** @throws std::runtime_error when cairo has no room for it. **/
+    /** Takes the surface. @throws std::runtime_error when cairo has no room for it. **/
+    PlotCanvas(cairo_surface_t* surface, double scale);
+    /** An image. **/
     PlotCanvas(int width, int height, double scale);
     ~PlotCanvas();
     PlotCanvas(const PlotCanvas&) = delete;
     PlotCanvas& operator=(const PlotCanvas&) = delete;
 
     cairo_t* getPen() const { return pen; }
+    double getScale() const { return scale; }
+    bool isImage() const { return cairo_surface_get_type(surface) == CAIRO_SURFACE_TYPE_IMAGE; }
     void fill(const Image::Pixel& color);
     void setColor(const Image::Pixel& color, double opacity = 1);
     void setFont(Font::Weight weight, double points);
-    void setDash(ProbePlot::Line line);
+    void setDash(int dash);
     double calcTextWidth(const std::string& text) const;
     void drawText(double x, double y, const std::string& text, Font::Anchor anchor);
+    /** A line of text that runs upwards, centred at y or beginning there. **/
+    void drawUpwards(double x, double y, const std::string& text, Font::Anchor anchor);
+    void drawLine(double x0, double y0, double x1, double y1);
 
-    /** Copies columns first…end−1 from a canvas of the same size. **/
+    /** Copies columns first…end−1 from an image of the same size. **/
     void copyColumns(const PlotCanvas& other, int first, int end);
     /** @throws std::runtime_error that says what went wrong in any call before. **/
+    void check() const;
+    /** What has been drawn on an image. @throws as check(). **/
     Image toImage() const;
 
 private:
-    int width, height;
     double scale;
-    cairo_surface_t* surface = nullptr;
-    cairo_t* pen = nullptr;
+    cairo_surface_t* surface;
+    cairo_t* pen;
 };
+
+/** Value at x, linear between points of ascending x; NaN outside. **/
+double interpolateCurve(const std::vector<double>& x, const std::vector<double>& y, double at);
 
 class PlotPainter {
 public:
-    PlotPainter(const ProbePlot& plot, const PlotTheme& theme, int width, int height, double scale);
+    PlotPainter(Figure figure, const PlotTheme& theme, int width, int height, double scale);
 
-    Image paint(double markTime) const;
+    /** With the mark at x, or without one if it is NaN. **/
+    Image paint(double mark) const;
+    /** All of it, on any surface; once. **/
+    void paintOn(PlotCanvas& canvas) const;
 
     int getWidth() const { return width; }
     int getHeight() const { return height; }
@@ -59,45 +74,63 @@ public:
     void addTo(Hash& hash) const;
 
 private:
-    /** Values in the axis's unit; pixels grow from `begin` to `end`. **/
+    struct Tick {
+        double value;
+        std::string text;
+    };
+    /** Values as they are given; pixels grow from `begin` to `end`. **/
     struct Axis {
         double low = 0, high = 1, step = 1;
         double begin = 0, end = 1;
+        bool isLogarithmic = false;
+        double factor = 1;  ///< numbers are written divided by it
         int decimals = 0;
 
-        double toPixel(double value) const {
-            return begin + (value - low) / (high - low) * (end - begin);
-        }
+        double toPixel(double value) const;
         /** Marks at least so many pixels apart, but no fewer than two. **/
-        void chooseStep(double distance);
-        std::vector<double> calcTicks() const;
+        void chooseStep(double distance, double leastStep = 0);
+        void chooseDegrees(double distance);
+        /** Numbers with more than five digits, or with zeros after the point, get a power of ten
+        in front of the unit. @return the label with it **/
+        std::string chooseFactor(const std::string& label, double largest);
+        std::vector<Tick> calcTicks() const;
         std::string format(double value, int moreDecimals = 0) const;
+
+    private:
+        std::vector<Tick> calcLogarithmicTicks() const;
+    };
+    struct LegendEntry {
+        const FigureCurve* curve;
+        double left = 0, right = 0, line = 0;  // [pixel]
     };
     struct PanelLayout {
-        Axis axis;
-        double unitSize = 1;
-        std::string header;
-        std::vector<int> curves;
-        double headerLine = 0;           // base line of the header
-        std::vector<double> legendEnds;  // right end of each curve's entry
-        double valueWidth = 0;           // of the widest number
+        const FigurePanel* panel = nullptr;
+        Axis axis, colors;
+        std::string header, colorLabel;
+        double headerLine = 0;  // base line of the header
+        std::vector<LegendEntry> legend;
+        double valueWidth = 0;  // of the widest number
     };
 
     const PlotCanvas& getPast() const;
     const PlotCanvas& getFuture() const;
-    bool hasFuture(double markTime) const;
     void layOut(PlotCanvas& canvas) const;
-    Axis calcTimeAxis() const;
-    Axis calcValueAxis(int panel, double unitSize) const;
-    double chooseUnitSize(int panel, std::string& factor) const;
+    Axis calcXAxis() const;
+    Axis calcValueAxis(const FigurePanel& panel, double& largest) const;
+    void makeScalesEqual(Axis& y) const;
+    int layOutLegend(PlotCanvas& canvas, PanelLayout& layout) const;
     void drawLayer(PlotCanvas& canvas, double opacity) const;
-    void drawPanel(PlotCanvas& canvas, const PanelLayout& panel, double opacity) const;
-    void drawLegend(PlotCanvas& canvas, const PanelLayout& panel) const;
-    void traceCurve(PlotCanvas& canvas, int curve, const PanelLayout& panel) const;
-    void drawMark(PlotCanvas& canvas, double markTime) const;
-    const Image::Pixel& getCurveColor(int curve) const;
+    void drawPanel(PlotCanvas& canvas, const PanelLayout& layout, double opacity) const;
+    void drawMap(PlotCanvas& canvas, const PanelLayout& layout) const;
+    void drawColorBar(PlotCanvas& canvas, const PanelLayout& layout) const;
+    void drawCurve(PlotCanvas& canvas, const FigureCurve& curve, const PanelLayout& layout,
+                   double opacity) const;
+    void drawLegend(PlotCanvas& canvas, const PanelLayout& layout) const;
+    void traceCurve(PlotCanvas& canvas, const FigureCurve& curve, const Axis& axis) const;
+    void drawMark(PlotCanvas& canvas, double mark) const;
+    Image::Pixel getColor(const FigureCurve& curve) const;
 
-    const ProbePlot plot;
+    const Figure figure;
     const PlotTheme theme;
     const int width, height;
     const double scale;
@@ -105,10 +138,9 @@ private:
     // Made by the first who needs them.
     mutable std::once_flag isPastMade, isFutureMade;
     mutable std::unique_ptr<PlotCanvas> past, future;
-    mutable Axis timeAxis;
-    mutable std::string timeUnit;
-    mutable double timeUnitSize = 1;
-    mutable std::vector<PanelLayout> panels;
+    mutable Axis xAxis;
+    mutable std::string xLabel;
+    mutable std::vector<PanelLayout> layouts;
 };
 
 }  // namespace simflex

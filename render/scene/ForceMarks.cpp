@@ -6,8 +6,8 @@
 
 #include "DrawnSeats.h"
 #include "ForceSymbols.h"
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/body/FlexibleBody.h"
-#include "simflex/render/overlay/Units.h"
 
 namespace simflex {
 
@@ -152,9 +152,9 @@ void ForceMarks::appendArrows(const std::vector<Arrow>& arrows, double scale, co
         }
     }
     std::string legend = "loads up to ";
-    if (largestForce > 0) legend += formatQuantity(largestForce, Dimension::Force);
+    if (largestForce > 0) legend += formatQuantity(largestForce, "N");
     if (largestForce > 0 && largestTorque > 0) legend += ", ";
-    if (largestTorque > 0) legend += formatQuantity(largestTorque, Dimension::Moment);
+    if (largestTorque > 0) legend += formatQuantity(largestTorque, "N m");
     SimTK::DecorativeText text(legend);
     text.setIsScreenText(true);
     geometry.push_back(text);

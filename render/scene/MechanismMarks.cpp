@@ -5,10 +5,10 @@
 #include <stdexcept>
 
 #include "DrawnSeats.h"
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/InterfaceKinematics.h"
 #include "simflex/body/JointEquations.h"
-#include "simflex/render/overlay/Units.h"
 
 namespace simflex {
 
@@ -153,15 +153,14 @@ void MechanismMarks::appendReactions(const std::vector<Reaction>& reactions,
             const Vec3 span = speedLength * scale / largest * value;
             appendArrow(reaction.point_G, span, isMoment, geometry);
             if (!settings.showReactionValues) continue;
-            const Dimension dimension = isMoment ? Dimension::Moment : Dimension::Force;
-            labels.push_back({formatQuantity(value.norm(), dimension), reaction.point_G + span,
-                              isMoment ? momentColor : forceColor});
+            labels.push_back({formatQuantity(value.norm(), isMoment ? "N m" : "N"),
+                              reaction.point_G + span, isMoment ? momentColor : forceColor});
         }
     if (!hasForces && !hasMoments) return;
     std::string legend = "reactions up to ";
-    if (hasForces) legend += formatQuantity(largestForce, Dimension::Force);
+    if (hasForces) legend += formatQuantity(largestForce, "N");
     if (hasForces && hasMoments) legend += ", ";
-    if (hasMoments) legend += formatQuantity(largestMoment, Dimension::Moment);
+    if (hasMoments) legend += formatQuantity(largestMoment, "N m");
     SimTK::DecorativeText text(legend);
     text.setIsScreenText(true);
     geometry.push_back(text);

@@ -7,21 +7,20 @@
 namespace simflex {
 
 const ContourTraits& getTraits(Contour contour) {
-    using D = Dimension;
-    static const ContourTraits none{"", D::Length, false, false, false},
-        displacement{"displacement", D::Length, false, false, false},
-        displacementX{"displacement x", D::Length, true, false, false},
-        displacementY{"displacement y", D::Length, true, false, false},
-        displacementZ{"displacement z", D::Length, true, false, false},
-        speed{"speed", D::Velocity, false, true, false},
-        velocityX{"velocity x", D::Velocity, true, true, false},
-        velocityY{"velocity y", D::Velocity, true, true, false},
-        velocityZ{"velocity z", D::Velocity, true, true, false},
-        energy{"strain energy", D::EnergyDensity, false, false, true},
-        vonMises{"von Mises stress", D::Stress, false, false, true},
-        signedVonMises{"signed von Mises", D::Stress, true, false, true},
-        largest{"largest principal stress", D::Stress, true, false, true},
-        smallest{"smallest principal stress", D::Stress, true, false, true};
+    static const ContourTraits none{"", "m", false, false, false},
+        displacement{"displacement", "m", false, false, false},
+        displacementX{"displacement x", "m", true, false, false},
+        displacementY{"displacement y", "m", true, false, false},
+        displacementZ{"displacement z", "m", true, false, false},
+        speed{"speed", "m/s", false, true, false},
+        velocityX{"velocity x", "m/s", true, true, false},
+        velocityY{"velocity y", "m/s", true, true, false},
+        velocityZ{"velocity z", "m/s", true, true, false},
+        energy{"strain energy", "J/m^3", false, false, true},
+        vonMises{"von Mises stress", "Pa", false, false, true},
+        signedVonMises{"signed von Mises", "Pa", true, false, true},
+        largest{"largest principal stress", "Pa", true, false, true},
+        smallest{"smallest principal stress", "Pa", true, false, true};
     switch (contour) {
         case Contour::None:
             break;
@@ -75,7 +74,7 @@ SimTK::Vec2 calcContourRange(const ContourSettings& settings, const Extremes& fr
     if (traits.isSigned && !values.isEmpty()) largest = std::max(largest, -values.low);
     // The end of a bar when there is nothing to show: 1 mm, 1 MPa …
     if (!(largest > 0))
-        largest = chooseUnit(traits.dimension, 0).size;
+        largest = chooseDisplayUnit(traits.unit, 0).size;
     else if (!isPerFrame)
         largest = roundUpToRange(largest);
     return {traits.isSigned ? -largest : 0, largest};

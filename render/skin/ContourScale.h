@@ -3,16 +3,16 @@
 What a contour is called, and the ends of its colour bar. Internal to the renderer. **/
 
 #include "SimTKcommon.h"
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/render/ColorMap.h"
 #include "simflex/render/Contour.h"
-#include "simflex/render/overlay/Units.h"
 
 namespace simflex {
 
 /** What there is to know of a contour besides its values. **/
 struct ContourTraits {
     const char* name;  ///< "von Mises stress"
-    Dimension dimension;
+    const char* unit;  ///< SI: "m/s"
     bool isSigned;
     bool needsVelocity, needsStress;
 };

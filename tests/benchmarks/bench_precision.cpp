@@ -355,13 +355,13 @@ double calcError(const Solution& solution, const Solution& reference) {
 struct Method {
     std::string name;
     int order;  ///< 0: its slope is not promised
-    std::string color;
+    int color;
     std::function<Solution(const Problem&, double accuracy)> run;
 };
 
 std::vector<Method> listMethods(const Problem& problem) {
-    const char* colors[] = {"#000000", "#e69f00", "#56b4e9", "#009e73", "#0072b2"};
-    const Method radau{"Radau", 0, "#882255", [](const Problem& p, double accuracy) {
+    const int colors[] = {Plot::Slate, Plot::Gold, Plot::Sky, Plot::Green, Plot::Blue};
+    const Method radau{"Radau", 0, Plot::Pink, [](const Problem& p, double accuracy) {
                            RadauIntegrator integrator(*p.system);
                            return run(integrator, p, accuracy);
                        }};
@@ -380,17 +380,17 @@ std::vector<Method> listMethods(const Problem& problem) {
                                integrator.setMaximumOrder(order);
                                return run(integrator, p, accuracy);
                            }});
-    methods.push_back({"generalized-alpha", 2, "#d55e00", [](const Problem& p, double accuracy) {
+    methods.push_back({"generalized-alpha", 2, Plot::Orange, [](const Problem& p, double accuracy) {
                            GeneralizedAlphaIntegrator integrator(*p.system);
                            return run(integrator, p, accuracy);
                        }});
     methods.push_back(radau);
     if (!problem.runsNatively) return methods;
-    methods.push_back({"Simbody RKM", 0, "#cc79a7", [](const Problem& p, double accuracy) {
+    methods.push_back({"Simbody RKM", 0, Plot::Orange, [](const Problem& p, double accuracy) {
                            RungeKuttaMersonIntegrator integrator(*p.system);
                            return run(integrator, p, accuracy);
                        }});
-    methods.push_back({"Simbody CPodes", 0, "#a8a8a8", [](const Problem& p, double accuracy) {
+    methods.push_back({"Simbody CPodes", 0, Plot::Gold, [](const Problem& p, double accuracy) {
                            CPodesIntegrator integrator(*p.system);
                            return run(integrator, p, accuracy);
                        }});
@@ -463,10 +463,8 @@ Study study(const Problem& problem, const std::string& folder, std::string& json
     std::printf("%-18s %9s %12s %10s %10s %10s\n", "method", "accuracy", "error", "time [ms]",
                 "steps", "iterations");
 
-    std::string title = problem.name;  // gnuplot would lower what follows an underscore
-    std::replace(title.begin(), title.end(), '_', ' ');
-    Plot plot{title, problem.error, {}, {}, true};
-    plot.panels.push_back({"", "wall time [ms]", {}, "", true});
+    Plot plot{problem.name, problem.error, {}, {}, true};
+    plot.panels.push_back({"", "wall time [ms]", {}, true});
     Study result;
     json += (json.empty() ? "" : ", ") + ("\"" + problem.name + "\": {");
     for (const Method& method : methods) {
@@ -494,7 +492,8 @@ Study study(const Problem& problem, const std::string& folder, std::string& json
                         error, 1e3 * solution.seconds, solution.steps, solution.iterations);
             std::fflush(stdout);
         }
-        plot.panels[0].series.push_back({method.name, errors, times, method.color});
+        plot.panels[0].series.push_back(
+            {method.name, errors, times, method.color, method.name.compare(0, 7, "Simbody") == 0});
         plot.panels[0].series.back().hasPoints = true;
         const double slope = x.size() > 1 ? fitSlope(x, y) : 0;
         char text[160];
@@ -519,8 +518,8 @@ Study study(const Problem& problem, const std::string& folder, std::string& json
         for (const Run& run : result[method.name])
             csv << method.name << ',' << run.accuracy << ',' << run.error << ','
                 << 1e3 * run.seconds << ',' << run.steps << ',' << run.iterations << '\n';
-    if (examples::writePlot(plot, folder + "/" + problem.name + ".png"))
-        std::printf("%s\n", (folder + "/" + problem.name + ".png").c_str());
+    examples::writePlot(plot, folder + "/" + problem.name + ".png");
+    std::printf("%s\n", (folder + "/" + problem.name + ".png").c_str());
     return result;
 }
 

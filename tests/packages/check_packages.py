@@ -21,7 +21,7 @@ import unittest
 from pathlib import Path
 
 # Programs that simflex, its tests and its benchmarks start. (`.ci/run` lets the tests see no others than a bare machine's.)
-STARTED = ["bash", "ccx", "gmsh", "ffmpeg", "gnuplot", "mpirun", "python3", "xvfb-run", "lintian", "dpkg-deb", "timeout", "gzip", "strace"]
+STARTED = ["bash", "ccx", "gmsh", "ffmpeg", "mpirun", "python3", "xvfb-run", "lintian", "dpkg-deb", "timeout", "gzip", "strace"]
 
 
 def run(*command):

@@ -2,32 +2,33 @@
 
 #include <cmath>
 
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/render/overlay/Overlay.h"
-#include "simflex/render/overlay/Units.h"
+#include "simflex/render/overlay/Ticks.h"
 
 namespace simflex {
 namespace {
 
 TEST(Units, SuitTheSizeOfTheNumber) {
-    EXPECT_EQ(formatQuantity(0.0004, Dimension::Length), "0.4 mm");
-    EXPECT_EQ(formatQuantity(0.5, Dimension::Length), "500 mm");
-    EXPECT_EQ(formatQuantity(12.5, Dimension::Length), "12.5 m");
-    EXPECT_EQ(formatQuantity(3.2e-5, Dimension::Length), "32 µm");
-    EXPECT_EQ(formatQuantity(2.5e8, Dimension::Stress), "250 MPa");
-    EXPECT_EQ(formatQuantity(-1.5e9, Dimension::Stress), "-1500 MPa");
-    EXPECT_EQ(formatQuantity(4e4, Dimension::Stress), "40 kPa");
-    EXPECT_EQ(formatQuantity(1.6e4, Dimension::EnergyDensity), "16 kJ/m³");
-    EXPECT_EQ(formatQuantity(9.15, Dimension::Velocity), "9.15 m/s");
-    EXPECT_EQ(formatQuantity(0.02, Dimension::Velocity), "20 mm/s");
-    EXPECT_EQ(formatQuantity(1234, Dimension::Force), "1.23 kN");
-    EXPECT_EQ(formatQuantity(35, Dimension::Moment), "35 N m");
+    EXPECT_EQ(formatQuantity(0.0004, "m"), "0.4 mm");
+    EXPECT_EQ(formatQuantity(0.5, "m"), "500 mm");
+    EXPECT_EQ(formatQuantity(12.5, "m"), "12.5 m");
+    EXPECT_EQ(formatQuantity(3.2e-5, "m"), "32 µm");
+    EXPECT_EQ(formatQuantity(2.5e8, "Pa"), "250 MPa");
+    EXPECT_EQ(formatQuantity(-1.5e9, "Pa"), "-1500 MPa");
+    EXPECT_EQ(formatQuantity(4e4, "Pa"), "40 kPa");
+    EXPECT_EQ(formatQuantity(1.6e4, "J/m^3"), "16 kJ/m³");
+    EXPECT_EQ(formatQuantity(9.15, "m/s"), "9.15 m/s");
+    EXPECT_EQ(formatQuantity(0.02, "m/s"), "20 mm/s");
+    EXPECT_EQ(formatQuantity(1234, "N"), "1.23 kN");
+    EXPECT_EQ(formatQuantity(35, "N m"), "35 N m");
 }
 
 TEST(Units, OfHugeAndTinyNumbersHaveAPowerOfTen) {
-    EXPECT_EQ(formatQuantity(3e-16, Dimension::Length), "300 10⁻⁹ nm");
-    EXPECT_EQ(formatQuantity(5e15, Dimension::Stress), "5 10⁶ GPa");
-    EXPECT_EQ(chooseUnit(Dimension::Stress, 0).name, "MPa");
-    EXPECT_EQ(chooseUnit(Dimension::Length, 0).name, "mm");
+    EXPECT_EQ(formatQuantity(3e-16, "m"), "300 10⁻⁹ nm");
+    EXPECT_EQ(formatQuantity(5e15, "Pa"), "5 10⁶ GPa");
+    EXPECT_EQ(chooseDisplayUnit("Pa", 0).name, "MPa");
+    EXPECT_EQ(chooseDisplayUnit("m", 0).name, "mm");
 }
 
 TEST(Units, OfAFactorAreAPowerOfTenOnlyWhereItIsLarge) {

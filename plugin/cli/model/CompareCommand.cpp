@@ -6,14 +6,14 @@ simflex compare: the difference of two results. **/
 #include <memory>
 #include <stdexcept>
 
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Format.h"
 #include "simflex/cli/Options.h"
 #include "simflex/model/results/Comparison.h"
-#include "simflex/model/results/Figure.h"
 #include "simflex/model/results/ProbeChoice.h"
-#include "simflex/model/results/UnitScale.h"
+#include "simflex/render/Figure.h"
 
 namespace simflex {
 namespace cli {
@@ -88,12 +88,12 @@ void drawDifference(const std::string& path, const ResultComparison& comparison,
     figure.title = "Difference of " + labels[0] + " and " + labels[1];
     figure.xLabel = first.axis;
     for (const ColumnDifference* column : worst) {
-        const UnitScale unit = chooseUnitScale(column->unit, column->range);
-        const UnitScale small = chooseUnitScale(column->unit, column->largest);
-        FigurePanel both{makeAxisLabel(column->name, unit.unit), {}, false};
+        const DisplayUnit unit = chooseDisplayUnit(column->unit, column->range);
+        const DisplayUnit small = chooseDisplayUnit(column->unit, column->largest);
+        FigurePanel both{makeAxisLabel(column->name, unit.name), {}, false};
         both.curves.push_back(makeCurve(labels[0], *column, column->first, unit.size, 0));
         both.curves.push_back(makeCurve(labels[1], *column, column->second, unit.size, 1));
-        FigurePanel below{makeAxisLabel("difference", small.unit), {}, false};
+        FigurePanel below{makeAxisLabel("difference", small.name), {}, false};
         below.curves.push_back(makeCurve("", *column, column->difference, small.size, 0));
         below.curves[0].color = 2;
         figure.panels.push_back(both);

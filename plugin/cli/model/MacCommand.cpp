@@ -11,9 +11,9 @@ simflex mac: which modes of two results, or of a result and a test, belong toget
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Format.h"
 #include "simflex/model/results/CsvLine.h"
-#include "simflex/model/results/Figure.h"
 #include "simflex/model/results/ModeShapes.h"
 #include "simflex/model/results/ProbeChoice.h"
+#include "simflex/render/Figure.h"
 
 namespace simflex {
 namespace cli {

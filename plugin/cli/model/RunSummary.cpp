@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/cli/Format.h"
@@ -14,7 +15,6 @@
 #include "simflex/model/results/CriticalSpeeds.h"
 #include "simflex/model/results/Extremes.h"
 #include "simflex/model/results/ProbeChoice.h"
-#include "simflex/model/results/UnitScale.h"
 #include "simflex/solver/Eigenmodes.h"
 
 namespace simflex {

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <set>
 
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
 #include "simflex/base/UnfinishedFile.h"
@@ -21,7 +22,6 @@
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/pictures/ForcePictures.h"
 #include "simflex/model/results/ProbeChoice.h"
-#include "simflex/model/results/UnitScale.h"
 #include "simflex/solver/BdfIntegrator.h"
 
 namespace simflex {
@@ -162,9 +162,11 @@ void addStandIn(const SimTK::MobilizedBody& body, const State& state, const std:
     const Vec3 center = mass.getMassCenter();
     double reach = 0;
     for (const Vec3& end : ends) reach = std::max(reach, (end - center).norm());
-    const double largest = mass.getMass() > 0 ? SimTK::max(mass.calcCentralInertia().getMoments()) : 0;
-    const double radius =
-        reach > 0 ? BallOfSticks * reach : largest > 0 ? std::sqrt(2.5 * largest / mass.getMass()) : 0;
+    const double largest =
+        mass.getMass() > 0 ? SimTK::max(mass.calcCentralInertia().getMoments()) : 0;
+    const double radius = reach > 0     ? BallOfSticks * reach
+                          : largest > 0 ? std::sqrt(2.5 * largest / mass.getMass())
+                                        : 0;
     if (!(radius > 0)) return;
     viz.addDecoration(body, Transform(center), SimTK::DecorativeSphere(radius));
     for (const Vec3& end : ends) {
@@ -233,8 +235,8 @@ struct PlotPanel {
         for (const std::vector<double>& curve : values)
             for (const double value : curve)
                 if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
-        const UnitScale scale = chooseUnitScale(unit, largest);
-        figure.addPanel(heading, scale.unit, scale.size);
+        const DisplayUnit scale = chooseDisplayUnit(unit, largest);
+        figure.addPanel(heading, scale.name, scale.size);
         for (size_t k = 0; k < labels.size(); ++k) figure.addCurve(labels[k], time, values[k]);
     }
 };
@@ -622,9 +624,9 @@ std::string drawPeriods(const Model& model, const State& about, const std::vecto
 
 }  // namespace
 
-std::string drawModes(const Model& model, const State& about,
-                      const std::vector<Eigenmode>& modes, const std::string& analysis,
-                      const std::string& usualFolder, const Listener& listener) {
+std::string drawModes(const Model& model, const State& about, const std::vector<Eigenmode>& modes,
+                      const std::string& analysis, const std::string& usualFolder,
+                      const Listener& listener) {
     std::vector<std::string> titles;
     for (size_t k = 0; k < modes.size(); ++k)
         titles.push_back("mode " + std::to_string(k + 1) + ": " +

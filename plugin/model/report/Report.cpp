@@ -9,6 +9,7 @@
 
 #include "PageParts.h"
 #include "simflex/base/Base64.h"
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/base/Json.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
@@ -19,7 +20,6 @@
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/results/Extremes.h"
 #include "simflex/model/results/ProbeChoice.h"
-#include "simflex/model/results/UnitScale.h"
 
 namespace simflex {
 namespace model {
@@ -151,9 +151,9 @@ std::vector<PagePlot> makePlots(const Results::Analysis& analysis) {
             for (size_t k = first; k < end; ++k)
                 for (const double value : columns[k].values)
                     if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
-            const UnitScale scale = chooseUnitScale(columns[first].unit, largest);
+            const DisplayUnit scale = chooseDisplayUnit(columns[first].unit, largest);
             PagePlot plot;
-            plot.caption = makeAxisLabel(columns[first].probe, scale.unit);
+            plot.caption = makeAxisLabel(columns[first].probe, scale.name);
             for (size_t k = first; k < end; ++k) {
                 std::vector<double> values = columns[k].values;
                 for (double& value : values) value /= scale.size;

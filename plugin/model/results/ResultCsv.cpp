@@ -1,7 +1,7 @@
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/model/results/CsvLine.h"
 #include "simflex/model/results/ProbeChoice.h"
-#include "simflex/model/results/UnitScale.h"
 
 namespace simflex {
 namespace model {

@@ -6,11 +6,11 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/model/Spectra.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/results/ProbeChoice.h"
-#include "simflex/model/results/UnitScale.h"
 #include "simflex/solver/Eigenmodes.h"
 
 namespace simflex {
@@ -165,13 +165,13 @@ FigurePanel makePanel(std::vector<Candidate>& candidates, const std::vector<Figu
         throw std::runtime_error(std::to_string(candidates.size()) +
                                  " curves in one panel are too many (at most " +
                                  std::to_string(MostCurves) + "): name probes, as in 'tip.x'");
-    const UnitScale unit = chooseUnitScale(*units.begin(), largest);
+    const DisplayUnit unit = chooseDisplayUnit(*units.begin(), largest);
     FigurePanel panel;
     const bool hasOneColumn = columns.size() == 1;
     panel.label = makeAxisLabel(hasOneColumn         ? *columns.begin()
                                 : probes.size() == 1 ? *probes.begin()
                                                      : "",
-                                unit.unit);
+                                unit.name);
     std::vector<std::string> order;
     for (Candidate& candidate : candidates) {
         const ChosenColumn& column = candidate.column;
@@ -202,9 +202,9 @@ Figure makeTransientFigure(const std::vector<FigureSource>& sources, const Figur
     std::vector<Candidate> candidates = collect(sources, wishes, xName, xUnit);
     double largest = 0;
     for (const Candidate& candidate : candidates) largest = findLargest(candidate.x, largest);
-    const UnitScale xScale = chooseUnitScale(xUnit, largest);
+    const DisplayUnit xScale = chooseDisplayUnit(xUnit, largest);
     Figure figure;
-    figure.xLabel = makeAxisLabel(xName, xScale.unit);
+    figure.xLabel = makeAxisLabel(xName, xScale.name);
     auto groups = group(std::move(candidates), wishes.panels);
     if (groups.size() > MostPanels)
         throw std::runtime_error(std::to_string(groups.size()) + " panels are too many (at most " +
@@ -279,26 +279,26 @@ Figure makeVibrationFigure(const std::vector<FigureSource>& sources, const Figur
                 if (isSpectrum) {
                     const AmplitudeSpectrum spectrum = calcSpectrum(time, column.values);
                     const auto shown = std::ptrdiff_t(countShown(spectrum.frequency));
-                    const UnitScale unit =
-                        chooseUnitScale(column.unit, findLargest(spectrum.amplitude));
+                    const DisplayUnit unit =
+                        chooseDisplayUnit(column.unit, findLargest(spectrum.amplitude));
                     curve.x.assign(spectrum.frequency.begin(), spectrum.frequency.begin() + shown);
                     curve.y.assign(spectrum.amplitude.begin(), spectrum.amplitude.begin() + shown);
                     scale(curve.y, unit.size);
-                    addByUnit(figure, "amplitude", unit.unit, curve);
+                    addByUnit(figure, "amplitude", unit.name, curve);
                     continue;
                 }
                 if (!isWaterfall) {
                     for (const OrderTrack& track : trackOrders(time, column.values, speed,
                                                                wishes.orders, wishes.revolutions)) {
-                        const UnitScale unit =
-                            chooseUnitScale(column.unit, findLargest(column.values));
+                        const DisplayUnit unit =
+                            chooseDisplayUnit(column.unit, findLargest(column.values));
                         curve.name = name + ", " + writeGeneral(track.order, 6) + "×";
                         curve.color = number++;
                         curve.dash = curve.color / 7;
                         curve.x = track.speed;
                         curve.y = track.amplitude;
                         scale(curve.y, unit.size);
-                        addByUnit(figure, "amplitude", unit.unit, curve);
+                        addByUnit(figure, "amplitude", unit.name, curve);
                     }
                     continue;
                 }
@@ -482,7 +482,8 @@ Figure makeBodeFigure(const std::vector<FigureSource>& sources, const FigureWish
     Figure figure;
     figure.xLabel = "frequency [Hz]";
     figure.isLogarithmic = isWide(sources[0].analysis->frequency.at(0));
-    FigurePanel phases{"phase [degrees]", {}, false, false};
+    FigurePanel phases{"phase [degrees]", {}};
+    phases.hasDegrees = true;
     std::map<std::string, size_t> panelOfUnit;
     for (size_t s = 0; s < sources.size(); ++s) {
         const std::vector<double>& frequencies = sources[s].analysis->frequency.at(0);
@@ -569,7 +570,6 @@ Figure makeNyquistFigure(const std::vector<FigureSource>& sources, const FigureW
                                  "): name some of the outputs");
     figure.xLabel = makeAxisLabel("real part", unit);
     panel.label = makeAxisLabel("imaginary part", unit);
-    if (panel.curves.size() == 1) figure.xLabel += " of " + panel.curves[0].name;
     figure.panels.push_back(std::move(panel));
     return figure;
 }

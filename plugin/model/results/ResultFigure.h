@@ -7,7 +7,7 @@ Figures of results. **/
 #include <vector>
 
 #include "simflex/model/Results.h"
-#include "simflex/model/results/Figure.h"
+#include "simflex/render/Figure.h"
 
 namespace simflex {
 namespace model {
@@ -46,6 +46,10 @@ struct FigureWishes {
 or Nyquist's diagram or a map of a response; of a transient analysis also spectra, a waterfall or
 orders of a speed: the analyses must be of one type. @throws std::runtime_error. **/
 Figure makeResultFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes);
+
+/** The numbers of a figure as CSV: x and y of each curve side by side; a map's x, y and value line
+by line, of its samples if it has such. @throws std::runtime_error. **/
+void writeFigureCsv(const std::string& path, const Figure& figure);
 
 }  // namespace model
 }  // namespace simflex

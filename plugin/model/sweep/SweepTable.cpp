@@ -13,6 +13,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "simflex/base/DisplayUnit.h"
 #include "simflex/base/InputFile.h"
 #include "simflex/base/NumberText.h"
 #include "simflex/base/UnfinishedFile.h"
@@ -22,7 +23,6 @@
 #include "simflex/model/results/Extremes.h"
 #include "simflex/model/results/ModeShapes.h"
 #include "simflex/model/results/ProbeChoice.h"
-#include "simflex/model/results/UnitScale.h"
 #include "simflex/part/FileChecksum.h"
 #include "simflex/part/Hdf5.h"
 

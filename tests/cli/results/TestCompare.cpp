@@ -9,9 +9,10 @@ simflex compare, and the figures of simflex plot, on results whose values are kn
 
 #include "TestResults.h"
 #include "cli/CliTest.h"
+#include "simflex/base/DisplayUnit.h"
+#include "simflex/base/TemporaryFolder.h"
 #include "simflex/model/results/Comparison.h"
 #include "simflex/model/results/ResultFigure.h"
-#include "simflex/model/results/UnitScale.h"
 #include "simflex/render/Image.h"
 
 namespace simflex {
@@ -297,21 +298,21 @@ TEST(Comparison, WhatCannotBeComparedIsNamed) {
     EXPECT_THAT(result.missing[0].text, HasSubstr("'run' is not compared"));
 }
 
-TEST(UnitScale, PrefixesAreThoseThatPeopleUse) {
+TEST(DisplayUnit, PrefixesAreThoseThatPeopleUse) {
     const auto name = [](const std::string& unit, double largest) {
-        return chooseUnitScale(unit, largest).unit;
+        return chooseDisplayUnit(unit, largest).name;
     };
     EXPECT_EQ(name("m", 2.5e-4), "µm");
     EXPECT_EQ(name("m", 0.02), "mm");
-    EXPECT_EQ(name("m", 0.3), "m");
-    EXPECT_EQ(name("m", 5000), "m");
+    EXPECT_EQ(name("m", 0.3), "mm");
+    EXPECT_EQ(name("m", 5000), "km");
     EXPECT_EQ(name("Pa", 3e8), "MPa");
     EXPECT_EQ(name("N m", 2e4), "kN m");
     EXPECT_EQ(name("m/s^2", 20), "m/s²");
     EXPECT_EQ(name("rad", 1e-5), "rad");
     EXPECT_EQ(name("m^2", 1e-5), "m²");
-    EXPECT_EQ(chooseUnitScale("m", 0.02).size, 1e-3);
-    EXPECT_EQ(name("m", 0), "m");
+    EXPECT_EQ(chooseDisplayUnit("m", 0.02).size, 1e-3);
+    EXPECT_EQ(name("m", 0), "mm");
 }
 
 TEST(ResultFigure, ProbesOfOneUnitButOtherSizesHavePanelsOfTheirOwn) {
@@ -332,15 +333,16 @@ TEST(ResultFigure, ProbesOfOneUnitButOtherSizesHavePanelsOfTheirOwn) {
                 SizeIs(7));
 }
 
-TEST(Figure, NothingInATextIsACommandOfGnuplot) {
+TEST(Figure, WordsBesideAnSvgAreEscaped) {
+    const TemporaryFolder folder;
     Figure figure;
-    figure.title = "it's `touch owned`\n!touch owned\n\"quoted\" @macro";
-    figure.panels.push_back({"label'", {{"name", {0, 1}, {0, 1}}}, false});
-    const std::string script = makeGnuplotScript("svg", figure);
-    EXPECT_THAT(script, HasSubstr("'it''s  touch owned  !touch owned \"quoted\" @macro'"));
-    EXPECT_THAT(script, Not(HasSubstr("`")));
-    EXPECT_THAT(script, Not(HasSubstr("\n!")));
-    EXPECT_THAT(script, HasSubstr("'label'''"));
+    figure.title = "a < b & c\n<script>";
+    figure.panels.push_back({"label [m]", {{"</desc>", {0, 1}, {0, 1}}}});
+    drawFigure(folder.path() / "a.svg", figure);
+    const std::string svg = testing::readText(folder.path() / "a.svg");
+    EXPECT_THAT(svg, HasSubstr("<title>a &lt; b &amp; c &lt;script&gt;</title>"));
+    EXPECT_THAT(svg, HasSubstr("\nlabel [m]\n&lt;/desc&gt;\n</desc>"));
+    EXPECT_THAT(svg, Not(HasSubstr("<script>")));
 }
 
 class PlotTest : public CliTest {
@@ -379,7 +381,7 @@ TEST_F(PlotTest, PngHasItsSizeTwiceAndTheCurvesColours) {
 TEST_F(PlotTest, SvgHasTitleUnitsAndLegend) {
     ASSERT_EQ(run("plot a.h5 b.h5 swing.x angle -o swing.svg"), 0) << err;
     const std::string svg = readText(folder / "swing.svg");
-    for (const char* text : {"Swing", "swing.x [m]", "angle [rad]", "time [s]", ">a<", ">b<"})
+    for (const char* text : {"Swing", "swing.x [m]", "angle [rad]", "time [s]", "\na\n", "\nb\n"})
         EXPECT_THAT(svg, HasSubstr(text));
     ASSERT_EQ(run("plot a.h5 --analysis modes -o modes.svg --title ''"), 0) << err;
     EXPECT_THAT(readText(folder / "modes.svg"),
