@@ -30,40 +30,12 @@ void checkPng(const std::string& path) {
 
 // ---- show, save
 
-/** Nothing but the model: characters are too coarse for texts and lines. **/
-void simplify(OffscreenVisualizer& visualizer) {
-    visualizer.setBackgroundType(OffscreenVisualizer::SolidColor)
-        .setTransparentBackground(true)
-        .setWindowTitle("")
-        .setShowColorBar(false)
-        .setShowDeformationFactor(false)
-        .setShowUndeformed(false)
-        .setShowAxes(false)
-        .setShowScaleBar(false)
-        .setShowSimTime(false)
-        .setShowFrameNumber(false);
-}
-
-const struct NamedKind {
-    const char* name;
-    PictureKind kind;
-} PictureKinds[] = {{"symbols", PictureKind::Symbols},
-                    {"sixel", PictureKind::Sixel},
-                    {"kitty", PictureKind::Kitty}};
-
-void show(Shell& shell, const Words& words) {
-    PictureKind kind = PictureKind::Automatic;
-    if (!words.empty()) kind = findNamed(PictureKinds, "kind of picture", words[0]).kind;
-    const SimTK::State& state = shell.updSession().getState();
+void show(Shell& shell, const Words&) {
     const Terminal terminal = Terminal::detect();
-    OffscreenVisualizer visualizer = *shell.makeVisualizer();
-    if (choosePictureKind(kind, terminal) == PictureKind::Symbols) simplify(visualizer);
-    if (!terminal.hasColor)  // light is all there is: none where there is nothing
-        visualizer.setTheme(OffscreenVisualizer::Theme::Dark)
-            .setTransparentBackground(false)
-            .setBackgroundColor(SimTK::Vec3(0));
-    const Image image = visualizer.drawFrame(state);
-    std::fputs(drawTerminalPicture(image, terminal, kind).c_str(), stdout);
+    if (!terminal.isTerminal)
+        throw std::runtime_error("the output is no terminal: write the picture by 'save NAME.png'");
+    const Image image = shell.makeVisualizer()->drawFrame(shell.updSession().getState());
+    std::fputs(drawTerminalPicture(image, terminal).c_str(), stdout);
 }
 
 void save(Shell& shell, const Words& words) {
@@ -335,14 +307,16 @@ void addPictureCommands(std::vector<Command>& commands) {
         {group, "plot", "PROBE ... [from TIME] [to TIME] [into FILE]",
          "Plot probes, or their components such as 'slider.x', in the terminal or into a file",
          "Files are drawn as by 'simflex plot': .png, .svg or .pdf.", 1, 1000, plot, completePlot});
-    commands.push_back({group, "show", "[symbols | sixel | kitty]",
+    commands.push_back({group,
+                        "show",
+                        "",
                         "Show the model in the terminal",
-                        "By the best graphics that the terminal reports: kitty, sixel, or "
-                        "characters, which show only\n"
-                        "the model.",
-                        0, 1, show, [](const Shell&, const Words& before, const std::string&) {
-                            return before.empty() ? getNames(PictureKinds) : Names{};
-                        }});
+                        "For terminals with kitty's graphics: kitty, WezTerm, Ghostty, Konsole; "
+                        "elsewhere use 'save'.",
+                        0,
+                        0,
+                        show,
+                        {}});
     commands.push_back({group, "save", "FILE.png", "Write the picture to a file", "", 1, 1, save,
                         completeFile({".png"})});
     commands.push_back({group, "camera",

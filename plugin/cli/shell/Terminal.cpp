@@ -45,10 +45,6 @@ Terminal Terminal::detect() {
         size.ws_row > 0) {
         terminal.columns = size.ws_col;
         terminal.rows = size.ws_row;
-        if (size.ws_xpixel > size.ws_col && size.ws_ypixel > size.ws_row) {
-            terminal.cellWidth = size.ws_xpixel / size.ws_col;
-            terminal.cellHeight = size.ws_ypixel / size.ws_row;
-        }
     } else {
         terminal.columns = readSize("COLUMNS", terminal.columns);
         terminal.rows = readSize("LINES", terminal.rows);

@@ -10,7 +10,6 @@ struct Terminal {
     bool hasColor = false;  ///< not elsewhere than on a terminal, not if NO_COLOR is set
     bool hasUnicode = true;
     int columns = 80, rows = 24;
-    int cellWidth = 10, cellHeight = 20;  ///< of a character [pixel]
 
     /** Of standard output, now: windows change their size. **/
     static Terminal detect();

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Pictures in a terminal, by libchafa: as kitty or sixel graphics where the terminal says that it has
-them, else made of characters. **/
+Pictures in a terminal, by the graphics protocol of kitty, which others know as well (WezTerm,
+Ghostty, Konsole); terminals that do not know it show nothing. **/
 
 #include <string>
 
@@ -11,15 +11,8 @@ them, else made of characters. **/
 namespace simflex {
 namespace cli {
 
-enum class PictureKind { Automatic, Symbols, Sixel, Kitty };
-
-/** Symbols, sixel or kitty. **/
-PictureKind choosePictureKind(PictureKind wanted, const Terminal& terminal);
-
-/** As wide as the terminal, or as high as it is but for two rows. Without colour, plain characters
-with no control sequences. Ends with a new line. **/
-std::string drawTerminalPicture(const Image& image, const Terminal& terminal,
-                                PictureKind kind = PictureKind::Automatic);
+/** As wide as the terminal, or as high as it is but for two rows. Ends with a new line. **/
+std::string drawTerminalPicture(const Image& image, const Terminal& terminal);
 
 }  // namespace cli
 }  // namespace simflex
