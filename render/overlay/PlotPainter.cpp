@@ -152,15 +152,14 @@ std::vector<PlotPainter::Tick> PlotPainter::Axis::calcTicks() const {
 std::vector<PlotPainter::Tick> PlotPainter::Axis::calcLogarithmicTicks() const {
     std::vector<Tick> ticks;
     const bool isPlain = low >= 0.9e-3 && high <= 1.1e5;
-    const double decade = std::abs(end - begin) / std::log10(high / low);
-    const int every = int(step);
+    const double numDecades = std::log10(high / low);
+    const int every = int(step), multiples = numDecades < 4 ? 9 : 1;
     for (int k = int(std::floor(std::log10(low))); k <= int(std::ceil(std::log10(high))); ++k)
-        for (int m = 1; m < 10; ++m) {
+        for (int m = 1; m <= multiples; ++m) {
             const double value = m * std::pow(10, k);
             if (value < low * (1 - 1e-9) || value > high * (1 + 1e-9)) continue;
             const bool hasNumber =
-                m == 1 ? k % every == 0 : (m == 2 || m == 5) && decade > 260 && isPlain;
-            if (m > 1 && every > 1) continue;
+                m == 1 ? k % every == 0 : (m == 2 || m == 5) && numDecades < 2.5 && isPlain;
             ticks.push_back({value, !hasNumber ? ""
                                     : isPlain  ? writeGeneral(value, 6)
                                                : formatPowerOfTen(k)});
@@ -477,11 +476,14 @@ void PlotPainter::layOut(PlotCanvas& canvas) const {
     if (!figure.title.empty()) top += 1.5 * titleSize * scale;
     const double bottom = height - outer - 2.6 * labelSize * scale;
 
-    // Twice: how many lines a legend takes depends on the width of numbers, and that on the height.
+    // How many lines a legend takes depends on the width of numbers, and that on the height.
     double labels = 0;
     bool hasColors = false;
     std::vector<int> lines(figure.panels.size(), 0);
-    for (const bool isLast : {false, true}) {
+    constexpr int mostPasses = 5;
+    for (int pass = 0; pass < mostPasses; ++pass) {
+        const std::vector<int> linesBefore = lines;
+        const double labelsBefore = labels;
         xLabel = figure.xLabel;
         xAxis = calcXAxis();
         xAxis.begin = outer + labels + 8 * scale;
@@ -528,7 +530,8 @@ void PlotPainter::layOut(PlotCanvas& canvas) const {
             upper = axis.begin + panelGap * scale;
             layouts.push_back(std::move(layout));
         }
-        if (isLast) xAxis.chooseStep(tickDistanceX * scale, figure.hasWholeNumbers ? 1 : 0);
+        xAxis.chooseStep(tickDistanceX * scale, figure.hasWholeNumbers ? 1 : 0);
+        if (pass > 0 && lines == linesBefore && labels == labelsBefore) break;
     }
     for (PanelLayout& layout : layouts) {
         const FigureMap& map = layout.panel->map;
