@@ -302,7 +302,8 @@ TEST(DisplayUnit, PrefixesAreThoseThatPeopleUse) {
     const auto name = [](const std::string& unit, double largest) {
         return chooseDisplayUnit(unit, largest).name;
     };
-    EXPECT_EQ(name("m", 2.5e-4), "µm");
+    EXPECT_EQ(name("m", 2.5e-5), "µm");
+    EXPECT_EQ(name("m", 2.5e-4), "mm");  // tenths of a millimetre
     EXPECT_EQ(name("m", 0.02), "mm");
     EXPECT_EQ(name("m", 0.3), "mm");
     EXPECT_EQ(name("m", 5000), "km");
