@@ -416,10 +416,10 @@ void ModelRun::runTransient(const ModelValue& analysis) {
     if (begun && fs::exists(getCheckpointPath())) {
         const RunCheckpoint checkpoint = readRunCheckpoint(getCheckpointPath());
         if (checkpoint.analysis == name && size_t(checkpoint.numRows) > begun->time.size()) {
-            m_options.listener.tellWarning(
-                "analysis '" + name + "' begins anew: of " + std::to_string(checkpoint.numRows) +
-                " rows '" + m_resultPath + "' has lost all but " +
-                std::to_string(begun->time.size()));
+            m_options.listener.tellWarning("analysis '" + name + "' begins anew: of " +
+                                           std::to_string(checkpoint.numRows) + " rows '" +
+                                           m_resultPath + "' has lost all but " +
+                                           std::to_string(begun->time.size()));
         } else if (checkpoint.analysis == name) {
             run.resume(start, checkpoint);
             m_writer->resumeTransient(name, checkpoint.numRows);
@@ -429,10 +429,7 @@ void ModelRun::runTransient(const ModelValue& analysis) {
     }
     refuseForgottenControllers(analysis);
     run.start(start);
-    if (begun)
-        m_writer->resumeTransient(name, 0);
-    else
-        m_writer->beginTransient(name, makeColumns(), run.getStateColumns());
+    m_writer->beginTransient(name, makeColumns(), run.getStateColumns());
     run.perform();
 }
 

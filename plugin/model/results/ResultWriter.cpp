@@ -172,10 +172,27 @@ void ResultWriter::reopen() {
         if (m_journal->hasHeader() && continues(*m_journal, file)) return;
         m_journal.reset();
     }
-    m_journal.emplace(path, ResultJournal::Access::Create);
-    m_journal->addHeader(file.header);
-    for (const std::string& warning : file.warnings) m_journal->addWarning("", warning);
-    for (const Results::Analysis& analysis : file.analyses) append(analysis);
+    beginJournal(file);
+}
+
+void ResultWriter::beginJournal(const Results& contents) {
+    m_journal.emplace(getJournalPath(m_path), ResultJournal::Access::Create);
+    m_journal->addHeader(contents.header);
+    for (const std::string& warning : contents.warnings) m_journal->addWarning("", warning);
+    for (const Results::Analysis& analysis : contents.analyses) append(analysis);
+}
+
+/** Takes an analysis out of the journal, which can only be continued at its end. **/
+Results::Analysis ResultWriter::takeOut(const std::string& name) {
+    replaceFile();  // which has all until the journal has it again
+    Results rest = readJournal(*m_journal, ReadStates::Yes);
+    m_journal.reset();
+    const auto found = std::find_if(rest.analyses.begin(), rest.analyses.end(),
+                                    [&](const Results::Analysis& one) { return one.name == name; });
+    Results::Analysis taken = std::move(*found);
+    rest.analyses.erase(found);
+    beginJournal(rest);
+    return taken;
 }
 
 /** Makes the HDF5 file anew beside the old one and gives it its name. **/
@@ -198,8 +215,11 @@ ResultJournal& ResultWriter::updJournal() {
 void ResultWriter::begin(const ResultJournal::Analysis& analysis) {
     const std::string& name = analysis.contents.name;
     checkName("an analysis", name);
-    if (m_journal->find(name))
-        throw std::runtime_error("it has an analysis '" + name + "' already");
+    if (const auto* earlier = m_journal->find(name)) {
+        if (earlier->contents.isComplete)
+            throw std::runtime_error("it has an analysis '" + name + "' already");
+        takeOut(name);
+    }
     updJournal().addAnalysis(analysis);
 }
 
@@ -212,7 +232,8 @@ void ResultWriter::append(const Results::Analysis& source) {
         for (Results::Series& series : analysis.contents.probes) series.rows.clear();
         for (const ResultState& state : ResultStates) {
             (analysis.contents.*state.rows).clear();
-            if ((source.*state.rows).empty()) analysis.contents.stateColumns.erase(state.name);
+            if (!source.time.empty() && (source.*state.rows).empty())
+                analysis.contents.stateColumns.erase(state.name);
         }
     }
     for (const auto& [name, columns] : analysis.contents.stateColumns)
@@ -274,6 +295,7 @@ void ResultWriter::resumeTransient(const std::string& name, int numRows) {
         const auto* analysis = m_journal->find(name);
         if (!analysis || analysis->contents.type != "transient")
             throw std::runtime_error("it has no transient analysis '" + name + "' to continue");
+        if (analysis != &m_journal->getAnalyses().back()) append(takeOut(name));
         updJournal().cut(name, numRows);
     });
 }

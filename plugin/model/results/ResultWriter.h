@@ -24,11 +24,11 @@ public:
     ResultWriter(const ResultWriter&) = delete;
     ResultWriter& operator=(const ResultWriter&) = delete;
 
-    /** Begins an analysis of rows over time.
+    /** Begins an analysis of rows over time; one of that name that is not complete is dropped.
     @param states  columns of states that are kept, by Results' names of them **/
     void beginTransient(const std::string& analysis, const std::vector<ResultColumn>& probes,
                         const std::map<std::string, std::vector<std::string>>& states = {});
-    /** Goes on with one after its first `numRows` rows; later ones are dropped. **/
+    /** Goes on with one after its first `numRows` rows; its later ones are dropped. **/
     void resumeTransient(const std::string& analysis, int numRows);
     /** @param values  of all probes, column after column
     @param states  one behind the other in the order of ResultStates **/
@@ -38,7 +38,8 @@ public:
     too, unless that would take more than a tenth of the time. **/
     void flush();
 
-    /** A whole analysis; a complete one replaces the HDF5 file. **/
+    /** A whole analysis, in the place of one of that name that is not complete. A complete one
+    replaces the HDF5 file. **/
     void add(const Results::Analysis& analysis);
     void setStatistics(const std::string& analysis, const std::map<std::string, double>& values);
     void setEvents(const std::string& analysis,
@@ -55,6 +56,8 @@ private:
     void guard(const Work& work);
     void removeLeftovers() const;
     void reopen();
+    void beginJournal(const Results& contents);
+    Results::Analysis takeOut(const std::string& name);
     void replaceFile();
     ResultJournal& updJournal();
     void begin(const ResultJournal::Analysis& analysis);

@@ -138,20 +138,38 @@ TEST_F(ResultFileTest, TheSameRunGivesTheSameBytesHoweverOftenFlushedOrResumed) 
     EXPECT_EQ(readText(path), readText(folder / "once.h5"));
 }
 
-TEST_F(ResultFileTest, GoingOnDropsWhatCameAfter) {
+TEST_F(ResultFileTest, GoingOnDropsLaterRowsAndKeepsOtherAnalyses) {
     writeRun(path);
     {
         ResultWriter writer(path);
         writer.resumeTransient("run", 10);
     }
     const Results data = readResults(path);
-    ASSERT_EQ(data.analyses.size(), 2u);
-    EXPECT_EQ(data.analyses[1].time.size(), 10u);
-    EXPECT_FALSE(data.analyses[1].isComplete);
-    EXPECT_TRUE(data.analyses[1].statistics.empty());
+    ASSERT_EQ(data.analyses.size(), 4u);
+    for (size_t k = 0; k < 3; ++k) {
+        EXPECT_TRUE(data.analyses[k].isComplete);
+        EXPECT_EQ(data.analyses[k].type, (std::vector{"static", "eigen", "campbell"}[k]));
+    }
+    const Results::Analysis& run = data.analyses[3];
+    EXPECT_EQ(run.time.size(), 10u);
+    EXPECT_FALSE(run.isComplete);
+    EXPECT_TRUE(run.statistics.empty());
     ResultWriter writer(path);
     EXPECT_THROW(writer.resumeTransient("run", 11), std::runtime_error);
     EXPECT_THROW(writer.resumeTransient("walk", 1), std::runtime_error);
+}
+
+TEST_F(ResultFileTest, AnAnalysisThatWasCutOffIsReplaced) {
+    for (const char* type : {"static", "eigen", "campbell"}) {
+        Results::Analysis begun = makeAnalysis(type);
+        begun.isComplete = false;
+        ResultWriter(path, makeHeader()).add(begun);
+        ResultWriter(path).add(makeAnalysis(type));
+        const Results data = readResults(path);
+        ASSERT_EQ(data.analyses.size(), 1u) << type;
+        EXPECT_TRUE(data.analyses[0].isComplete) << type;
+        EXPECT_THROW(ResultWriter(path).add(makeAnalysis(type)), std::runtime_error);
+    }
 }
 
 TEST_F(ResultFileTest, RowsThatFollowStatisticsAreKeptToo) {
