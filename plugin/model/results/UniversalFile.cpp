@@ -30,19 +30,16 @@ public:
     explicit UniversalReader(const std::string& path) : m_lines(path, "universal file") {}
 
     UniversalFile read() {
-        bool isAny = false;
         while (m_lines.nextFilled()) {
-            if (!isMark()) {
-                if (!isAny) m_lines.refuse("a universal file begins with -1");
-                continue;
-            }
+            if (!isMark()) m_lines.refuse("a dataset of a universal file begins with -1");
             if (!m_lines.nextFilled()) break;
-            isAny = true;
-            const std::vector<std::string> head = splitAtBlanks(m_lines.line());
-            if (head[0] == "58b") m_lines.refuse("this dataset 58 is binary: write it as text");
-            if (head[0] == "55")
+            const std::string head = splitAtBlanks(m_lines.line())[0];
+            if (head == "58b") m_lines.refuse("this dataset 58 is binary: write it as text");
+            const std::string digits = head.substr(0, head.size() - (head.back() == 'b' ? 1 : 0));
+            const int number = m_lines.parseInteger(digits, "the dataset's number");
+            if (number == 55)
                 readShape();
-            else if (head[0] == "58")
+            else if (number == 58)
                 readResponse();
             else
                 passOver();

@@ -242,6 +242,8 @@ TEST_F(ModeShapesTest, FilesThatAreNoneAreRefused) {
     refuse("no universal file\n", "begins with -1");
     refuse("    -1\n   151\nx\n    -1\n", "neither shapes of modes (dataset 55)");
     refuse("    -1\n    58b     1     1\n", "write it as text");
+    refuse("    -1\n   1x5\nx\n    -1\n" + std::string(kShapes), "the dataset's number is '1x5'");
+    refuse(std::string(kShapes) + "   1-1\n    55\n", "bad.unv:35: a dataset of a universal file");
     std::string text = kShapes;
     text.replace(text.find("-5.000000E-01"), 13, "abc          ");
     refuse(text, "bad.unv:16");
