@@ -30,6 +30,7 @@ constexpr std::uint64_t MostInflation = 1100;  // deflate makes nothing more tha
 constexpr std::uint64_t MostUnpacked = std::uint64_t(4) << 30;
 // More than this is refused if it was packed as tightly as libraries and parts never are.
 constexpr std::uint64_t MuchUnpacked = std::uint64_t(256) << 20, LargestRatio = 100;
+constexpr size_t LongestZipName = 100;           // of a name, in an error
 constexpr std::uint64_t LargestPiece = 1 << 30;  // minizip counts in 32 bits
 
 std::string deflate(std::string_view bytes) {
@@ -182,12 +183,14 @@ void unpackZip(const fs::path& path, const fs::path& folder) {
         const fs::path place = folder / zip.getName();
         if (!staysWithin(zip.getName()))
             zip.fail("would write outside of its folder: '" + zip.getName() + "'");
-        if (zip.getName().back() == '/') {
-            fs::create_directories(place);
-            continue;
-        }
+        const bool isFolder = zip.getName().back() == '/';
+        std::error_code error;
+        fs::create_directories(isFolder ? place : place.parent_path(), error);
+        if (error)
+            zip.fail("cannot be unpacked: '" + zip.getName().substr(0, LongestZipName) +
+                     "': " + error.message());
+        if (isFolder) continue;
         const std::string bytes = zip.read();
-        fs::create_directories(place.parent_path());
         std::ofstream file(place, std::ios::binary);
         file << bytes;
         file.close();

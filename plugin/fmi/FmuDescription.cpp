@@ -238,10 +238,10 @@ FmuVariable readVariable(Element& variable, Element& value) {
     return read;
 }
 
-/** The parser calls itself for each level of nesting. @throws std::runtime_error if elements are
-nested deeper than any description's are. **/
-void refuseDeepNesting(const std::string& xml) {
-    constexpr int MostLevels = 100;
+/** The parser calls itself for each level of nesting, and compares each attribute of an element
+with all others. @throws std::runtime_error if there are more than in any description. **/
+void refuseDeepOrWide(const std::string& xml) {
+    constexpr int MostLevels = 100, MostAttributes = 1000;
     int level = 0;
     const auto skipTo = [&](const char* end, size_t from) {
         const size_t found = xml.find(end, from);
@@ -262,8 +262,15 @@ void refuseDeepNesting(const std::string& xml) {
             i += 2;
         } else {
             // To the end of the tag, past '>' in the values of attributes.
-            for (++i; i < xml.size() && xml[i] != '>'; ++i)
+            int count = 0;
+            for (++i; i < xml.size() && xml[i] != '>'; ++i) {
                 if (xml[i] == '"' || xml[i] == '\'') i = skipTo(xml[i] == '"' ? "\"" : "'", i + 1);
+                if (i < xml.size() && xml[i] == '=' && ++count > MostAttributes)
+                    throw std::runtime_error(
+                        "its modelDescription.xml has an element with more "
+                        "than " +
+                        std::to_string(MostAttributes) + " attributes");
+            }
             if (i < xml.size() && xml[i - 1] == '/') continue;
             if (++level > MostLevels)
                 throw std::runtime_error("its modelDescription.xml has more than " +
@@ -278,7 +285,7 @@ FmuDescription readFmuDescription(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path))
         throw std::runtime_error("there is no modelDescription.xml in it");
     const std::string text = readInputFile(path);
-    refuseDeepNesting(text);
+    refuseDeepOrWide(text);
     SimTK::Xml::Document document;
     try {
         document.readFromString(text);

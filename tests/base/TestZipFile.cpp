@@ -90,6 +90,9 @@ TEST_F(ZipFileTest, ArchivesThatAreDamagedOrMeanNoGoodAreRefusedByName) {
         "w.writestr('../evil', b'1')\n"
         "w = zipfile.ZipFile('root.zip', 'w')\n"
         "w.writestr('/evil', b'1')\n"
+        "w = zipfile.ZipFile('clash.zip', 'w')\n"
+        "w.writestr('a', b'1')\n"
+        "w.writestr('a/b', b'1')\n"
         "w = zipfile.ZipFile('lzma.zip', 'w')\n"
         "w.writestr('a', b'1' * 99, zipfile.ZIP_LZMA)\n"
         "w = zipfile.ZipFile('good.zip', 'w')\n"
@@ -110,6 +113,7 @@ TEST_F(ZipFileTest, ArchivesThatAreDamagedOrMeanNoGoodAreRefusedByName) {
         "open('changed.zip', 'wb').write(data)\n");
     EXPECT_THAT(unpack("outside.zip"), HasSubstr("outside.zip' would write outside of its folder"));
     EXPECT_THAT(unpack("root.zip"), HasSubstr("root.zip' would write outside of its folder"));
+    EXPECT_THAT(unpack("clash.zip"), HasSubstr("clash.zip' cannot be unpacked: 'a/b': Not a"));
     EXPECT_THAT(unpack("lzma.zip"), HasSubstr("lzma.zip' is packed by a method that is not known"));
     EXPECT_THAT(unpack("encrypted.zip"), HasSubstr("encrypted.zip' is encrypted: 'a'"));
     EXPECT_THAT(unpack("bomb.zip"), HasSubstr("'a' cannot be as large as it says"));

@@ -190,6 +190,13 @@ TEST_F(UnrulyFmuTest, WhatWouldCrashReadersIsRefused) {
     pack("none", deep);
     EXPECT_EQ(call("run model.yaml --check"), 1);
     EXPECT_THAT(err, HasSubstr("modelDescription.xml has more than 100 elements in one another"));
+    std::string wide = "<a";
+    for (int i = 0; i < 100000; ++i) wide += " a" + std::to_string(i) + "='='";
+    deep = kUnruly;
+    deep.insert(deep.find("<ModelVariables>"), wide + "/>");
+    pack("none", deep);
+    EXPECT_EQ(call("run model.yaml --check"), 1);
+    EXPECT_THAT(err, HasSubstr("an element with more than 1000 attributes"));
     for (const char* trick : {"<!-- </a> -->", "<![CDATA[</a>]]>", "<b c='</a>'/>"}) {
         deep = kUnruly;
         std::string tricked;
