@@ -47,16 +47,23 @@ std::u16string convertToUtf16(std::string_view text) {
     return units;
 }
 
+namespace {
+
+/** Whether a terminal obeys a character, or shows by it what comes after in another place. **/
+bool isControl(char32_t code) {
+    const bool isBlank = code == '\n' || code == '\t';
+    return (code < 0x20 && !isBlank) || (code >= 0x7F && code < 0xA0) || code == 0x061C ||
+           code == 0x200E || code == 0x200F || (code >= 0x2028 && code <= 0x202E) ||
+           (code >= 0x2066 && code <= 0x2069);
+}
+
+}  // namespace
+
 std::string makePrintable(std::string_view text) {
     std::string printable;
     for (std::size_t at = 0; at < text.size();) {
         const std::size_t length = calcUtf8Length(text, at);
-        const auto first = static_cast<unsigned char>(text[at]);
-        const bool isBlank = first == '\n' || first == '\t',
-                   isControl = (first < 0x20 && !isBlank) || first == 0x7F ||
-                               (first == 0xC2 && length == 2 &&
-                                static_cast<unsigned char>(text[at + 1]) < 0xA0);
-        if (length == 0 || isControl)
+        if (length == 0 || isControl(decodeUtf8(text.substr(at, length))[0]))
             printable += '?';
         else
             printable += text.substr(at, length);

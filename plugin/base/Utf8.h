@@ -18,8 +18,9 @@ std::u32string decodeUtf8(std::string_view text);
 /** UTF-16 of the same. **/
 std::u16string convertToUtf16(std::string_view text);
 
-/** The same without what a terminal would obey: control characters but for line feeds and tabs, and
-bytes that are not UTF-8, become '?'. For all text that comes from files of others. **/
+/** The same without what a terminal would obey: control characters but for line feeds and tabs,
+those that turn the direction of writing, and bytes that are not UTF-8, become '?'. For all text
+that comes from files of others. **/
 std::string makePrintable(std::string_view text);
 
 /** How many there are. **/

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdarg>
 #include <cstdio>
 #include <memory>
 #include <mutex>
@@ -66,6 +67,18 @@ bool isSameFile(int a, int b) {
 }
 
 }  // namespace
+
+void writeOut(const char* format, ...) {
+    va_list values, again;
+    va_start(values, format);
+    va_copy(again, values);
+    std::string text(size_t(std::vsnprintf(nullptr, 0, format, values)) + 1, '\0');
+    std::vsnprintf(text.data(), text.size(), format, again);
+    va_end(again);
+    va_end(values);
+    text.pop_back();
+    std::fputs(makePrintable(text).c_str(), stdout);
+}
 
 Listener makeListener(bool isQuiet) {
     const auto bar = std::make_shared<ProgressBar>(isQuiet);

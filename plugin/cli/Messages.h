@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-What the program says on standard error besides errors:
+What the program says. Names of files, and of what is in them, may be anybody's: a terminal obeys
+nothing that comes from them. On standard error besides errors:
 
     note     where the work is, what was found or done without; -q hides it
     warning  what may change the meaning of a result; nothing hides it, and it is kept with the
@@ -16,6 +17,9 @@ What the program says on standard error besides errors:
 
 namespace simflex {
 namespace cli {
+
+/** std::printf(), of which control characters are left out, see makePrintable(). **/
+[[gnu::format(printf, 1, 2)]] void writeOut(const char* format, ...);
 
 /** Messages, and a progress bar if there are notes; Ctrl-C stops the work. **/
 Listener makeListener(bool isQuiet);

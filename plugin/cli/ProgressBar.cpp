@@ -9,6 +9,7 @@
 
 #include "simflex/base/Interruption.h"
 #include "simflex/base/SecondsSince.h"
+#include "simflex/base/Utf8.h"
 
 namespace simflex {
 namespace cli {
@@ -52,15 +53,16 @@ bool ProgressBar::show(const std::string& phase, double fraction,
     if (isNew) {
         m_phase = phase;
         if (!m_terminal) {
-            std::fprintf(stderr, "%7.1f s  %s\n", secondsSince(m_started), phase.c_str());
+            std::fprintf(stderr, "%7.1f s  %s\n", secondsSince(m_started),
+                         makePrintable(phase).c_str());
             m_drawn = Clock::now();
         }
     }
     if (m_terminal && (isNew || Clock::now() - m_drawn > RedrawInterval))
         draw(fraction, describe ? describe() : "");
     if (!m_terminal && describe && Clock::now() - m_drawn > NextLineInterval) {
-        std::fprintf(stderr, "%7.1f s  %s: %.0f %%, %s\n", secondsSince(m_started), phase.c_str(),
-                     100 * fraction, describe().c_str());
+        std::fprintf(stderr, "%7.1f s  %s: %.0f %%, %s\n", secondsSince(m_started),
+                     makePrintable(phase).c_str(), 100 * fraction, describe().c_str());
         m_drawn = Clock::now();
     }
     return true;
@@ -108,7 +110,7 @@ void ProgressBar::draw(double fraction, const std::string& status) {
     if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 &&
         line.size() > size_t(size.ws_col - 1))
         line.resize(size_t(size.ws_col - 1));
-    std::fprintf(stderr, "\r\033[K%s", line.c_str());
+    std::fprintf(stderr, "\r\033[K%s", makePrintable(line).c_str());
     std::fflush(stderr);
     isOnLine = true;
 }

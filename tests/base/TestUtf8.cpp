@@ -28,6 +28,7 @@ TEST(Utf8, WhatATerminalWouldObeyIsNotPrinted) {
     EXPECT_EQ(makePrintable("\xC2\x9B"
                             "31m\xC2\xA0\xFF"),
               "?31m\xC2\xA0?");
+    EXPECT_EQ(makePrintable("part_\u202Egnp.\u2066exe\u200F"), "part_?gnp.?exe?");
 }
 
 TEST(Utf8, EveryCodePointIsReadAsItIsWritten) {

@@ -11,6 +11,7 @@ simflex cache: the parts that model files have had reduced. **/
 #include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Format.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/model/parts/PartCache.h"
 
 namespace simflex {
@@ -53,9 +54,9 @@ void list(const PartCache& cache) {
         table.add({entry.key, writeFileSize(double(entry.size)), formatTime(entry.used),
                    entry.part.empty() ? "(not readable)" : entry.part});
     }
-    if (!table.isEmpty()) std::fputs(table.format().c_str(), stdout);
-    std::printf("%s: %s, %s\n", cache.getFolder().c_str(), count(entries.size()).c_str(),
-                writeFileSize(size).c_str());
+    if (!table.isEmpty()) writeOut("%s", table.format().c_str());
+    writeOut("%s: %s, %s\n", cache.getFolder().c_str(), count(entries.size()).c_str(),
+             writeFileSize(size).c_str());
 }
 
 void clear(const PartCache& cache, double oldest) {
@@ -70,10 +71,10 @@ void clear(const PartCache& cache, double oldest) {
         if (isRemoved) size += double(entry.size);
     }
     cache.removeLeftovers();
-    std::printf("%s: %s removed, %s", cache.getFolder().c_str(), count(numRemoved).c_str(),
-                writeFileSize(size).c_str());
-    if (numBusy > 0) std::printf("; %s being made by other runs", count(numBusy).c_str());
-    std::printf("\n");
+    writeOut("%s: %s removed, %s", cache.getFolder().c_str(), count(numRemoved).c_str(),
+             writeFileSize(size).c_str());
+    if (numBusy > 0) writeOut("; %s being made by other runs", count(numBusy).c_str());
+    writeOut("\n");
 }
 
 void perform(const CacheArguments& arguments) {

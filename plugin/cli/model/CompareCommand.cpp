@@ -10,6 +10,7 @@ simflex compare: the difference of two results. **/
 #include "simflex/base/NumberText.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Format.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/Options.h"
 #include "simflex/model/results/Comparison.h"
 #include "simflex/model/results/ProbeChoice.h"
@@ -30,7 +31,7 @@ struct CompareArguments {
 };
 
 void print(const ResultComparison& comparison) {
-    for (const std::string& note : comparison.notes) std::printf("%s\n", note.c_str());
+    for (const std::string& note : comparison.notes) writeOut("%s\n", note.c_str());
     size_t numIdentical = 0;
     std::vector<std::string> analyses;
     for (const auto& column : comparison.columns) {
@@ -46,13 +47,13 @@ void print(const ResultComparison& comparison) {
                 table.add({makeAxisLabel(column.name, column.unit), formatNumber(column.largest),
                            column.x.empty() ? "" : formatNumber(column.time),
                            formatNumber(column.rms), writeGeneral(column.getRelative(), 3)});
-        if (!table.isEmpty()) std::printf("%s:\n%s", analysis.c_str(), table.format("  ").c_str());
+        if (!table.isEmpty()) writeOut("%s:\n%s", analysis.c_str(), table.format("  ").c_str());
     }
-    for (const NotCompared& missing : comparison.missing) std::printf("%s\n", missing.text.c_str());
+    for (const NotCompared& missing : comparison.missing) writeOut("%s\n", missing.text.c_str());
     if (numIdentical > 0)
-        std::printf("%s%zu of %zu columns are identical\n",
-                    numIdentical == count && comparison.missing.empty() ? "no difference: " : "",
-                    numIdentical, count);
+        writeOut("%s%zu of %zu columns are identical\n",
+                 numIdentical == count && comparison.missing.empty() ? "no difference: " : "",
+                 numIdentical, count);
 }
 
 FigureCurve makeCurve(const std::string& name, const ColumnDifference& column,

@@ -28,7 +28,7 @@ struct FmuArguments {
 void printVariables(const char* what, const std::vector<std::string>& names) {
     std::string list;
     for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-    std::printf("  %-11s %s\n", what, list.empty() ? "none" : list.c_str());
+    writeOut("  %-11s %s\n", what, list.empty() ? "none" : list.c_str());
 }
 
 void perform(const FmuArguments& arguments) {
@@ -40,8 +40,8 @@ void perform(const FmuArguments& arguments) {
     const FmuExportReport report =
         exportFmu(loadModelText(arguments.model, arguments.settings), output, options);
     ProgressBar::clearLine();
-    std::printf("%s: FMI %d.0 for co-simulation, %s\n", output.c_str(), options.version,
-                writeFileSize(report.bytes).c_str());
+    writeOut("%s: FMI %d.0 for co-simulation, %s\n", output.c_str(), options.version,
+             writeFileSize(report.bytes).c_str());
     printVariables("parameters", report.parameters);
     printVariables("inputs", report.inputs);
     printVariables("outputs", report.outputs);

@@ -10,6 +10,7 @@ simflex mac: which modes of two results, or of a result and a test, belong toget
 #include "simflex/base/UnfinishedFile.h"
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Format.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/model/results/CsvLine.h"
 #include "simflex/model/results/ModeShapes.h"
 #include "simflex/model/results/ProbeChoice.h"
@@ -63,11 +64,11 @@ void printPartners(const ModeShapes& a, const ModeShapes& b, const ModalAssuranc
                    std::to_string(*partner + 1), formatNumber(b.frequency[*partner]), difference,
                    assurance});
     }
-    std::printf("modal assurance at %zu outputs:\n%s", alike.outputs.size(),
-                table.format("  ").c_str());
+    writeOut("modal assurance at %zu outputs:\n%s", alike.outputs.size(),
+             table.format("  ").c_str());
     if (isAlone)
-        std::printf("-: no shape of %s is alike (the best assurance is less than %g)\n",
-                    nameB.c_str(), ModalAssurance::LeastAlike);
+        writeOut("-: no shape of %s is alike (the best assurance is less than %g)\n", nameB.c_str(),
+                 ModalAssurance::LeastAlike);
 }
 
 void writeMatrix(const std::string& path, const ModalAssurance& alike) {
@@ -111,11 +112,11 @@ void runMac(const MacArguments& arguments) {
     const std::vector<std::string> labels = makeFileLabels({arguments.first, arguments.second});
     printPartners(a, b, alike, labels[1]);
     for (const auto* notes : {&a.notes, &b.notes, &alike.notes})
-        for (const std::string& note : *notes) std::printf("%s\n", note.c_str());
+        for (const std::string& note : *notes) writeOut("%s\n", note.c_str());
     if (!arguments.csv.empty()) writeMatrix(arguments.csv, alike);
     if (!arguments.output.empty()) drawMatrix(arguments.output, alike, labels);
     for (const std::string& path : {arguments.csv, arguments.output})
-        if (!path.empty()) std::printf("%s\n", path.c_str());
+        if (!path.empty()) writeOut("%s\n", path.c_str());
 }
 
 }  // namespace

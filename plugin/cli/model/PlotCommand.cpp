@@ -7,7 +7,9 @@ simflex plot: probes of results over time, natural frequencies, Campbell diagram
 #include <stdexcept>
 #include <tuple>
 
+#include "simflex/base/Utf8.h"
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/Options.h"
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/model/results/ResultFigure.h"
@@ -112,12 +114,12 @@ void runPlot(PlotArguments& arguments) {
     const std::string output =
         arguments.output.empty() ? fs::path(paths[0]).stem().string() + ".png" : arguments.output;
     for (const std::string& warning : arguments.wishes.warnings)
-        std::fprintf(stderr, "warning: %s\n", warning.c_str());
+        std::fprintf(stderr, "warning: %s\n", makePrintable(warning).c_str());
     drawFigure(output, figure);
-    std::printf("%s\n", output.c_str());
+    writeOut("%s\n", output.c_str());
     if (arguments.csv.empty()) return;
     writeFigureCsv(arguments.csv, figure);
-    std::printf("%s\n", arguments.csv.c_str());
+    writeOut("%s\n", arguments.csv.c_str());
 }
 
 }  // namespace
@@ -177,8 +179,9 @@ void addPlotCommand(CLI::App& app) {
         ->capture_default_str();
     plot->add_flag("--nyquist", arguments->wishes.isNyquist,
                    "Plot imaginary over real parts of responses");
-    plot->add_flag("--map", arguments->map,
-                   "Plot magnitude and phase of a sweep's responses over frequency and the parameter");
+    plot->add_flag(
+        "--map", arguments->map,
+        "Plot magnitude and phase of a sweep's responses over frequency and the parameter");
     plot->add_option("--csv", arguments->csv, "Write the figure's numbers to this file as well")
         ->type_name("FILE.csv");
     plot->add_option("--size", arguments->size,

@@ -34,15 +34,15 @@ void runPost(PostArguments& arguments) {
     for (const Results::Analysis& analysis : readResults(output, ReadStates::No).analyses) {
         const std::string& name = analysis.name;
         if (analysis.type == "transient")
-            std::printf("%s: %zu rows, %zu probes\n", name.c_str(), analysis.time.size(),
-                        analysis.probes.size());
+            writeOut("%s: %zu rows, %zu probes\n", name.c_str(), analysis.time.size(),
+                     analysis.probes.size());
         else if (analysis.type == "static")
-            std::printf("%s: %zu probes at rest%s\n", name.c_str(), analysis.probes.size(),
-                        analysis.hasPath() ? ", along a path" : "");
+            writeOut("%s: %zu probes at rest%s\n", name.c_str(), analysis.probes.size(),
+                     analysis.hasPath() ? ", along a path" : "");
         else
-            std::printf("%s: as it was\n", name.c_str());
+            writeOut("%s: as it was\n", name.c_str());
     }
-    std::printf("results: %s\n", output.c_str());
+    writeOut("results: %s\n", output.c_str());
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ void report(ReportArguments& arguments) {
         !arguments.page.empty() ? arguments.page : makePathBeside(arguments.results, ".html");
     const std::string content = model::writeReport(arguments.results, page, arguments.options);
     ProgressBar::clearLine();
-    std::printf("report: %s, %s\n", page.c_str(), content.c_str());
+    writeOut("report: %s, %s\n", page.c_str(), content.c_str());
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ void verify(ModelText text, const ModelRun& run, RunOptions options) {
     ProgressBar::clearLine();
     printVerification(readResults(run.getResultPath(), ReadStates::No),
                       readResults(fine.getResultPath(), ReadStates::No), change);
-    std::printf("results of the finer run: %s\n", fine.getResultPath().c_str());
+    writeOut("results of the finer run: %s\n", fine.getResultPath().c_str());
     fine.refuseFailures();
 }
 
@@ -138,7 +138,7 @@ void perform(const RunArguments& arguments) {
         eraseIf(bars.comparison.missing,
                 [&](const auto& one) { return !run.isWanted(one.analysis); });
         printErrorBars(results, bars);
-        std::printf("results with further modes: %s\n", twin->getFiner().getResultPath().c_str());
+        writeOut("results with further modes: %s\n", twin->getFiner().getResultPath().c_str());
         twin->getFiner().refuseFailures();
     }
     if (isRigidToo) {
@@ -149,13 +149,13 @@ void perform(const RunArguments& arguments) {
         ProgressBar::clearLine();
         printDifference(readResults(run.getResultPath(), ReadStates::No),
                         readResults(rigid.getResultPath(), ReadStates::No));
-        std::printf("results of the rigid model: %s\n", rigid.getResultPath().c_str());
+        writeOut("results of the rigid model: %s\n", rigid.getResultPath().c_str());
         rigid.refuseFailures();
     }
     if (arguments.verifies && hasSteps(run))
         verify(text, run, options);
     else if (arguments.verifies)
-        std::printf(
+        writeOut(
             "nothing to verify: no transient analysis was run, and others take no steps in "
             "time\n");
     run.refuseFailures();

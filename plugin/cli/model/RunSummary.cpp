@@ -35,7 +35,7 @@ std::string makeLabel(const Column& column) {
 }
 
 void print(const TextTable& table) {
-    if (!table.isEmpty()) std::fputs(table.format("  ").c_str(), stdout);
+    if (!table.isEmpty()) writeOut("%s", table.format("  ").c_str());
 }
 
 /** Numbers that are round-off are printed as zero. **/
@@ -62,13 +62,13 @@ private:
 };
 
 void printTransient(const Results::Analysis& analysis, const RoundOff& roundOff) {
-    std::printf("%s: transient", analysis.name.c_str());
+    writeOut("%s: transient", analysis.name.c_str());
     if (!analysis.time.empty())
-        std::printf(", t = %.6g to %.6g s in %zu rows", analysis.time.front(), analysis.time.back(),
-                    analysis.time.size());
-    std::printf("%s\n", analysis.isComplete ? "" : "; NOT COMPLETE");
+        writeOut(", t = %.6g to %.6g s in %zu rows", analysis.time.front(), analysis.time.back(),
+                 analysis.time.size());
+    writeOut("%s\n", analysis.isComplete ? "" : "; NOT COMPLETE");
     if (analysis.statistics.count("steps"))
-        std::printf(
+        writeOut(
             "  %.0f steps, %.0f Newton iterations; rejected steps: %.0f for their error, %.0f not "
             "converged\n"
             "  energy balance: off by at most %.3g J, largest kinetic energy %.3g J\n",
@@ -94,11 +94,11 @@ void printTransient(const Results::Analysis& analysis, const RoundOff& roundOff)
 
 void printEvents(const Results::Analysis& analysis) {
     for (size_t i = 0; i < std::min(analysis.events.size(), MostEvents); ++i)
-        std::printf("  event '%s' at t = %.9g s\n", analysis.events[i].name.c_str(),
-                    analysis.events[i].time);
+        writeOut("  event '%s' at t = %.9g s\n", analysis.events[i].name.c_str(),
+                 analysis.events[i].time);
     if (analysis.events.size() > MostEvents)
-        std::printf("  and %zu events more, which the result file has\n",
-                    analysis.events.size() - MostEvents);
+        writeOut("  and %zu events more, which the result file has\n",
+                 analysis.events.size() - MostEvents);
 }
 
 /** Points of a path where something happens: its ends, limit points, bifurcations. **/
@@ -126,13 +126,13 @@ void printPath(const Results::Analysis& analysis, const RoundOff& roundOff) {
             cells.push_back(roundOff.format(column.values.at(k), column.unit));
         table.add(cells);
     }
-    std::printf("  path of %zu equilibria\n", path.size());
+    writeOut("  path of %zu equilibria\n", path.size());
     print(table);
 }
 
 void printStatic(const Results::Analysis& analysis, const RoundOff& roundOff) {
-    std::printf("%s: static equilibrium, %.0f iterations\n", analysis.name.c_str(),
-                getStatistic(analysis, "iterations"));
+    writeOut("%s: static equilibrium, %.0f iterations\n", analysis.name.c_str(),
+             getStatistic(analysis, "iterations"));
     TextTable table({"probe", "value"});
     for (const ChosenColumn& column : chooseColumns(analysis, {}))
         table.add({makeLabel(column), roundOff.format(column.values.back(), column.unit)});
@@ -144,11 +144,11 @@ constexpr double Aperiodic = Eigenmode::Aperiodic;
 
 void printEigen(const Results::Analysis& analysis) {
     const double numRigid = getStatistic(analysis, "rigid_motions");
-    std::printf("%s: natural modes", analysis.name.c_str());
+    writeOut("%s: natural modes", analysis.name.c_str());
     if (numRigid > 0)
-        std::printf(", besides %.0f motion%s that nothing restores", numRigid,
-                    numRigid == 1 ? "" : "s");
-    std::printf("\n  mode  frequency [Hz]  damping ratio\n");
+        writeOut(", besides %.0f motion%s that nothing restores", numRigid,
+                 numRigid == 1 ? "" : "s");
+    writeOut("\n  mode  frequency [Hz]  damping ratio\n");
     const double free = getStatistic(analysis, "resolution");
     const size_t count = analysis.frequency.empty() ? 0 : analysis.frequency[0].size();
     for (size_t k = 0; k < count; ++k) {
@@ -164,14 +164,14 @@ void printEigen(const Results::Analysis& analysis) {
         std::string number = std::to_string(first + 1);
         if (k > first) number += "-" + std::to_string(k + 1);
         if (frequency <= free)
-            std::printf("  %4s  %14.7g  rigid-body mode: nothing restores it but round-off\n",
-                        number.c_str(), frequency);
+            writeOut("  %4s  %14.7g  rigid-body mode: nothing restores it but round-off\n",
+                     number.c_str(), frequency);
         else if (std::abs(damping) < Aperiodic)
-            std::printf("  %4s  %14.7g  %13.3g\n", number.c_str(), frequency, damping);
+            writeOut("  %4s  %14.7g  %13.3g\n", number.c_str(), frequency, damping);
         else
-            std::printf("  %4s  %14s  no oscillation: %s by a factor of e in %.4g s\n",
-                        number.c_str(), "-", damping > 0 ? "decays" : "UNSTABLE, grows",
-                        1 / (2 * SimTK::Pi * frequency));
+            writeOut("  %4s  %14s  no oscillation: %s by a factor of e in %.4g s\n", number.c_str(),
+                     "-", damping > 0 ? "decays" : "UNSTABLE, grows",
+                     1 / (2 * SimTK::Pi * frequency));
     }
 }
 
@@ -179,60 +179,60 @@ void printParticipation(const Results::Analysis& analysis) {
     const auto found = analysis.matrices.find("effective_mass");
     if (found == analysis.matrices.end()) return;
     const double mass = getStatistic(analysis, "mass");
-    std::printf("  effective mass [%% of %.6g kg] along\n  mode         x         y         z\n",
-                mass);
+    writeOut("  effective mass [%% of %.6g kg] along\n  mode         x         y         z\n",
+             mass);
     double sums[3] = {0, 0, 0};
     for (size_t k = 0; k < found->second.size(); ++k) {
-        std::printf("  %4zu", k + 1);
+        writeOut("  %4zu", k + 1);
         for (size_t a = 0; a < 3; ++a) {
             const double part = 100 * found->second[k][a] / mass;
             sums[a] += part;
-            std::printf(" %9.3f", part);
+            writeOut(" %9.3f", part);
         }
-        std::printf("\n");
+        writeOut("\n");
     }
-    std::printf("   all %9.3f %9.3f %9.3f\n", sums[0], sums[1], sums[2]);
+    writeOut("   all %9.3f %9.3f %9.3f\n", sums[0], sums[1], sums[2]);
 }
 
 void printCampbell(const Results::Analysis& analysis) {
-    std::printf("%s: natural frequencies [Hz] over speed\n", analysis.name.c_str());
+    writeOut("%s: natural frequencies [Hz] over speed\n", analysis.name.c_str());
     for (size_t i = 0; i < analysis.speeds.size(); ++i) {
-        std::printf("  %12.6g:", analysis.speeds[i]);
+        writeOut("  %12.6g:", analysis.speeds[i]);
         for (size_t k = 0; k < analysis.frequency[i].size(); ++k) {
             const double frequency = analysis.frequency[i][k],
                          damping = analysis.dampingRatio[i][k];
             if (damping <= -Aperiodic)
-                std::printf(" %11s", "unstable");
+                writeOut(" %11s", "unstable");
             else if (std::isnan(frequency) || damping >= Aperiodic)
-                std::printf(" %11s", "-");
+                writeOut(" %11s", "-");
             else
-                std::printf(" %11.6g", frequency);
+                writeOut(" %11.6g", frequency);
         }
-        std::printf("\n");
+        writeOut("\n");
     }
     const std::vector<double> critical = findCriticalSpeeds(analysis);
     if (std::all_of(critical.begin(), critical.end(), [](double c) { return std::isnan(c); }))
         return;
-    std::printf("  critical [rad/s], once a revolution:\n  %12s:", "");
+    writeOut("  critical [rad/s], once a revolution:\n  %12s:", "");
     for (const double speed : critical)
         if (std::isnan(speed))
-            std::printf(" %11s", "-");
+            writeOut(" %11s", "-");
         else
-            std::printf(" %11.6g", speed);
-    std::printf("\n");
+            writeOut(" %11.6g", speed);
+    writeOut("\n");
 }
 
 void printLinear(const Results::Analysis& analysis) {
-    std::printf("%s: linear model, %s, %s, %s\n", analysis.name.c_str(),
-                formatCount(analysis.matrices.at("A").size(), "state", "states").c_str(),
-                formatCount(analysis.inputs.size(), "input", "inputs").c_str(),
-                formatCount(analysis.outputs.size(), "output", "outputs").c_str());
+    writeOut("%s: linear model, %s, %s, %s\n", analysis.name.c_str(),
+             formatCount(analysis.matrices.at("A").size(), "state", "states").c_str(),
+             formatCount(analysis.inputs.size(), "input", "inputs").c_str(),
+             formatCount(analysis.outputs.size(), "output", "outputs").c_str());
 }
 
 void printResponse(const Results::Analysis& analysis) {
-    std::printf("%s: frequency response, %s from %.6g to %.6g Hz\n", analysis.name.c_str(),
-                formatCount(analysis.frequency.at(0).size(), "frequency", "frequencies").c_str(),
-                analysis.frequency[0].front(), analysis.frequency[0].back());
+    writeOut("%s: frequency response, %s from %.6g to %.6g Hz\n", analysis.name.c_str(),
+             formatCount(analysis.frequency.at(0).size(), "frequency", "frequencies").c_str(),
+             analysis.frequency[0].front(), analysis.frequency[0].back());
     TextTable table({"response", "largest", "at [Hz]", "phase [deg]"});
     for (const ChosenResponse& response : chooseResponses(analysis, {})) {
         const auto largest = std::max_element(response.magnitude.begin(), response.magnitude.end());
@@ -273,9 +273,9 @@ void printAnalysis(const Results::Analysis& analysis, const ModelRun& run) {
     printEvents(analysis);
     for (const std::string& warning : analysis.warnings)
         if (!isWarningInSight(analysis.name + ": " + warning))
-            std::printf("  warning: %s\n", warning.c_str());
+            writeOut("  warning: %s\n", warning.c_str());
     for (const std::string& remark : run.getRemarks(analysis.name))
-        std::printf("  %s\n", remark.c_str());
+        writeOut("  %s\n", remark.c_str());
 }
 
 }  // namespace
@@ -283,42 +283,41 @@ void printAnalysis(const Results::Analysis& analysis, const ModelRun& run) {
 void printAssembly(ModelRun& run) {
     const Model& model = run.getModel();
     const ModelRun::Assembly assembly = run.assemble();
-    std::printf("%s: %s, %s, %s\n", run.getText().path.c_str(),
-                formatCount(model.getBodies().size(), "body", "bodies").c_str(),
-                formatCount(model.getJoints().size(), "joint", "joints").c_str(),
-                formatCount(model.getMotions().size(), "motion", "motions").c_str());
+    writeOut("%s: %s, %s, %s\n", run.getText().path.c_str(),
+             formatCount(model.getBodies().size(), "body", "bodies").c_str(),
+             formatCount(model.getJoints().size(), "joint", "joints").c_str(),
+             formatCount(model.getMotions().size(), "motion", "motions").c_str());
     for (const Model::BodyEntry& body : model.getBodies()) {
         if (body.flexible)
-            std::printf("  body %s: flexible, %s%s\n", body.name.c_str(),
-                        formatCount(size_t(body.flexible->getNumModes()), "mode", "modes").c_str(),
-                        body.flexible->isRigid(assembly.state) ? ", held rigid" : "");
+            writeOut("  body %s: flexible, %s%s\n", body.name.c_str(),
+                     formatCount(size_t(body.flexible->getNumModes()), "mode", "modes").c_str(),
+                     body.flexible->isRigid(assembly.state) ? ", held rigid" : "");
         else
-            std::printf("  body %s: rigid, %.6g kg\n", body.name.c_str(),
-                        double(body.mobod.getBodyMass(assembly.state)));
+            writeOut("  body %s: rigid, %.6g kg\n", body.name.c_str(),
+                     double(body.mobod.getBodyMass(assembly.state)));
     }
     for (const Model::JointEntry& entry : model.getJoints())
-        std::printf(
+        writeOut(
             "  joint %s: %s of %s and %s, %s\n", entry.name.c_str(),
             entry.joint.getEquations().getKind(), entry.joint.getFrameF().getName().c_str(),
             entry.joint.getFrameM().getName().c_str(),
             formatCount(size_t(entry.joint.getNumEquations()), "equation", "equations").c_str());
     for (const std::string& line : assembly.moved)
-        std::printf("  moved from its place: %s\n", line.c_str());
-    for (const std::string& line : assembly.redundant)
-        std::printf("  redundant: %s\n", line.c_str());
+        writeOut("  moved from its place: %s\n", line.c_str());
+    for (const std::string& line : assembly.redundant) writeOut("  redundant: %s\n", line.c_str());
     for (const Probe& probe : run.getProbes().getProbes())
-        std::printf("  probe %s: %s%s%s\n", probe.name.c_str(),
-                    formatCount(probe.columns.size(), "column", "columns").c_str(),
-                    probe.unit.empty() ? "" : ", ", probe.unit.c_str());
+        writeOut("  probe %s: %s%s%s\n", probe.name.c_str(),
+                 formatCount(probe.columns.size(), "column", "columns").c_str(),
+                 probe.unit.empty() ? "" : ", ", probe.unit.c_str());
     const ModelValue analyses = model.getFile().get("analyses");
     for (const std::string& name : analyses.getKeys())
-        std::printf("  analysis %s: %s%s\n", name.c_str(),
-                    analyses.get(name).get("type").getText().c_str(),
-                    run.isWanted(name) ? "" : ", left out");
+        writeOut("  analysis %s: %s%s\n", name.c_str(),
+                 analyses.get(name).get("type").getText().c_str(),
+                 run.isWanted(name) ? "" : ", left out");
     for (const std::string& warning : assembly.warnings)
-        std::printf("  warning: %s\n", warning.c_str());
-    std::printf("assembled: largest error of a joint %.2g; results would go to %s\n",
-                assembly.largestError, run.getResultPath().c_str());
+        writeOut("  warning: %s\n", warning.c_str());
+    writeOut("assembled: largest error of a joint %.2g; results would go to %s\n",
+             assembly.largestError, run.getResultPath().c_str());
 }
 
 std::string describeSeconds(const ModelRun& run) {
@@ -346,10 +345,10 @@ std::string describeSeconds(const ModelRun& run) {
 void printSummary(const ModelRun& run) {
     const Results results = readResults(run.getResultPath(), ReadStates::No);
     for (const std::string& warning : results.warnings)
-        if (!isWarningInSight(warning)) std::printf("warning: %s\n", warning.c_str());
+        if (!isWarningInSight(warning)) writeOut("warning: %s\n", warning.c_str());
     for (const Results::Analysis& analysis : results.analyses)
         if (run.isWanted(analysis.name)) printAnalysis(analysis, run);
-    std::printf("results: %s\n", run.getResultPath().c_str());
+    writeOut("results: %s\n", run.getResultPath().c_str());
 }
 
 void printComplete(const ModelRun& run) {
@@ -360,7 +359,7 @@ void printComplete(const ModelRun& run) {
         printAnalysis(analysis, run);
         hasAny = true;
     }
-    if (hasAny) std::printf("results so far: %s\n", run.getResultPath().c_str());
+    if (hasAny) writeOut("results so far: %s\n", run.getResultPath().c_str());
     std::fflush(stdout);  // what was wrong is said last, in logs too
 }
 
@@ -403,14 +402,14 @@ void printColumns(const std::string& title, const Results::Analysis& of,
             table.add({makeLabel(column), formatNumber(column.largest),
                        column.x.empty() ? "-" : formatNumber(column.time), formatNumber(column.rms),
                        describe(column)});
-    std::printf("%s\n", title.c_str());
+    writeOut("%s\n", title.c_str());
     print(table);
 }
 
 /** Of responses: at which frequencies they were compared. **/
 void printNotes(const ResultComparison& comparison) {
     for (const std::string& note : comparison.notes)
-        if (note.compare(0, 11, "frequencies") == 0) std::printf("  %s\n", note.c_str());
+        if (note.compare(0, 11, "frequencies") == 0) writeOut("  %s\n", note.c_str());
 }
 
 }  // namespace
@@ -434,12 +433,12 @@ void printDifference(const Results& flexible, const Results& rigid) {
     }
     printNotes(comparison);
     if (!hasAny)
-        std::printf(
+        writeOut(
             "nothing to compare: no probe, and no frequency response, that both models have was "
             "run\n");
     if (hasSmall)
-        std::printf("  * less than the accuracy of the simulation, %g m (solver.accuracy)\n",
-                    accuracy);
+        writeOut("  * less than the accuracy of the simulation, %g m (solver.accuracy)\n",
+                 accuracy);
 }
 
 void printErrorBars(const Results& run, const ErrorBars& bars) {
@@ -450,15 +449,14 @@ void printErrorBars(const Results& run, const ErrorBars& bars) {
     }
     printNotes(bars.comparison);
     for (const NotCompared& missing : bars.comparison.missing)
-        std::printf("  no error bar: %s\n", missing.text.c_str());
+        writeOut("  no error bar: %s\n", missing.text.c_str());
     for (const ModeAdvice& advice : bars.advice)
         if (advice.wanted > 0)
-            std::printf("  %s: %d modes instead of %d for %g %% of %s\n", advice.part.c_str(),
-                        advice.wanted, advice.modes, 100 * TrustedError, advice.probe.c_str());
+            writeOut("  %s: %d modes instead of %d for %g %% of %s\n", advice.part.c_str(),
+                     advice.wanted, advice.modes, 100 * TrustedError, advice.probe.c_str());
         else
-            std::printf("  %s: many more modes than %d, or load points, for %g %% of %s\n",
-                        advice.part.c_str(), advice.modes, 100 * TrustedError,
-                        advice.probe.c_str());
+            writeOut("  %s: many more modes than %d, or load points, for %g %% of %s\n",
+                     advice.part.c_str(), advice.modes, 100 * TrustedError, advice.probe.c_str());
 }
 
 namespace {
@@ -543,12 +541,11 @@ void printVerification(const Results& run, const Results& fine, const std::strin
         hasAny = true;
         for (const ColumnDifference& column : comparison.columns)
             if (column.analysis == a.name && !isTrusted(column))
-                std::printf("  warning: probe '%s' changes by %.3g %% of its range %s; %s\n",
-                            column.name.c_str(), 100 * column.getRelative(),
-                            remedy.describe().c_str(),
-                            remedy.propose(column.getRelative()).c_str());
+                writeOut("  warning: probe '%s' changes by %.3g %% of its range %s; %s\n",
+                         column.name.c_str(), 100 * column.getRelative(), remedy.describe().c_str(),
+                         remedy.propose(column.getRelative()).c_str());
     }
-    if (!hasAny) std::printf("nothing to verify: no transient analysis with probes was run\n");
+    if (!hasAny) writeOut("nothing to verify: no transient analysis with probes was run\n");
 }
 
 }  // namespace cli

@@ -77,7 +77,7 @@ void report(const SweepPlan& plan, const std::vector<SweepOutcome>& outcomes,
                        " cases are complete";
     if (numDone > 0) text += " (" + std::to_string(numDone) + " were before)";
     if (numFailed > 0) text += ", " + std::to_string(numFailed) + " failed";
-    std::printf("%s: %s\n", table.c_str(), text.c_str());
+    writeOut("%s: %s\n", table.c_str(), text.c_str());
     std::fflush(stdout);
     if (counts[int(Status::Interrupted)] > 0 || wasInterrupted())
         throw Cancelled(text + "; the same command continues with the others");
@@ -98,8 +98,8 @@ void runSweepCommand(const SweepArguments& arguments) {
                          (plan.name.empty() ? "" : "." + plan.name) + ".sweep";
     if (arguments.isDry) {
         for (const SweepCase& one : plan.cases)
-            std::printf("%s%s%s\n", one.folder.c_str(), one.error.empty() ? "" : ": ",
-                        one.error.c_str());
+            writeOut("%s%s%s\n", one.folder.c_str(), one.error.empty() ? "" : ": ",
+                     one.error.c_str());
         return;
     }
     refuseOtherSweep(plan, options.folder);

@@ -93,8 +93,8 @@ void runExport(const ExportArguments& arguments) {
         const ReducedBody part = readPart(arguments);
         format.write(arguments.output, part);
         if (!arguments.quiet)
-            std::printf("%s: %d modes, %d nodes -> %s\n", part.name.c_str(), part.numModes,
-                        part.mesh.numNodes(), arguments.output.c_str());
+            writeOut("%s: %d modes, %d nodes -> %s\n", part.name.c_str(), part.numModes,
+                     part.mesh.numNodes(), arguments.output.c_str());
         return;
     }
     throw CLI::ValidationError(

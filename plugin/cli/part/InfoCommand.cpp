@@ -11,6 +11,7 @@ simflex info: what is in a part file, for people or as JSON. **/
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Utf8.h"
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/part/InterfacePicture.h"
 #include "simflex/part/Frequency.h"
 #include "simflex/part/PartWarnings.h"
@@ -190,33 +191,33 @@ std::string pad(const std::string& text, int width) {
 }
 
 void printInterfaces(const ReducedBody& body) {
-    std::printf("interfaces      %zu\n", body.interfaces.size());
+    writeOut("interfaces      %zu\n", body.interfaces.size());
     if (body.interfaces.empty()) return;
-    std::printf("  %s  %-12s %8s  %36s  %12s\n", pad("name", 20).c_str(), "tie", "nodes",
-                "master x, y, z in the deck [m]", "reach [m]");
+    writeOut("  %s  %-12s %8s  %36s  %12s\n", pad("name", 20).c_str(), "tie", "nodes",
+             "master x, y, z in the deck [m]", "reach [m]");
     for (const auto& interface : body.interfaces) {
         auto x = inDeck(body, interface.position);
         for (double& number : x) number = withoutNoise(number, body.calcRadius());
-        std::printf("  %s  %-12s %8zu  %12.6g%12.6g%12.6g  %12.6g\n",
-                    pad(interface.name, 20).c_str(), nameOf(interface.tie), interface.nodes.size(),
-                    x[0], x[1], x[2], calcReach(body, interface));
+        writeOut("  %s  %-12s %8zu  %12.6g%12.6g%12.6g  %12.6g\n", pad(interface.name, 20).c_str(),
+                 nameOf(interface.tie), interface.nodes.size(), x[0], x[1], x[2],
+                 calcReach(body, interface));
     }
 }
 
 void printModes(const ReducedBody& body) {
-    std::printf("modes           %d, free-free\n", body.numModes);
+    writeOut("modes           %d, free-free\n", body.numModes);
     if (body.numModes == 0) return;
     const std::vector<ModeLine> lines = calcModeLines(body);
     const bool hasFull = body.report && !body.report->fullFrequencies.empty();
-    std::printf("  %4s  %14s  %16s  %10s%s\n", "mode", "frequency [Hz]", "largest [m/unit]",
-                "at node", hasFull ? "  full model [Hz]   error [%]" : "");
+    writeOut("  %4s  %14s  %16s  %10s%s\n", "mode", "frequency [Hz]", "largest [m/unit]", "at node",
+             hasFull ? "  full model [Hz]   error [%]" : "");
     for (size_t i = 0; i < lines.size(); ++i) {
         const ModeLine& line = lines[i];
-        std::printf("  %4zu  %14.7g  %16.6g  %10d", i + 1, line.frequency, line.largestDisplacement,
-                    line.node);
+        writeOut("  %4zu  %14.7g  %16.6g  %10d", i + 1, line.frequency, line.largestDisplacement,
+                 line.node);
         if (std::isfinite(line.fullFrequency))
-            std::printf("  %15.7g  %10.2g", line.fullFrequency, 100 * line.error());
-        std::printf("\n");
+            writeOut("  %15.7g  %10.2g", line.fullFrequency, 100 * line.error());
+        writeOut("\n");
     }
 }
 
@@ -226,65 +227,62 @@ void printDerivatives(const ReducedBody& body) {
     if (body.derivatives.empty()) return;
     const std::vector<double> hertz = calcFrequencies(body);
     const size_t count = std::min(Most, hertz.size());
-    std::printf("derivatives     %% of frequency per %% of the parameter, modes 1 to %zu\n", count);
+    writeOut("derivatives     %% of frequency per %% of the parameter, modes 1 to %zu\n", count);
     for (const ReducedBody::Derivative& derivative : body.derivatives) {
         const std::string value = writeGeneral(derivative.value, 6) +
                                   (derivative.unit == "1" ? "" : " " + derivative.unit);
-        std::printf("  %s  %-16s", pad(derivative.parameter, 28).c_str(), value.c_str());
+        writeOut("  %s  %-16s", pad(derivative.parameter, 28).c_str(), value.c_str());
         const std::vector<double> slopes = calcFrequencyDerivatives(body, derivative);
         for (size_t i = 0; i < count; ++i)
-            std::printf(" %8.4f", slopes[i] * derivative.value / hertz[i]);
-        std::printf("\n");
+            writeOut(" %8.4f", slopes[i] * derivative.value / hertz[i]);
+        writeOut("\n");
     }
-    std::printf("\n");
+    writeOut("\n");
 }
 
 void printReport(const ReducedBody& body) {
     if (!body.report) {
-        std::printf("reduction       no report in this file\n");
+        writeOut("reduction       no report in this file\n");
         return;
     }
     const ReductionReport& report = *body.report;
-    std::printf("reduction       %d constraint, %d attachment, %zu normal modes\n",
-                report.numConstraintModes, report.numAttachmentModes,
-                report.normalFrequencies.size());
-    if (body.finer)
-        std::printf("for error bars  %d modes of the finer twin\n", body.finer->numModes);
-    std::printf("residuals       of unit modal mass %.1e, stiffness %.1e, rigid motion %.1e\n",
-                report.massOrthogonality, report.stiffnessOrthogonality, report.rigidResidual);
-    std::printf(
-        "                rigid energy %.1e of the lowest mode; condition of the factor %.1e\n",
-        report.rigidEnergy, report.conditionNumber);
+    writeOut("reduction       %d constraint, %d attachment, %zu normal modes\n",
+             report.numConstraintModes, report.numAttachmentModes, report.normalFrequencies.size());
+    if (body.finer) writeOut("for error bars  %d modes of the finer twin\n", body.finer->numModes);
+    writeOut("residuals       of unit modal mass %.1e, stiffness %.1e, rigid motion %.1e\n",
+             report.massOrthogonality, report.stiffnessOrthogonality, report.rigidResidual);
+    writeOut("                rigid energy %.1e of the lowest mode; condition of the factor %.1e\n",
+             report.rigidEnergy, report.conditionNumber);
     if (!report.staticErrors.empty())
-        std::printf("missing         of the free part's static deflection under\n");
+        writeOut("missing         of the free part's static deflection under\n");
     for (const StaticError& error : report.staticErrors)
-        std::printf("  %-40s %.1e\n", error.load.c_str(), error.error);
+        writeOut("  %-40s %.1e\n", error.load.c_str(), error.error);
     if (report.normalFrequencies.empty()) return;
 
     const bool hasMasses = report.effectiveMasses.size() == 6 * report.normalFrequencies.size();
-    std::printf("normal modes    with the interfaces held%s\n",
-                hasMasses ? "; effective mass and inertia in % of the part's" : "");
-    std::printf("  %4s  %14s", "mode", "frequency [Hz]");
+    writeOut("normal modes    with the interfaces held%s\n",
+             hasMasses ? "; effective mass and inertia in % of the part's" : "");
+    writeOut("  %4s  %14s", "mode", "frequency [Hz]");
     if (hasMasses)
-        std::printf("  %9s%9s%9s  %9s%9s%9s", "x", "y", "z", "about x", "about y", "about z");
-    std::printf("\n");
+        writeOut("  %9s%9s%9s  %9s%9s%9s", "x", "y", "z", "about x", "about y", "about z");
+    writeOut("\n");
     std::array<double, 6> sum{};
     const auto printMasses = [&](const double* masses) {
         for (size_t c = 0; c < 6; ++c)
-            std::printf("%s%9.3f", c % 3 == 0 ? "  " : "", 100 * masses[c] / report.rigidMasses[c]);
+            writeOut("%s%9.3f", c % 3 == 0 ? "  " : "", 100 * masses[c] / report.rigidMasses[c]);
     };
     for (size_t i = 0; i < report.normalFrequencies.size(); ++i) {
-        std::printf("  %4zu  %14.7g", i + 1, report.normalFrequencies[i]);
+        writeOut("  %4zu  %14.7g", i + 1, report.normalFrequencies[i]);
         if (hasMasses) {
             printMasses(&report.effectiveMasses[6 * i]);
             for (size_t c = 0; c < 6; ++c) sum[c] += report.effectiveMasses[6 * i + c];
         }
-        std::printf("\n");
+        writeOut("\n");
     }
     if (!hasMasses) return;
-    std::printf("  %4s  %14s", "sum", "");
+    writeOut("  %4s  %14s", "sum", "");
     printMasses(sum.data());
-    std::printf("\n");
+    writeOut("\n");
 }
 
 void printTable(const ReducedBody& body, const std::vector<std::string>& warnings,
@@ -294,36 +292,35 @@ void printTable(const ReducedBody& body, const std::vector<std::string>& warning
     const double radius = body.calcRadius();
     for (double& number : c) number = withoutNoise(number, radius);
     for (double& number : I) number = withoutNoise(number, body.mass * radius * radius);
-    std::printf("part            %s\n", body.name.c_str());
-    std::printf("file            %s, %s\n", path.c_str(), writeFileSize(double(fileSize)).c_str());
-    std::printf("source          %s\n", body.provenance.source.c_str());
-    std::printf("program         %s\n", body.provenance.program.c_str());
-    std::printf("units           %s\n", body.provenance.units.c_str());
-    for (const std::string& warning : warnings)
-        std::printf("warning         %s\n", warning.c_str());
+    writeOut("part            %s\n", body.name.c_str());
+    writeOut("file            %s, %s\n", path.c_str(), writeFileSize(double(fileSize)).c_str());
+    writeOut("source          %s\n", body.provenance.source.c_str());
+    writeOut("program         %s\n", body.provenance.program.c_str());
+    writeOut("units           %s\n", body.provenance.units.c_str());
+    for (const std::string& warning : warnings) writeOut("warning         %s\n", warning.c_str());
     if (!body.provenance.created.empty())
-        std::printf("created         %s\n", body.provenance.created.c_str());
-    std::printf("mesh            %d nodes, %d elements\n", body.mesh.numNodes(),
-                countElements(body.mesh));
-    std::printf("mass            %.9g kg\n", body.mass);
-    std::printf("centre of mass  %.6g %.6g %.6g m (deck)\n", c[0], c[1], c[2]);
-    std::printf("inertia         xx %.6g  yy %.6g  zz %.6g kg m2, about the centre of mass\n", I[0],
-                I[1], I[2]);
-    std::printf("                xy %.6g  xz %.6g  yz %.6g kg m2\n", I[3], I[4], I[5]);
-    std::printf("stiffening      %s\n",
-                body.stiffening ? "yes: geometric stiffness by rotation and interface loads"
-                                : "none (simflex reduce --stiffening)");
+        writeOut("created         %s\n", body.provenance.created.c_str());
+    writeOut("mesh            %d nodes, %d elements\n", body.mesh.numNodes(),
+             countElements(body.mesh));
+    writeOut("mass            %.9g kg\n", body.mass);
+    writeOut("centre of mass  %.6g %.6g %.6g m (deck)\n", c[0], c[1], c[2]);
+    writeOut("inertia         xx %.6g  yy %.6g  zz %.6g kg m2, about the centre of mass\n", I[0],
+             I[1], I[2]);
+    writeOut("                xy %.6g  xz %.6g  yz %.6g kg m2\n", I[3], I[4], I[5]);
+    writeOut("stiffening      %s\n",
+             body.stiffening ? "yes: geometric stiffness by rotation and interface loads"
+                             : "none (simflex reduce --stiffening)");
     if (body.modalStress) {
-        std::printf("stress          yes: stress and strain of each mode at %zu of %d nodes\n",
-                    body.modalStress->nodes.size(), body.mesh.numNodes());
+        writeOut("stress          yes: stress and strain of each mode at %zu of %d nodes\n",
+                 body.modalStress->nodes.size(), body.mesh.numNodes());
     } else {
-        std::printf("stress          none (simflex reduce --stress)\n");
+        writeOut("stress          none (simflex reduce --stress)\n");
     }
-    std::printf("\n");
+    writeOut("\n");
     printInterfaces(body);
-    std::printf("\n");
+    writeOut("\n");
     printModes(body);
-    std::printf("\n");
+    writeOut("\n");
     printDerivatives(body);
     printReport(body);
 }

@@ -287,8 +287,8 @@ void runModes(const ModesArguments& arguments, bool areModesDefault) {
     if (arguments.quiet) return;
     if (suffixes.empty())
         makeListener(false).tellNote("no program ffmpeg here: a contact sheet only");
-    std::printf("%s: %zu modes -> %s\n", part->name.c_str(), modes.size(),
-                (folder / "contact_sheet.png").c_str());
+    writeOut("%s: %zu modes -> %s\n", part->name.c_str(), modes.size(),
+             (folder / "contact_sheet.png").c_str());
 }
 
 }  // namespace

@@ -52,16 +52,16 @@ constexpr double NoStaticError = 1e-9;
 
 /** The part's frequencies and deflections beside those of the full model. **/
 void printCheck(const ReducedBody& body) {
-    std::printf("  mode     part [Hz]    full [Hz]   error\n");
+    writeOut("  mode     part [Hz]    full [Hz]   error\n");
     for (size_t i = 0; i < body.report->fullFrequencies.size(); ++i) {
         const double part = std::sqrt(body.omegaSquared[i]) / (2 * M_PI),
                      full = body.report->fullFrequencies[i];
-        std::printf("%6zu  %12.6g %12.6g  %.1e\n", i + 1, part, full, part / full - 1);
+        writeOut("%6zu  %12.6g %12.6g  %.1e\n", i + 1, part, full, part / full - 1);
     }
-    std::printf("  missing part of the free part's static deflection under\n");
+    writeOut("  missing part of the free part's static deflection under\n");
     for (const StaticError& error : body.report->staticErrors)
-        std::printf("  %-40s %.1e\n", error.load.c_str(),
-                    std::abs(error.error) > NoStaticError ? error.error : 0.0);
+        writeOut("  %-40s %.1e\n", error.load.c_str(),
+                 std::abs(error.error) > NoStaticError ? error.error : 0.0);
 }
 
 std::string findOutput(const ReduceArguments& arguments) {
@@ -121,11 +121,11 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
             ? ", stress at " + std::to_string(body.modalStress->nodes.size()) + " nodes"
             : "";
     if (!arguments.quiet)
-        std::printf("%s: %d modes, %zu interface%s, %.6g kg, lowest frequency %.6g Hz%s%s -> %s\n",
-                    body.name.c_str(), body.numModes, body.interfaces.size(),
-                    body.interfaces.size() == 1 ? "" : "s", body.mass,
-                    std::sqrt(body.omegaSquared[0]) / (2 * M_PI),
-                    body.stiffening ? ", geometric stiffness" : "", stress.c_str(), output.c_str());
+        writeOut("%s: %d modes, %zu interface%s, %.6g kg, lowest frequency %.6g Hz%s%s -> %s\n",
+                 body.name.c_str(), body.numModes, body.interfaces.size(),
+                 body.interfaces.size() == 1 ? "" : "s", body.mass,
+                 std::sqrt(body.omegaSquared[0]) / (2 * M_PI),
+                 body.stiffening ? ", geometric stiffness" : "", stress.c_str(), output.c_str());
     if (!arguments.quiet && options.numCheckedModes > 0) printCheck(body);
 }
 

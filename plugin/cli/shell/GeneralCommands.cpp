@@ -3,6 +3,7 @@ Commands of the prompt about itself: open, source, history, help, quit. **/
 
 #include <algorithm>
 
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/model/file/NearestName.h"
 
@@ -26,17 +27,16 @@ void printHistory(Shell& shell, const Words& words) {
     const size_t count = words.empty()
                              ? lines.size()
                              : std::min(lines.size(), size_t(shell.calcCount(words[0], 100000)));
-    for (size_t i = lines.size() - count; i < lines.size(); ++i)
-        std::printf("%s\n", lines[i].c_str());
+    for (size_t i = lines.size() - count; i < lines.size(); ++i) writeOut("%s\n", lines[i].c_str());
 }
 
 void help(Shell&, const Words& words) {
     if (words.empty())
-        std::printf("%s", formatHelp().c_str());
+        writeOut("%s", formatHelp().c_str());
     else if (words[0] == "--markdown")
-        std::printf("%s", formatMarkdownHelp().c_str());
+        writeOut("%s", formatMarkdownHelp().c_str());
     else
-        std::printf("%s", formatHelp(findCommand(words[0])).c_str());
+        writeOut("%s", formatHelp(findCommand(words[0])).c_str());
 }
 
 }  // namespace

@@ -9,6 +9,7 @@ Commands of the prompt that list what the model has, and what it does now. **/
 #include "simflex/base/Progress.h"
 #include "simflex/body/JointEquations.h"
 #include "simflex/cli/Format.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/model/file/NearestName.h"
 #include "simflex/model/file/ScalarCheck.h"
@@ -44,7 +45,7 @@ void listBodies(Shell& shell) {
                    formatNumber(body.mobod.getBodyMassProperties(session.getState()).getMass()),
                    formatPlace(X_GP.p()), displacement});
     }
-    std::printf("%s", table.format().c_str());
+    writeOut("%s", table.format().c_str());
 }
 
 void listJoints(Shell& shell) {
@@ -65,9 +66,9 @@ void listJoints(Shell& shell) {
              isCoupler ? "-" : joint.getFrameM().getName(), coordinates,
              formatNumber(SimTK::max(SimTK::abs(joint.calcPositionErrors(session.getState()))))});
     }
-    std::printf("%s", table.format().c_str());
+    writeOut("%s", table.format().c_str());
     for (const std::string& line : session.getIntegrator().getRedundantConstraints())
-        std::printf("%s\n", line.c_str());
+        writeOut("%s\n", line.c_str());
 }
 
 void listMotions(Shell& shell) {
@@ -76,7 +77,7 @@ void listMotions(Shell& shell) {
     for (const Model::MotionEntry& motion : session.getModel().getMotions())
         table.add({motion.name, formatNumber(motion.position.calcValue(session.getTime())),
                    motion.position.getText()});
-    std::printf("%s", table.format().c_str());
+    writeOut("%s", table.format().c_str());
 }
 
 void listModes(Shell& shell, const std::string& name) {
@@ -92,7 +93,7 @@ void listModes(Shell& shell, const std::string& name) {
         table.add({std::to_string(i + 1), formatNumber(std::sqrt(omegaSquared) / (2 * SimTK::Pi)),
                    formatNumber(xi[i]), formatNumber(energies[i])});
     }
-    std::printf("%s", table.format().c_str());
+    writeOut("%s", table.format().c_str());
 }
 
 void listProbes(Shell& shell) {
@@ -103,7 +104,7 @@ void listProbes(Shell& shell) {
             columns += (columns.empty() ? "" : ", ") + column;
         table.add({probe.name, probe.unit, columns});
     }
-    std::printf("%s", table.format().c_str());
+    writeOut("%s", table.format().c_str());
 }
 
 void listParameters(Shell& shell) {
@@ -111,7 +112,7 @@ void listParameters(Shell& shell) {
     TextTable table({"parameter", "value"});
     for (const std::string& name : parameters.getKeys())
         table.add({name, formatNumber(parameters.get(name).getNumber())});
-    std::printf("%s", table.format().c_str());
+    writeOut("%s", table.format().c_str());
 }
 
 void listFrames(Shell& shell) {
@@ -127,7 +128,7 @@ void listFrames(Shell& shell) {
         if (body.flexible)
             for (const auto& interface : body.flexible->getPart().interfaces)
                 add(body.name + '.' + interface.name);
-    std::printf("%s", table.format().c_str());
+    writeOut("%s", table.format().c_str());
 }
 
 void listStates(Shell& shell) {
@@ -136,7 +137,7 @@ void listStates(Shell& shell) {
     for (const auto& [name, value] : session.getModel().getStates())
         table.add({name, formatNumber(value.calcValue(session.getModel().getFlexibleBodies(),
                                                       session.getState()))});
-    std::printf("%s", table.format().c_str());
+    writeOut("%s", table.format().c_str());
 }
 
 const struct NamedList {
@@ -162,9 +163,9 @@ void printProbes(Shell& shell, const Words& words) {
     for (const std::string& name : words.empty() ? getNames(session.getProbes()) : words) {
         const Probe* probe = seekNamed(session.getProbes(), name);
         if (!probe && isName(name, false)) probe = &findNamed(session.getProbes(), "probe", name);
-        std::printf("%s = %s\n", name.c_str(),
-                    probe ? formatValues(session.calcProbe(*probe), probe->unit).c_str()
-                          : formatNumber(session.calcFormula(name)).c_str());
+        writeOut("%s = %s\n", name.c_str(),
+                 probe ? formatValues(session.calcProbe(*probe), probe->unit).c_str()
+                       : formatNumber(session.calcFormula(name)).c_str());
     }
 }
 
@@ -184,7 +185,7 @@ void printEnergy(Shell& shell, const Words&) {
         {"work of loads, motions and dampers", work},
         {"error of the balance", total - session.getEnergyBefore() - work}};
     for (const auto& [name, value] : lines)
-        std::printf("%-34s  %s J\n", name, formatNumber(value).c_str());
+        writeOut("%-34s  %s J\n", name, formatNumber(value).c_str());
 }
 
 // ---- eigen
@@ -240,10 +241,10 @@ void printEigenmodes(Shell& shell, const Words& words) {
         table.add({std::to_string(numMotions), isFree ? "0" : formatNumber(mode.frequency), damping,
                    findLargest(session.getModel(), linear, mode)});
     }
-    std::printf("%s", table.format().c_str());
-    if (numMotions > count) std::printf("%d modes in all\n", numMotions);
+    writeOut("%s", table.format().c_str());
+    if (numMotions > count) writeOut("%d modes in all\n", numMotions);
     for (const std::string& line : session.getIntegrator().getRedundantConstraints())
-        std::printf("%s\n", line.c_str());
+        writeOut("%s\n", line.c_str());
 }
 
 std::vector<std::string> completeList(const Shell& shell, const Words& before, const std::string&) {

@@ -6,6 +6,7 @@ Commands of the prompt that move the model: run, step, static, reset. **/
 #include "simflex/base/Interruption.h"
 #include "simflex/base/Progress.h"
 #include "simflex/cli/Format.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/shell/Shell.h"
 
@@ -71,16 +72,16 @@ void reportOutcome(Shell& shell, Session::Outcome outcome) {
     const double time = shell.updSession().getTime();
     const auto events = shell.updSession().getModel().takeOccurrences();
     for (const std::string& warning : shell.updSession().getModel().takeEventWarnings())
-        std::printf("warning: %s\n", warning.c_str());
+        writeOut("warning: %s\n", warning.c_str());
     const size_t numLeftOut = events.size() > MostToldEvents ? events.size() - MostToldEvents : 0;
-    if (numLeftOut > 0) std::printf("%zu events, the last of them:\n", events.size());
+    if (numLeftOut > 0) writeOut("%zu events, the last of them:\n", events.size());
     for (size_t i = numLeftOut; i < events.size(); ++i)
-        std::printf("event '%s' at t = %s s\n", events[i].first.c_str(),
-                    formatNumber(events[i].second).c_str());
+        writeOut("event '%s' at t = %s s\n", events[i].first.c_str(),
+                 formatNumber(events[i].second).c_str());
     if (outcome == Session::Outcome::Stopped)
         throw Cancelled("the time is " + formatNumber(time) + " s");
     if (outcome == Session::Outcome::Terminated)
-        std::printf("the model ended its motion at t = %s s\n", formatNumber(time).c_str());
+        writeOut("the model ended its motion at t = %s s\n", formatNumber(time).c_str());
 }
 
 void run(Shell& shell, const Words& words) {
@@ -94,9 +95,9 @@ void run(Shell& shell, const Words& words) {
     bar.clear();
     reportOutcome(shell, outcome);
     const IntegratorStatistics& now = session.getIntegrator().getStatistics();
-    std::printf("t = %s s: %ld steps, %ld Newton iterations\n",
-                formatNumber(session.getTime()).c_str(), now.stepsTaken - before.stepsTaken,
-                now.newtonIterations - before.newtonIterations);
+    writeOut("t = %s s: %ld steps, %ld Newton iterations\n",
+             formatNumber(session.getTime()).c_str(), now.stepsTaken - before.stepsTaken,
+             now.newtonIterations - before.newtonIterations);
 }
 
 void step(Shell& shell, const Words& words) {
@@ -104,29 +105,28 @@ void step(Shell& shell, const Words& words) {
     const int count = words.empty() ? 1 : shell.calcCount(words[0], MostSteps);
     const Session::Outcome outcome = session.step(count, [](double) { return !wasInterrupted(); });
     reportOutcome(shell, outcome);
-    std::printf("t = %s s: last step %s s, order %d\n", formatNumber(session.getTime()).c_str(),
-                formatNumber(session.getIntegrator().getLastStepSize()).c_str(),
-                session.getIntegrator().getLastOrder());
+    writeOut("t = %s s: last step %s s, order %d\n", formatNumber(session.getTime()).c_str(),
+             formatNumber(session.getIntegrator().getLastStepSize()).c_str(),
+             session.getIntegrator().getLastOrder());
 }
 
 void findStatic(Shell& shell, const Words&) {
     Session& session = shell.updSession();
     const Session::Equilibrium found = session.settle([] { return !wasInterrupted(); });
-    std::printf("at rest after %d iterations\n", found.numIterations);
-    for (const std::string& motion : found.freeMotions) std::printf("%s\n", motion.c_str());
-    if (!found.branch.empty()) std::printf("warning: %s\n", found.branch.c_str());
+    writeOut("at rest after %d iterations\n", found.numIterations);
+    for (const std::string& motion : found.freeMotions) writeOut("%s\n", motion.c_str());
+    if (!found.branch.empty()) writeOut("warning: %s\n", found.branch.c_str());
     if (found.isByDampedMotion)
-        std::printf(
+        writeOut(
             "Newton's iteration did not converge: a strongly damped motion came to rest "
             "here\n");
     for (const std::string& motion : found.unstableMotions)
-        std::printf("unstable: %s\n", motion.c_str());
+        writeOut("unstable: %s\n", motion.c_str());
 }
 
 void reset(Shell& shell, const Words&) {
     shell.updSession().reset();
-    std::printf("back at the start, t = %s s\n",
-                formatNumber(shell.updSession().getTime()).c_str());
+    writeOut("back at the start, t = %s s\n", formatNumber(shell.updSession().getTime()).c_str());
 }
 
 }  // namespace

@@ -8,6 +8,7 @@ Commands of the prompt that draw: pictures and plots, in the terminal and to fil
 
 #include "simflex/base/Progress.h"
 #include "simflex/cli/Format.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/cli/shell/TerminalPicture.h"
@@ -43,7 +44,7 @@ void save(Shell& shell, const Words& words) {
     const SimTK::State& state = shell.updSession().getState();
     const Image image = shell.makeVisualizer()->drawFrame(state);
     image.writePng(words[0]);
-    std::printf("%s: %d x %d pixels\n", words[0].c_str(), image.getWidth(), image.getHeight());
+    writeOut("%s: %d x %d pixels\n", words[0].c_str(), image.getWidth(), image.getHeight());
 }
 
 // ---- camera
@@ -242,7 +243,7 @@ void plot(Shell& shell, const Words& words) {
     Figure figure = makeResultFigure({{"", &rows}}, wishes);
     figure.title = session.getTitle();
     drawFigure(request.file, figure);
-    std::printf("%s\n", request.file.c_str());
+    writeOut("%s\n", request.file.c_str());
 }
 
 Names completePlot(const Shell& shell, const Words& before, const std::string& word) {
@@ -295,8 +296,8 @@ void film(Shell& shell, const Words& words) {
     if (!drawMotion(session.getModel(), motion, makeAnalysis(session), visualizer,
                     shell.makeListener()))
         throw Cancelled("the time is " + formatNumber(session.getTime()) + " s; there is no video");
-    std::printf("%s: %d pictures, t = %s s\n", words[0].c_str(), motion.getNumStates(),
-                formatNumber(session.getTime()).c_str());
+    writeOut("%s: %d pictures, t = %s s\n", words[0].c_str(), motion.getNumStates(),
+             formatNumber(session.getTime()).c_str());
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ int Shell::runPrompt() {
         try {
             run(line);
         } catch (const Cancelled& stopped) {
-            std::printf("%s\n", stopped.what());
+            writeOut("%s\n", stopped.what());
         } catch (const std::exception& error) {
             std::fflush(stdout);
             std::fprintf(stderr, "%s\n",
@@ -203,11 +203,10 @@ std::unique_ptr<OffscreenVisualizer> Shell::makeVisualizer() {
 
 void Shell::printSummary() {
     const Session& session = updSession();
-    std::printf("%s: %s, %s, %s; t = %g s\n", session.getTitle().c_str(),
-                formatCount(session.getModel().getBodies().size(), "body", "bodies").c_str(),
-                formatCount(session.getModel().getJoints().size(), "joint", "joints").c_str(),
-                formatCount(session.getProbes().size(), "probe", "probes").c_str(),
-                session.getTime());
+    writeOut("%s: %s, %s, %s; t = %g s\n", session.getTitle().c_str(),
+             formatCount(session.getModel().getBodies().size(), "body", "bodies").c_str(),
+             formatCount(session.getModel().getJoints().size(), "joint", "joints").c_str(),
+             formatCount(session.getProbes().size(), "probe", "probes").c_str(), session.getTime());
 }
 
 bool Shell::showsProgress() const {

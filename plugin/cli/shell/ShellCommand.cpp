@@ -10,6 +10,7 @@ simflex shell: a model at a prompt, or commands from a file, a pipe or the comma
 
 #include "simflex/base/InputFile.h"
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/Options.h"
 #include "simflex/cli/shell/Shell.h"
 
@@ -47,7 +48,7 @@ void runShell(const ShellArguments& arguments) {
     }
     if (isPrompt) {
         if (!arguments.options.isQuiet)
-            std::printf("'help' lists the commands; the Tab key completes words.\n");
+            writeOut("'help' lists the commands; the Tab key completes words.\n");
         return leave(shell.runPrompt());
     }
     int status = 0;

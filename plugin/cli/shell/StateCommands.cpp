@@ -9,6 +9,7 @@ Commands of the prompt that read and change the model and its State: get, set, d
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/cli/Format.h"
+#include "simflex/cli/Messages.h"
 #include "simflex/cli/shell/Shell.h"
 #include "simflex/model/file/ModelNode.h"
 #include "simflex/model/file/NearestName.h"
@@ -108,8 +109,8 @@ std::optional<Quantity> findByName(const Session& session, const std::string& pa
 }
 
 void printVariable(const Quantity& variable) {
-    std::printf("%s = %s\n", variable.path.c_str(),
-                formatValues(variable.get(), variable.unit).c_str());
+    writeOut("%s = %s\n", variable.path.c_str(),
+             formatValues(variable.get(), variable.unit).c_str());
 }
 
 void get(Shell& shell, const Words& words) {
@@ -121,8 +122,8 @@ void get(Shell& shell, const Words& words) {
         }
         std::string full = normalizePath(path);
         if (const Probe* probe = seekNamed(session.getProbes(), path)) {
-            std::printf("%s = %s\n", path.c_str(),
-                        formatValues(session.calcProbe(*probe), probe->unit).c_str());
+            writeOut("%s = %s\n", path.c_str(),
+                     formatValues(session.calcProbe(*probe), probe->unit).c_str());
             continue;
         }
         const ModelValue file = session.getModel().getFile();
@@ -135,7 +136,7 @@ void get(Shell& shell, const Words& words) {
             printVariable(*variable);
             continue;
         }
-        std::printf("%s = %s\n", full.c_str(), text->c_str());
+        writeOut("%s = %s\n", full.c_str(), text->c_str());
     }
 }
 
@@ -154,9 +155,9 @@ void setVariable(Shell& shell, const Quantity& variable, const std::string& text
 /** The model is made anew with another value. **/
 void setModelValue(Shell& shell, const std::string& path, const std::string& value) {
     const bool isAtStart = shell.updSession().change(path, value);
-    std::printf("the model was built anew with %s = %s; %s, t = %s s\n", path.c_str(),
-                value.c_str(), isAtStart ? "back at the start" : "it stays where it is",
-                formatNumber(shell.updSession().getTime()).c_str());
+    writeOut("the model was built anew with %s = %s; %s, t = %s s\n", path.c_str(), value.c_str(),
+             isAtStart ? "back at the start" : "it stays where it is",
+             formatNumber(shell.updSession().getTime()).c_str());
 }
 
 void set(Shell& shell, const Words& words) {
@@ -201,13 +202,13 @@ void drag(Shell& shell, const Words& words) {
 
 void keep(Shell& shell, const Words& words) {
     shell.updSession().keepState(words[0]);
-    std::printf("%s: t = %s s\n", words[0].c_str(),
-                formatNumber(shell.updSession().getTime()).c_str());
+    writeOut("%s: t = %s s\n", words[0].c_str(),
+             formatNumber(shell.updSession().getTime()).c_str());
 }
 
 void restore(Shell& shell, const Words& words) {
     shell.updSession().restoreState(words[0]);
-    std::printf("t = %s s\n", formatNumber(shell.updSession().getTime()).c_str());
+    writeOut("t = %s s\n", formatNumber(shell.updSession().getTime()).c_str());
 }
 
 std::vector<std::string> completeValues(const Shell& shell, const std::string& word, bool hasAll) {
@@ -261,7 +262,8 @@ void addStateCommands(std::vector<Command>& commands) {
         {group, "drag", "JOINT VALUE",
          "Move the mechanism until a joint's coordinate has this value",
          "JOINT.COORDINATE if it has several. An angle goes through whole turns to it. Flexible "
-         "bodies keep their\nshapes; where the joints cannot be closed with these, they deform as little as "
+         "bodies keep their\nshapes; where the joints cannot be closed with these, they deform as "
+         "little as "
          "needed.",
          2, 2, drag, [](const Shell& shell, const Words& before, const std::string&) {
              std::vector<std::string> names;

@@ -13,8 +13,26 @@ namespace model {
 
 class CsvLine {
 public:
-    /** A field, in quotation marks where it needs them. **/
-    CsvLine& add(const std::string& field) {
+    /** A field, in quotation marks where it needs them. Behind an apostrophe if a spreadsheet would
+    take it for a formula, which may start programs. **/
+    CsvLine& add(const std::string& text) {
+        double number = 0;
+        const bool isFormula = !text.empty() && std::string("=+-@").find(text[0]) != text.npos &&
+                               !readNumber(text, number);
+        return put(isFormula ? "'" + text : text);
+    }
+    /** With 17 digits. **/
+    CsvLine& add(double value) { return put(writeGeneral(value)); }
+    template <class Values>
+    CsvLine& addAll(const Values& values) {
+        for (const auto& value : values) add(value);
+        return *this;
+    }
+    /** The whole line. **/
+    std::string end() const { return m_text + '\n'; }
+
+private:
+    CsvLine& put(const std::string& field) {
         if (!m_isEmpty) m_text += ',';
         m_isEmpty = false;
         if (field.find_first_of(",\"\r\n") == std::string::npos) {
@@ -26,17 +44,7 @@ public:
         m_text += '"';
         return *this;
     }
-    /** With 17 digits. **/
-    CsvLine& add(double value) { return add(writeGeneral(value)); }
-    template <class Values>
-    CsvLine& addAll(const Values& values) {
-        for (const auto& value : values) add(value);
-        return *this;
-    }
-    /** The whole line. **/
-    std::string end() const { return m_text + '\n'; }
 
-private:
     std::string m_text;
     bool m_isEmpty = true;
 };

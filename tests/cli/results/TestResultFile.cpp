@@ -347,6 +347,28 @@ TEST_F(ResultFileTest, NamesThatWouldMakeFoldersOfTheirOwnAreRefused) {
     EXPECT_THROW(writer.addRow(0, {1}), std::runtime_error);
 }
 
+TEST_F(ResultFileTest, NamesThatATerminalWouldObeyAreRefused) {
+    for (const char* name : {"run\x1b[31m", "run\nsimflex: all is well", "run\u202E"}) {
+        ResultWriter(path, makeHeader()).beginTransient(name, makeProbes());
+        EXPECT_THROW(readResults(path), std::runtime_error) << name;
+        std::filesystem::remove(path);
+        ResultWriter(path, makeHeader()).beginTransient("run", {{name, "m", {""}}});
+        EXPECT_THROW(readResults(path), std::runtime_error) << name;
+        std::filesystem::remove(path);
+    }
+}
+
+TEST_F(ResultFileTest, NoTitleOfACsvFileIsAFormula) {
+    Results::Analysis analysis = makeAnalysis("static");
+    for (const char* name : {"=1+1", "+1+1", "-1+1", "@f"}) {
+        analysis.probes[0].column.name = name;
+        writeResultCsv(folder / "run.csv", analysis);
+        const std::string text = readText(folder / "run.csv");
+        EXPECT_THAT(text, HasSubstr("'" + std::string(name))) << name;
+        EXPECT_THAT(text, ::testing::Not(HasSubstr("," + std::string(name)))) << name;
+    }
+}
+
 TEST_F(ResultFileTest, CsvHasOneTitledColumnForEachNumberAndAllDigits) {
     writeRun(path, 3);
     const Results data = readResults(path, ReadStates::No);

@@ -1105,6 +1105,17 @@ TEST_F(RunTest, TextsThatATerminalWouldObeyAreRefusedOrChanged) {
     EXPECT_THAT(err, HasSubstr("model.yaml:2:1: this text holds control characters"));
     EXPECT_NE(runModel("--set 'bodies.\x1b[31mx=1'"), 0);
     EXPECT_EQ(err.find('\x1b'), std::string::npos);
+    testing::writeText(folder / "m\x1b[31m\u202E.yaml",
+                       "simflex: 1\nbodies: {ball: {mass: 1, inertia: [1, 1, 1]}}\n"
+                       "analyses: {fall: {type: transient, duration: 0.1}}\n");
+    for (const char* more : {"--check", ""}) {
+        EXPECT_EQ(
+            runProgram("'" SIMFLEX_PROGRAM "'", "run 'm\x1b[31m\u202E.yaml' " + std::string(more)),
+            0);
+        EXPECT_THAT(out, HasSubstr("m?[31m?."));
+        for (const std::string& text : {out, err})
+            EXPECT_TRUE(text.find('\x1b') == text.npos && text.find("\u202E") == text.npos) << text;
+    }
 }
 
 }  // namespace
