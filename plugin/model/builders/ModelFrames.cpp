@@ -11,6 +11,8 @@ using namespace SimTK;
 
 namespace {
 
+constexpr size_t MostOnEachOther = 1000;  // frames are found from each other by recursion
+
 Vec3 toVec3(const std::array<double, 3>& a) {
     return Vec3(a[0], a[1], a[2]);
 }
@@ -83,6 +85,8 @@ FrameOnBody ModelFrames::find(const std::string& name, const Unknown& fail, int 
         frame.interface = name;
         return frame;
     }
+    const auto resolved = m_resolved.find(name);
+    if (resolved != m_resolved.end()) return resolved->second;
     if (m_file.get("frames").has(name)) {
         const ModelValue value = m_file.get("frames").get(name);
         if (std::find(m_open.begin(), m_open.end(), name) != m_open.end()) {
@@ -91,9 +95,15 @@ FrameOnBody ModelFrames::find(const std::string& name, const Unknown& fail, int 
             m_open.clear();
             value.fail("frames are on each other: " + cycle + name);
         }
+        if (m_open.size() >= MostOnEachOther) {
+            m_open.clear();
+            value.fail("more than " + std::to_string(MostOnEachOther) +
+                       " frames are on each other");
+        }
         m_open.push_back(name);
         frame = find(value);
         m_open.pop_back();
+        m_resolved[name] = frame;
         return frame;
     }
     const size_t dot = name.find('.');

@@ -65,6 +65,7 @@ private:
     std::vector<std::string> m_names;
     std::vector<std::shared_ptr<const ReducedBody>> m_parts;
     mutable std::vector<std::string> m_open;  ///< under `frames`, being resolved
+    mutable std::map<std::string, FrameOnBody> m_resolved;
 };
 
 }  // namespace model

@@ -1118,5 +1118,27 @@ TEST_F(RunTest, TextsThatATerminalWouldObeyAreRefusedOrChanged) {
     }
 }
 
+TEST_F(RunTest, FramesMayBeOnManyOthersAndChainsHaveALimit) {
+    const int numFrames = 3000;
+    const auto write = [&](bool isForward) {
+        std::string frames;
+        for (int k = 0; k < numFrames; ++k) {
+            const int at = isForward ? k : numFrames - 1 - k;
+            frames += "  f" + std::to_string(at) +
+                      ": {on: " + (at ? "f" + std::to_string(at - 1) : "ball") +
+                      ", position: [1, 0, 0]}\n";
+        }
+        writeModel("simflex: 1\nbodies: {ball: {mass: 1, inertia: [1, 1, 1]}}\nframes:\n" + frames +
+                   "probes: {x: {position: f2999, component: x}}\n"
+                   "analyses: {fall: {type: transient, duration: 0.1}}\n");
+    };
+    write(true);
+    ASSERT_EQ(runModel(), 0) << err;
+    EXPECT_EQ(find(read("fall"), "x").rows.at(0).at(0), numFrames);
+    write(false);
+    EXPECT_EQ(runModel("--check"), 1);
+    EXPECT_THAT(err, HasSubstr("more than 1000 frames are on each other"));
+}
+
 }  // namespace
 }  // namespace simflex
