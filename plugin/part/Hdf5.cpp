@@ -172,8 +172,10 @@ std::vector<std::string> listLinks(hid_t group) {
         std::string name(size_t(size) + 1, '\0');
         getName(name.data(), name.size());
         name.resize(size_t(size));
-        if (makePrintable(name) != name || name.find('\n') != name.npos)
+        if (makePrintable(name) != name || name.find('\n') != name.npos) {
+            std::replace(name.begin(), name.end(), '\n', '?');
             throw std::runtime_error("'" + name + "' in it is no name: it cannot be printed");
+        }
         names.push_back(name);
     }
     return names;
