@@ -345,14 +345,16 @@ def mutate(data: bytes, other: bytes, random_: random.Random) -> bytes:
     return b"\n".join(lines)
 
 
-def spoil_number(data: bytes, random_: random.Random):
-    """A letter within a number of several digits; None: there is none."""
+def spoil_number(name: str, data: bytes, random_: random.Random):
+    """A letter within a number of several digits; None: there is none, or Gmsh reads it as a hexadecimal number, 0x.2."""
     numbers = [found for found in re.finditer(rb"(?<![\w.#-])-?\d+\.?\d+(?![\w.-])", data)]
     if not numbers:
         return None
     found = random_.choice(numbers)
     at = random_.randrange(found.start() + 1, found.end())
-    return data[:at] + random_.choice([b"x", b"q", b"_", b"'", b"O"]) + data[at:]
+    letter = random_.choice([b"x", b"q", b"_", b"'", b"O"])
+    is_hexadecimal = letter == b"x" and found.group()[:at - found.start()] in (b"0", b"-0") and name.endswith((".msh", ".geo"))
+    return None if is_hexadecimal else data[:at] + letter + data[at:]
 
 
 def try_case(seed: int, index: int, folder: Path) -> harness.Outcome:
@@ -363,7 +365,7 @@ def try_case(seed: int, index: int, folder: Path) -> harness.Outcome:
     copy_files(shared, folder)
     data = (shared / name).read_bytes()
     must_be_same = has_checksum
-    spoilt = spoil_number(data, random_) if not has_checksum and random_.random() < 0.25 else None
+    spoilt = spoil_number(name, data, random_) if not has_checksum and random_.random() < 0.25 else None
     if spoilt is not None:
         data, must_be_same, outcome.title = spoilt, True, f"{command}, a number spoilt"
     else:
