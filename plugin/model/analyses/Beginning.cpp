@@ -122,6 +122,19 @@ EquilibriumNotes describeEquilibrium(const StaticEquilibrium& equilibrium) {
     return notes;
 }
 
+std::vector<std::string> RangeWarnings::describe(const Model& model, const State& state) {
+    std::vector<std::string> warnings;
+    model.getSystem().realize(state, SimTK::Stage::Velocity);
+    LinearRangeReporter reporter(model.getFlexibleBodies(), 1,
+                                 [&](const std::string& message) { warnings.push_back(message); });
+    reporter.setWarned(m_bodies);
+    reporter.handleEvent(state);
+    m_bodies = reporter.getWarned();
+    for (const auto& [element, text] : model.getFlexibleBodies().describeElementsOutOfRange(state))
+        if (m_elements.insert(element).second) warnings.push_back(text);
+    return warnings;
+}
+
 State findStart(const Model& model, EquilibriumNotes& notes,
                 const std::function<void()>& observer) {
     const State state = model.makeInitialState();

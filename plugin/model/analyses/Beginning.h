@@ -4,9 +4,12 @@ How a model begins to move: its integrator, its start, and why it does not. **/
 
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "simflex/body/LinearRangeReporter.h"
 #include "simflex/model/Model.h"
 #include "simflex/solver/ImplicitIntegrator.h"
 #include "simflex/solver/StaticEquilibrium.h"
@@ -24,6 +27,18 @@ struct EquilibriumNotes {
     std::vector<std::string> warnings, remarks;
 };
 EquilibriumNotes describeEquilibrium(const StaticEquilibrium& equilibrium);
+
+/** What has left the range in which its equations describe it, where an analysis stands: flexible
+bodies (see LinearRangeReporter) and connectors. Says it once of each, also where models follow one
+another that have other values of their parameters. **/
+class RangeWarnings {
+public:
+    std::vector<std::string> describe(const Model& model, const SimTK::State& state);
+
+private:
+    std::set<std::pair<int, LinearRangeReporter::Kind>> m_bodies;
+    std::set<int> m_elements;
+};
 
 /** Where analyses begin: the initial State, brought to static equilibrium or steady motion first if
 `initial.start` says so.

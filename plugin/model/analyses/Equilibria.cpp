@@ -150,8 +150,10 @@ State findSteadyState(const Model& model, EquilibriumNotes& notes,
 /** What is said of equilibria at several speeds, each sentence once. **/
 class NotesAtSpeeds {
 public:
-    void add(double speed, const EquilibriumNotes& notes) {
+    void add(double speed, const EquilibriumNotes& notes, const Model& model, const State& state) {
         for (const std::string& warning : notes.warnings) m_speeds[warning].insert(speed);
+        for (const std::string& warning : m_ranges.describe(model, state))
+            m_speeds[warning].insert(speed);
     }
     template <class Warn>
     void tell(const std::string& parameter, const Warn& warn) const {
@@ -164,6 +166,7 @@ public:
 
 private:
     std::map<std::string, std::set<double>> m_speeds;
+    RangeWarnings m_ranges;
 };
 
 /** The slowest modes of the model, with another value of a parameter, in steady motion. **/
@@ -175,7 +178,7 @@ std::vector<Eigenmode> calcModesAt(const ModelText& text, const ModelOptions& op
     const Model model(readModel(changed), options);
     EquilibriumNotes own;
     const State state = findSteadyState(model, own, observer);
-    notes.add(value, own);
+    notes.add(value, own, model, state);
     return calcSlowestEigenmodes(model.getSystem(), state, count, EigenMethod::Automatic, observer);
 }
 
@@ -310,7 +313,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
         throw std::runtime_error("analysis '" + name + "': " + error.what());
     }
     warnOfUnevenDamping(name, about);
-    checkElements(name, {about});
+    checkRanges(name, {about});
     stopIfAsked();
     const auto firstElastic = std::find_if(
         modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
@@ -520,7 +523,7 @@ void ModelRun::runLinear(const ModelValue& analysis) {
     const ModalForm form = readModalForm(analysis);
     const State about = assembleState(*m_model, findNamedState(analysis.get("about"), name),
                                       [this] { stopIfAsked(); });
-    checkElements(name, {about});
+    checkRanges(name, {about});
     LinearSystem linear;
     try {
         linear = linearizeModel(
@@ -736,7 +739,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         const auto model = std::make_shared<const Model>(readModel(text), m_modelOptions);
         EquilibriumNotes own;
         const State state = findSteadyState(*model, own, observe);
-        notes.add(2 * SimTK::Pi * frequency, own);
+        notes.add(2 * SimTK::Pi * frequency, own, *model, state);
         return ModelResponse(text, m_modelOptions, model, Probes::make(model), state, inputs,
                              outputs, unbalance, effectiveStress, observe);
     };
@@ -765,7 +768,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
         } else {
             const State about =
                 assembleState(*m_model, findNamedState(analysis.get("about"), name), observe);
-            checkElements(name, {about});
+            checkRanges(name, {about});
             model.emplace(m_text, m_modelOptions, m_model, m_probes, about, inputs, outputs,
                           unbalance, effectiveStress, observe);
             calcTransfers = [&](const std::vector<double>& wanted, const auto& tell) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <set>
 
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Progress.h"
@@ -124,24 +123,9 @@ void ModelRun::leaveOut(const std::string& analysis, const std::string& reason) 
 }
 
 void ModelRun::checkRanges(const std::string& analysis, const std::vector<State>& states) {
-    const LinearRangeReporter reporter(
-        m_model->getFlexibleBodies(), 1,
-        [&](const std::string& message) { warn(analysis, message); });
-    for (const State& state : states) {
-        m_model->getSystem().realize(state, SimTK::Stage::Velocity);
-        reporter.handleEvent(state);
-    }
-    checkElements(analysis, states);
-}
-
-void ModelRun::checkElements(const std::string& analysis, const std::vector<State>& states) {
-    std::set<int> told;
-    for (const State& state : states) {
-        m_model->getSystem().realize(state, SimTK::Stage::Velocity);
-        for (const auto& [element, text] :
-             m_model->getFlexibleBodies().describeElementsOutOfRange(state))
-            if (told.insert(element).second) warn(analysis, text);
-    }
+    RangeWarnings ranges;
+    for (const State& state : states)
+        for (const std::string& message : ranges.describe(*m_model, state)) warn(analysis, message);
 }
 
 bool ModelRun::canBend() const {

@@ -85,11 +85,8 @@ private:
     /** Tells that an analysis of a rigid model has no meaning. **/
     void leaveOut(const std::string& analysis, const std::string& reason);
     bool isRigidTwin() const { return m_modelOptions.bodies == ModelOptions::Bodies::Rigid; }
-    /** Warns of flexible bodies that are bent beyond what modes describe, and of what
-    checkElements() warns of. **/
+    /** Warns of bodies and connectors out of their range: see RangeWarnings. **/
     void checkRanges(const std::string& analysis, const std::vector<SimTK::State>& states);
-    /** Warns of connectors that have left the range in which their force means something. **/
-    void checkElements(const std::string& analysis, const std::vector<SimTK::State>& states);
 
     /** An equilibrium that later analyses may begin at. **/
     struct Equilibrium {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <sstream>
 #include <tuple>
 
 #include "cli/run/RunTest.h"
@@ -1064,6 +1065,64 @@ TEST_F(RunTest, APartThatBendsTooFarIsWarnedOfThoughQuiet) {
     const std::string warning = "'bar' at t = [0-9.]+ s: node [0-9]+ is displaced by [0-9.]+ m, ";
     EXPECT_THAT(err, ::testing::ContainsRegex("simflex: warning: run: " + warning));
     EXPECT_THAT(out, ::testing::ContainsRegex("  warning: " + warning));
+}
+
+TEST_F(RunTest, EveryAnalysisWarnsOfAxialLoadsThatItsBodiesDoNotFeel) {
+    // A steel bar of 1 m by 10 mm by 10 mm, which buckles on hinges at 1.6 kN.
+    constexpr int Elements = 20;
+    std::ostringstream deck;
+    deck << "*NODE\n";
+    for (int i = 0; i <= Elements; ++i)
+        for (int k = 0; k < 4; ++k)
+            deck << 4 * i + k + 1 << ", " << double(i) / Elements << ", "
+                 << (k == 1 || k == 2 ? 0.005 : -0.005) << ", " << (k > 1 ? 0.005 : -0.005) << '\n';
+    deck << "*ELEMENT, TYPE=C3D8I, ELSET=ALL\n";
+    for (int i = 0; i < Elements; ++i) {
+        deck << i + 1;
+        for (const int k : {1, 2, 3, 4, 5, 6, 7, 8}) deck << ", " << 4 * i + k;
+        deck << '\n';
+    }
+    deck << "*NSET, NSET=A\n1, 2, 3, 4\n*NSET, NSET=B\n81, 82, 83, 84\n"
+            "*MATERIAL, NAME=STEEL\n*ELASTIC\n2e11, 0.3\n*DENSITY\n7800\n"
+            "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n";
+    testing::writeText(folder / "bar.inp", deck.str());
+    ASSERT_EQ(
+        runProgram("'" SIMFLEX_PROGRAM "'", "reduce bar.inp -i A=A -i B=B --modes 20 -o bar.h5 -q"),
+        0)
+        << err;
+    const auto run = [&](const std::string& force) {
+        writeModel(R"yaml(simflex: 1
+gravity: [0, 0, 0]
+parts: {bar: {file: bar.h5}}
+bodies: {bar: {part: bar}}
+parameters: {rate: 0, force: )yaml" +
+                   force +
+                   R"yaml(}
+joints: {clamp: {type: weld, between: [ground, bar.A]}}
+loads: {pull: {on: bar.B, force: [force, 0, 0]}}
+probes: {tip: {position: bar.B}}
+analyses:
+  rest: {type: static}
+  modes: {type: eigen, count: 3}
+  line: {type: linear, inputs: [loads.pull.force.y], outputs: [tip]}
+  response: {type: frequency_response, inputs: [loads.pull.force.y], outputs: [tip], frequencies: [1, 2]}
+  swept: {type: frequency_response, speed: rate, inputs: [loads.pull.force.y], outputs: [tip], frequencies: [1, 2]}
+  diagram: {type: campbell, parameter: rate, speeds: [0, 1]}
+)yaml");
+        ASSERT_EQ(runModel(), 0) << err;
+    };
+    run("1");
+    EXPECT_EQ(err, "");
+    for (const auto& [force, what] :
+         {std::make_pair("5000", "pulled apart"), std::make_pair("-300", "compressed")}) {
+        run(force);
+        for (const char* name : {"rest", "modes", "line", "response", "swept", "diagram"})
+            EXPECT_THAT(err, ::testing::ContainsRegex(
+                                 std::string("simflex: warning: ") + name +
+                                 ": (at rate = [0-9.]+, )?'bar' at t = 0 s: without geometric "
+                                 "stiffening it is " +
+                                 what + " between"));
+    }
 }
 
 TEST_F(RunTest, TimesOfIntegrationAndOutputAreToldAndKept) {
