@@ -49,11 +49,22 @@ TEST_F(ModelEventTest, EventsHappenAgainHoweverSoonTheirConditionDoes) {
                       -size, -size);
         writeModel(model);
         Session session(loadModelText(folder / "model.yaml"));
-        // 1e-9 is round-off to a condition.
-        const double period = size + 1e-9, end = 40.5 * period;
+        const double end = 40.5 * size;
         session.runTo(end, end);
         EXPECT_EQ(session.get("n")[0], 40) << size;
     }
+}
+
+TEST_F(ModelEventTest, WhatRepeatsItselfIsNotLateByAnyMargin) {
+    writeModel(
+        "simflex: 1\n"
+        "bodies: {a: {mass: 1, inertia: [1, 1, 1], mobilizer: {type: slider}}}\n"
+        "states: {q: {rate: 1, initial: -1e-9}}\n"
+        "events: {e: {when: q > 0, do: [{set: q, to: -1e-9}]}}\n"
+        "probes: {n: {expression: e}}\n");
+    Session session(loadModelText(folder / "model.yaml"));
+    session.runTo(2e-6 + 0.5e-9, 2e-6);
+    EXPECT_EQ(session.get("n")[0], 2000);
 }
 
 }  // namespace

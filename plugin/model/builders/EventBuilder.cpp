@@ -19,7 +19,8 @@ namespace {
 /** What an event does to a State; true: the run ends. **/
 using Action = std::function<bool(State& state)>;
 
-/** Of a condition's margin: less is round-off, of what is welded, say. **/
+/** Of a condition's margin that hangs on where frames are: less is round-off, of what is welded,
+say. Time and states have none, and what they repeat would be late by all margins together. **/
 constexpr Real LeastMargin = 1e-9;
 
 /** Waits for its condition to hold by more than round-off, and once it has happened for it to end,
@@ -30,6 +31,7 @@ public:
                bool isOnce, std::vector<Action> actions)
         : ModelTrigger(system, name),
           m_margin(margin),
+          m_leastMargin(margin.getAttachments().empty() ? 0 : LeastMargin),
           m_count(count),
           m_isOnce(isOnce),
           m_actions(std::move(actions)) {}
@@ -38,8 +40,9 @@ public:
     Real getValue(const State& state) const override {
         if (m_isOnce && !isWaiting(state)) return -1;
         const Real margin = m_margin.calcValue(m_system.flexible, state);
-        if (isWaiting(state)) return margin == LeastMargin ? -LeastMargin : margin - LeastMargin;
-        return margin == 0 ? std::numeric_limits<Real>::min() : -margin;
+        constexpr Real Least = std::numeric_limits<Real>::min();
+        if (isWaiting(state)) return margin == m_leastMargin ? -Least : margin - m_leastMargin;
+        return margin == 0 ? Least : -margin;
     }
 
     void act(State& state, bool& shouldTerminate) const override {
@@ -66,6 +69,7 @@ private:
     bool isWaiting(const State& state) const { return get(state, EventState::Waiting) > 0.5; }
 
     Signal m_margin;
+    Real m_leastMargin;
     int m_count;
     bool m_isOnce;
     std::vector<Action> m_actions;
