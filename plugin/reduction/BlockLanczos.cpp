@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <random>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "simflex/base/DenseAlgebra.h"
@@ -43,20 +44,23 @@ public:
         m_count += block.cols();
     }
 
-    /** W ← W − V VᵀW, twice. @returns the coefficients taken out, count×k. **/
-    MatrixXd orthogonalize(MatrixXd& W) const {
-        const auto V = m_V.leftCols(m_count);
-        MatrixXd first = sum(m_count, W.cols(), [&](Index row, Index rows, MatrixXd& part) {
-            part.noalias() += V.middleRows(row, rows).transpose() * W.middleRows(row, rows);
-        });
-        const MatrixXd second = sum(m_count, W.cols(), [&](Index row, Index rows, MatrixXd& part) {
-            W.middleRows(row, rows).noalias() -= V.middleRows(row, rows) * first;
+    /** W ← W − V VᵀW, twice, the first time with the columns from `from` on alone: where W has no
+    more than round-off of the others. @returns the coefficients taken out, count×k. **/
+    MatrixXd orthogonalize(MatrixXd& W, Index from = 0) const {
+        const auto V = m_V.leftCols(m_count), near = m_V.middleCols(from, m_count - from);
+        const MatrixXd first =
+            sum(near.cols(), W.cols(), [&](Index row, Index rows, MatrixXd& part) {
+                part.noalias() += near.middleRows(row, rows).transpose() * W.middleRows(row, rows);
+            });
+        MatrixXd second = sum(m_count, W.cols(), [&](Index row, Index rows, MatrixXd& part) {
+            W.middleRows(row, rows).noalias() -= near.middleRows(row, rows) * first;
             part.noalias() += V.middleRows(row, rows).transpose() * W.middleRows(row, rows);
         });
         forChunks([&](Index row, Index rows) {
             W.middleRows(row, rows).noalias() -= V.middleRows(row, rows) * second;
         });
-        return first + second;
+        second.bottomRows(near.cols()) += first;
+        return second;
     }
 
     /** Brings W to orthonormal columns Q, W = Q B, both orthogonal to V; directions shorter than
@@ -84,11 +88,11 @@ public:
             const VectorXd root = lambda.tail(kept).cwiseSqrt();
             const MatrixXd toQ = scale.asDiagonal() * U * root.cwiseInverse().asDiagonal();
             B = root.asDiagonal() * U.transpose() * norms.asDiagonal() * B;
-            MatrixXd Q(size(), kept);
             forChunks([&](Index row, Index rows) {
-                Q.middleRows(row, rows).noalias() = W.middleRows(row, rows) * toQ;
+                const MatrixXd part = W.middleRows(row, rows) * toQ;
+                W.block(row, 0, rows, kept) = part;
             });
-            W.swap(Q);
+            W.conservativeResize(Eigen::NoChange, kept);
             const bool good = dropped == 0 && lambda[0] > IllScaled &&
                               norms.minCoeff() > std::sqrt(IllScaled) * longest;
             if (kept == 0 || (pass > 0 && good)) break;
@@ -264,6 +268,7 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
     VectorXd found;                                                   // before the last fresh block
     double largest = 0;                                               // of |C|, from below
     Index numApplied = 0, nextJudgement = bounded ? range.count : 0;  // vectors
+    Index previous = 0;  // first column of the block before: C V has no part of those before it
     int sinceFresh = StepsOfFreshBlock, numRestarts = 0;
     for (;;) {
         // One step: V takes the block W, which becomes C W less what V spans.
@@ -277,7 +282,7 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
         if (!W.allFinite())
             throw std::runtime_error(
                 "Lanczos met a number that is not finite: the matrix is singular");
-        const MatrixXd H = basis.orthogonalize(W);
+        const MatrixXd H = basis.orthogonalize(W, std::exchange(previous, before));
         const Index count = basis.count();
         T.conservativeResize(count, count);
         T.rightCols(width) = H;
@@ -323,6 +328,7 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
                 std::min({count, room, std::max(wanted + blockSize, (wanted + room) / 2)});
             basis.replaceBy(ritz.vectors.leftCols(kept));
             T = ritz.values.head(kept).asDiagonal();
+            previous = 0;
             nextJudgement = 0;
         }
         if (wantsFresh) {

@@ -71,37 +71,39 @@ Modes solvePencil(const std::string& part, const Eigen::MatrixXd& K, const Eigen
         describeSlenderness(rigid));
 }
 
-/** How many of the first shapes, ordered by energy, K resists no more than its round-off would. **/
-Eigen::Index countFree(const FeProducts& products, const RigidMotion& rigid, const Shapes& Phi,
-                       const Eigen::VectorXd& energies) {
-    const Eigen::Index most = std::min(MostHinges, Phi.cols());
-    const Eigen::VectorXd sizes = products.K.sumSizes(Phi.leftCols(most));
-    const double noise = RigidNoise * calcRigidNoise(products, rigid);
+/** What the energies of the first shapes are sums of. **/
+Eigen::VectorXd calcSizes(const FeProducts& products, const Shapes& Phi) {
+    return products.K.sumSizes(Phi.leftCols(std::min(MostHinges, Phi.cols())));
+}
+
+/** How many shapes K resists no more than its round-off would.
+@param noise  see calcRigidNoise() **/
+Eigen::Index countFree(const Eigen::VectorXd& sizes, const Eigen::VectorXd& energies,
+                       double noise) {
     Eigen::Index count = 0;
-    for (Eigen::Index k = 0; k < most; ++k) count += !(energies[k] > noise * sizes[k]);
+    for (Eigen::Index k = 0; k < sizes.size(); ++k)
+        count += !(energies[k] > RigidNoise * noise * sizes[k]);
     return count;
 }
 
 /** The same of all that shapes can become together: in units in which each has the same energy,
 since a massless one has no frequency. **/
-Eigen::Index countFreeTogether(const FeProducts& products, const RigidMotion& rigid,
-                               const Shapes& Phi, const Eigen::MatrixXd& K) {
+Eigen::Index countFreeTogether(const FeProducts& products, const Shapes& Phi,
+                               const Eigen::MatrixXd& K, double noise) {
     const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
     const SymmetricEigen pivots = calcSymmetricEigen(scale.asDiagonal() * K * scale.asDiagonal());
     const Eigen::MatrixXd softest =
         scale.asDiagonal() * pivots.vectors.leftCols(std::min(MostHinges, Phi.cols()));
-    return countFree(products, rigid, Phi * softest, pivots.values);
+    return countFree(calcSizes(products, Phi * softest), pivots.values, noise);
 }
 
 /** Energies of the slowest shapes are sums of far larger terms, each rounded. **/
-void checkDigits(const std::string& part, const FeProducts& products, const RigidMotion& rigid,
-                 const Shapes& Phi, const Eigen::VectorXd& omegaSquared) {
+void checkDigits(const std::string& part, const RigidMotion& rigid, const Eigen::VectorXd& sizes,
+                 const Eigen::VectorXd& omegaSquared) {
     constexpr double UnitRoundOff = std::numeric_limits<double>::epsilon() / 2;
-    const Eigen::Index most = std::min(MostHinges, Phi.cols());
-    const Eigen::VectorXd sizes = products.K.sumSizes(Phi.leftCols(most));
     // Half of what it is for ω².
     const double lost =
-        0.5 * UnitRoundOff * sizes.cwiseQuotient(omegaSquared.head(most)).maxCoeff();
+        0.5 * UnitRoundOff * sizes.cwiseQuotient(omegaSquared.head(sizes.size())).maxCoeff();
     if (lost <= FrequencyDigits) return;
     throw std::invalid_argument("part '" + part +
                                 "': round-off in the stiffness matrix may change "
@@ -139,13 +141,15 @@ MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& produ
     const auto calcK = [&] { return symmetricGram(Phi, products.K.multiply(Phi)); };
     const auto calcM = [&] { return symmetricGram(Phi, products.m.multiplyPerAxis(Phi)); };
     const Eigen::MatrixXd K = calcK();
-    if (const Eigen::Index count = countFreeTogether(products, rigid, Phi, K))
+    const double noise = calcRigidNoise(products, rigid);
+    if (const Eigen::Index count = countFreeTogether(products, Phi, K, noise))
         refuseFree(part, rigid, count);
     const Modes first = solvePencil(part, K, calcM());
     Phi = (Phi * first.vectors).eval();
-    if (const Eigen::Index count = countFree(products, rigid, Phi, first.omegaSquared))
+    const Eigen::VectorXd sizes = calcSizes(products, Phi);
+    if (const Eigen::Index count = countFree(sizes, first.omegaSquared, noise))
         refuseFree(part, rigid, count);
-    checkDigits(part, products, rigid, Phi, first.omegaSquared);
+    checkDigits(part, rigid, sizes, first.omegaSquared);
     boundary = (boundary * first.vectors).eval();
     const Modes second = solvePencil(part, calcK(), calcM());
     MeanAxisModes modes;

@@ -3,12 +3,27 @@
 #include <algorithm>
 #include <numeric>
 
+#include "simflex/base/Chunk.h"
 #include "simflex/base/ParallelFor.h"
 
 namespace simflex {
 namespace {
 
 constexpr size_t ProductsWorthThreads = 2000000;  // multiplications
+constexpr Eigen::Index SumsInRegisters = 3;       // chunks
+
+/** y ← Σ_k values_k x(columns_k) of numbers that lie side by side, of so many chunks. **/
+template <int Chunks>
+inline void addUpRow(const double* values, const std::int32_t* columns, std::int64_t count,
+                     const double* x, Eigen::Index width, double* y) {
+    Chunk sum[Chunks];
+    for (Chunk& part : sum) part = Chunk{};
+    for (std::int64_t k = 0; k < count; ++k) {
+        const double* of = x + columns[k] * width;
+        for (int c = 0; c < Chunks; ++c) sum[c] += values[k] * loadChunk(of + c * ChunkSize);
+    }
+    for (int c = 0; c < Chunks; ++c) storeChunk(sum[c], y + c * ChunkSize);
+}
 
 }  // namespace
 
@@ -40,12 +55,19 @@ Shapes FullRows::multiplyBlocks(const Shapes& X, int rowsPerEntry) const {
 #pragma omp parallel for schedule(static) if (m_values.size() * size_t(width) >= \
                                               ProductsWorthThreads)
     for (int row = 0; row < size(); ++row) {
+        const std::int64_t first = m_starts[row], count = m_starts[row + 1] - first;
+        const double *values = m_values.data() + first, *x = X.data();
+        const std::int32_t* columns = m_columns.data() + first;
         double* y = Y.data() + row * width;
-        for (Eigen::Index j = 0; j < width; ++j) y[j] = 0;
-        for (auto k = m_starts[row]; k < m_starts[row + 1]; ++k) {
-            const double value = m_values[k];
-            const double* x = X.data() + m_columns[k] * width;
-            for (Eigen::Index j = 0; j < width; ++j) y[j] += value * x[j];
+        Eigen::Index j = 0;
+        for (; j + SumsInRegisters * ChunkSize <= width; j += SumsInRegisters * ChunkSize)
+            addUpRow<SumsInRegisters>(values, columns, count, x + j, width, y + j);
+        for (; j + ChunkSize <= width; j += ChunkSize)
+            addUpRow<1>(values, columns, count, x + j, width, y + j);
+        for (; j < width; ++j) {
+            double sum = 0;
+            for (std::int64_t k = 0; k < count; ++k) sum += values[k] * x[columns[k] * width + j];
+            y[j] = sum;
         }
     }
     return Y;
