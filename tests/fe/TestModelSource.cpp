@@ -3,10 +3,13 @@ Gmsh parts with a material, units, and the choice of a reader by the file's name
 
 #include <gmock/gmock.h>
 
+#include <Eigen/Dense>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <iomanip>
 #include <sstream>
 
@@ -617,6 +620,85 @@ std::string bulkPlate(const std::string& more) {
     return bulkGrids(grids) + data + more;
 }
 
+/** The same as S4 of the set PLATE.
+@param nodes  more lines of *NODE **/
+std::string deckPlate(const std::string& nodes = "") {
+    std::string text = "*NODE\n";
+    for (int j = 0; j <= 2; ++j)
+        for (int i = 0; i <= 4; ++i)
+            text += std::to_string(1 + i + 5 * j) + "," + std::to_string(0.05 * i) + "," +
+                    std::to_string(0.05 * j) + ",0\n";
+    text += nodes + "*ELEMENT,TYPE=S4,ELSET=PLATE\n";
+    for (int j = 0; j < 2; ++j)
+        for (int i = 0; i < 4; ++i) {
+            const int first = 1 + i + 5 * j;
+            for (const int number : {1 + i + 4 * j, first, first + 1, first + 6, first + 5})
+                text += std::to_string(number) + ",";
+            text += "\n";
+        }
+    return text;
+}
+
+void expectSameMatrices(const FeModel& a, const FeModel& b) {
+    ASSERT_EQ(a.K.rows, b.K.rows);
+    const double largest = *std::max_element(b.K.values.begin(), b.K.values.end());
+    for (size_t k = 0; k < b.K.values.size(); ++k)
+        ASSERT_NEAR(a.K.values[k], b.K.values[k], 1e-12 * largest);
+    ASSERT_EQ(a.m.rows, b.m.rows);
+    for (size_t k = 0; k < b.m.values.size(); ++k)
+        ASSERT_NEAR(a.m.values[k], b.m.values[k], 1e-12 * b.m.values[0]);
+}
+
+/** The lowest frequencies [rad/s] of a model of linear shells, held along axes that `heldAt` names
+by the place of a node. **/
+std::vector<double> calcHeldOmegas(const FeModel& model,
+                                   const std::function<std::string(double, double)>& heldAt,
+                                   int count) {
+    std::vector<int> place(size_t(model.K.size), -1);
+    int size = 0;
+    for (const auto& [number, nodes] : model.mesh.expandedNodes)
+        for (const size_t side : {size_t(1), size_t(2)}) {
+            const auto x = model.mesh.position(nodes[side]);
+            for (int a = 0; a < 3; ++a)
+                if (heldAt(x[0], x[1]).find("xyz"[a]) == std::string::npos)
+                    place[size_t(3 * nodes[side] + a)] = size++;
+        }
+    std::vector<Eigen::Triplet<double>> ofK, ofM;
+    const auto add = [&](auto& entries, int row, int column, double value) {
+        const int i = place[size_t(row)], j = place[size_t(column)];
+        if (i < 0 || j < 0) return;
+        entries.emplace_back(i, j, value);
+        if (i != j) entries.emplace_back(j, i, value);
+    };
+    for (int column = 0; column < model.K.size; ++column)
+        for (auto k = size_t(model.K.columnStarts[size_t(column)]);
+             k < size_t(model.K.columnStarts[size_t(column) + 1]); ++k)
+            add(ofK, model.K.rows[k], column, model.K.values[k]);
+    for (int column = 0; column < model.m.size; ++column)
+        for (auto k = size_t(model.m.columnStarts[size_t(column)]);
+             k < size_t(model.m.columnStarts[size_t(column) + 1]); ++k)
+            for (int a = 0; a < 3; ++a)
+                add(ofM, 3 * model.m.rows[k] + a, 3 * column + a, model.m.values[k]);
+    Eigen::SparseMatrix<double> K(size, size), M(size, size);
+    K.setFromTriplets(ofK.begin(), ofK.end());
+    M.setFromTriplets(ofM.begin(), ofM.end());
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(K);
+    Eigen::MatrixXd X(size, 3 * count);
+    for (Eigen::Index j = 0; j < X.cols(); ++j)
+        for (Eigen::Index i = 0; i < size; ++i) X(i, j) = std::sin(double(1 + i * (2 * j + 1)));
+    Eigen::VectorXd squares;
+    for (int step = 0; step < 12; ++step) {  // subspace iteration
+        const Eigen::MatrixXd Y = solver.solve(M * X);
+        const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pencil(
+            Y.transpose() * (K * Y), Y.transpose() * (M * Y));
+        squares = pencil.eigenvalues();
+        X = Y * pencil.eigenvectors();
+    }
+    std::vector<double> omegas;
+    for (int k = 0; k < count; ++k) omegas.push_back(std::sqrt(squares[k]));
+    return omegas;
+}
+
 /** Σ m (x·x 1 − x xᵀ) about the origin. **/
 std::array<std::array<double, 3>, 3> calcInertia(const FeModel& model) {
     std::array<std::array<double, 3>, 3> J{};
@@ -688,19 +770,7 @@ TEST_F(ModelSource, ShellsRigidBodiesAndMassesOfNastranAreThoseOfTheDeck) {
                                              "CONM2,30,90,,0.5\nCONM2,31,15,,0.25\n"
                                              "PARAM,POST,-1\nPARAM,WTMASS,2.\n"));
     const FeModel model = readModelSource(bulk);
-    std::string text = "*NODE\n";
-    for (int j = 0; j <= 2; ++j)
-        for (int i = 0; i <= 4; ++i)
-            text += std::to_string(1 + i + 5 * j) + "," + std::to_string(0.05 * i) + "," +
-                    std::to_string(0.05 * j) + ",0\n";
-    text += "90,-0.05,0.05,0.02\n91,-0.05,0.05,0.02\n*ELEMENT,TYPE=S4,ELSET=PLATE\n";
-    for (int j = 0; j < 2; ++j)
-        for (int i = 0; i < 4; ++i) {
-            const int first = 1 + i + 5 * j;
-            for (const int number : {1 + i + 4 * j, first, first + 1, first + 6, first + 5})
-                text += std::to_string(number) + ",";
-            text += "\n";
-        }
+    std::string text = deckPlate("90,-0.05,0.05,0.02\n91,-0.05,0.05,0.02\n");
     // The middle of the shell lies 1 mm above its nodes: a quarter of its thickness.
     text +=
         "*MATERIAL,NAME=M\n*ELASTIC\n2.1e11,.3\n*DENSITY\n18200.\n"
@@ -721,6 +791,158 @@ TEST_F(ModelSource, ShellsRigidBodiesAndMassesOfNastranAreThoseOfTheDeck) {
     EXPECT_EQ(model.mesh.nodeSets.at("RBE2_17"), plain.mesh.nodeSets.at("EDGE"));
     EXPECT_THAT(plain.warnings, Contains(HasSubstr("is a hinge")));
     EXPECT_THAT(model.warnings, Not(Contains(HasSubstr("is a hinge"))));
+}
+
+constexpr const char* kPlyOfNastran = "MAT8,3,1.4+11,1.+10,.3,5.+9,4.+9,3.5+9,1600.\n";
+
+TEST_F(ModelSource, LayersOfNastranAreThoseOfADeck) {
+    // Six layers of 10 mm altogether, from 3 mm below the plane that ZOFFS puts 1 mm above the
+    // grids.
+    SourceOptions deck;
+    deck.path =
+        write("plate.inp", deckPlate() +
+                               "*MATERIAL,NAME=PLY\n*ELASTIC,TYPE=ENGINEERING CONSTANTS\n"
+                               "1.4e11,1e10,1e10,.3,0,0,5e9,4e9\n3.5e9\n*DENSITY\n1750.\n"
+                               "*MATERIAL,NAME=METAL\n*ELASTIC\n7e10,.33\n*DENSITY\n2850.\n"
+                               "*ORIENTATION,NAME=X\n1,0,0,0,1,0\n"
+                               "*SHELL SECTION,ELSET=PLATE,COMPOSITE,ORIENTATION=X,OFFSET=-.3\n"
+                               ".001,,PLY,30.\n.002,,METAL,0.\n.002,,METAL,90.\n.002,,METAL,90.\n"
+                               ".002,,METAL,0.\n.001,,PLY,30.\n");
+    const FeModel plain = readModelSource(deck);
+    const std::string free = std::string(kPlyOfNastran) +
+                             "MAT1,2,7.+10,,.33,2700.\n"
+                             "PCOMP,7,-.003,1.5,,,,,SYM\n,3,.001,30.,YES,2,.002,,NO\n,,,90.\n";
+    const std::string small =
+        "MAT8           3  1.4+11   1.+10      .3    5.+9    4.+9   3.5+9   1600.\n"
+        "MAT1           2   7.+10             .33   2700.\n"
+        "PCOMP          7   -.003     1.5                                     SYM+PC1\n"
+        "+PC1           3    .001     30.     YES       2    .002              NO+PC2\n"
+        "+PC2                         90.\n";
+    const std::string large =
+        "MAT8*                  3        1.40D+11         1.0D+10              .3\n"
+        "*                  5.0+9           4.0+9           3.5+9           1600.\n"
+        "MAT1,2,7.+10,,.33,2700.\n"
+        "PCOMP*                 7           -.003             1.5                \n"
+        "*                                                                    SYM\n"
+        "*                      3            .001             30.             YES\n"
+        "*                      2            .002                              NO\n"
+        "*                                                    90.                \n*\n";
+    const std::string global =
+        std::string(kPlyOfNastran) +
+        "MAT1,2,7.+10,,.33,2700.\nPCOMPG,7,-.003,1.5\n,11,3,.001,30.,YES\n,12,2,.002\n"
+        ",13,2,,90.\n,14,,,90.\n,15,,,0.\n,16,3,.001,30.\n";
+    for (const std::string& property : {free, small, large, global}) {
+        SourceOptions bulk;
+        bulk.path = write("plate.bdf", bulkPlate(property));
+        const FeModel model = readModelSource(bulk);
+        expectSameMatrices(model, plain);
+        EXPECT_NEAR(model.calcMass(), 0.02 * (2 * 1.6 + 8 * 2.7 + 1.5), 1e-12);
+        EXPECT_TRUE(model.mesh.nodeSets.count("PID_7"));
+    }
+}
+
+TEST_F(ModelSource, AxesOfAMaterialOfNastranAreTheElementsOrASystems) {
+    const auto read = [&](const std::string& axes, const std::string& property) {
+        std::string text = bulkPlate(kPlyOfNastran + property);
+        for (size_t at = 0; (at = text.find(",,0.001\n", at)) != std::string::npos; ++at)
+            text.replace(at, 1, "," + axes);
+        SourceOptions bulk;
+        bulk.path = write("plate.bdf", text);
+        return readModelSource(bulk);
+    };
+    const FeModel byLayers = read("", "PCOMP,7\n,3,.001,75.,,3,.002,-15.\n");
+    const std::string fromAxes = "PCOMP,7\n,3,.001,45.,,3,.002,-45.\n";
+    expectSameMatrices(read("30.", fromAxes), byLayers);
+    // x is (cos 30°, sin 30°, 0).
+    const FeModel bySystem =
+        read("5", fromAxes + "CORD2R,5,,1.,2.,3.,1.,2.,4.\n,1.8660254037844386,2.5,3.\n");
+    expectSameMatrices(bySystem, byLayers);
+    expectSameMatrices(read("30.", "PSHELL,7,3,.002,3\n"), read("", "PCOMP,7\n,3,.002,30.\n"));
+    expectSameMatrices(read("30.", "PSHELL,7,3,.002,3\n"), read("10.", "PCOMP,7\n,3,.002,20.\n"));
+}
+
+/** Stiffnesses A, B, D of layers of one material at 0° or 90°, and what Navier's series makes of
+them (R. M. Jones, Mechanics of Composite Materials, 2nd ed., 5.3 and 5.4). **/
+class CrossPly {
+public:
+    CrossPly(const std::vector<double>& angles, double thickness) {
+        const double h = thickness * double(angles.size()), nu21 = Nu12 * E2 / E1,
+                     Q[2] = {E1 / (1 - Nu12 * nu21), E2 / (1 - Nu12 * nu21)};
+        for (size_t k = 0; k < angles.size(); ++k) {
+            const double low = thickness * double(k) - h / 2, top = low + thickness;
+            const double moments[3] = {top - low, (top * top - low * low) / 2,
+                                       (top * top * top - low * low * low) / 3};
+            for (int order = 0; order < 3; ++order) {
+                const double m = moments[order];
+                S11[order] += m * Q[angles[k] == 0 ? 0 : 1];
+                S22[order] += m * Q[angles[k] == 0 ? 1 : 0];
+                S12[order] += m * Nu12 * Q[1];
+                S66[order] += m * G12;
+            }
+        }
+    }
+
+    /** ω √(ρh) of m × n half waves in a square of 1 m. **/
+    double calcFactor(int m, int n) const {
+        const double a = m * M_PI, b = n * M_PI;
+        Eigen::Matrix2d T;
+        T << S11[0] * a * a + S66[0] * b * b, (S12[0] + S66[0]) * a * b, (S12[0] + S66[0]) * a * b,
+            S66[0] * a * a + S22[0] * b * b;
+        const double mixed = S12[1] + 2 * S66[1];
+        const Eigen::Vector2d t(-S11[1] * a * a * a - mixed * a * b * b,
+                                -S22[1] * b * b * b - mixed * a * a * b);
+        const double bending = S11[2] * std::pow(a, 4) + 2 * (S12[2] + 2 * S66[2]) * a * a * b * b +
+                               S22[2] * std::pow(b, 4);
+        return std::sqrt(bending - t.dot(T.inverse() * t));
+    }
+
+    static constexpr double E1 = 1.4e11, E2 = 1e10, Nu12 = 0.3, G12 = 5e9;
+
+private:
+    double S11[3] = {}, S12[3] = {}, S22[3] = {}, S66[3] = {};
+};
+
+TEST_F(ModelSource, CrossPlyPlatesOfNastranVibrateAsNavierFound) {
+    constexpr int N = 24;
+    constexpr double Thickness = 0.001;  // of a layer
+    std::vector<std::array<double, 3>> grids;
+    for (int j = 0; j <= N; ++j)
+        for (int i = 0; i <= N; ++i) grids.push_back({double(i) / N, double(j) / N, 0});
+    std::string elements;
+    for (int j = 0; j < N; ++j)
+        for (int i = 0; i < N; ++i) {
+            const int first = 1 + i + (N + 1) * j;
+            elements +=
+                bulkEntry("CQUAD4", {std::to_string(1 + i + N * j), "7", std::to_string(first),
+                                     std::to_string(first + 1), std::to_string(first + N + 2),
+                                     std::to_string(first + N + 1)});
+        }
+    const std::string material = "MAT8,3,1.4+11,1.+10,.3,5.+9,5.+10,5.+10,1600.\n";
+    // Edges slide along their normals and carry no moment.
+    const auto heldAt = [](double x, double y) {
+        const auto isEdge = [](double at) { return at < 1e-6 || at > 1 - 1e-6; };
+        return std::string(isEdge(x) ? "yz" : "") + (isEdge(y) ? "xz" : "");
+    };
+    for (const auto& angles : {std::vector<double>{0, 90, 90, 0}, {0, 90}, {0, 90, 0, 90}}) {
+        std::vector<std::string> fields = {"7", "", "", "", "", "", "", ""};
+        for (const double angle : angles)
+            for (const char* field : {"3", ".001", angle == 0 ? "0." : "90.", ""})
+                fields.push_back(field);
+        const std::string property = bulkEntry("PCOMP", fields);
+        SourceOptions bulk;
+        bulk.path = write("square.bdf", bulkGrids(grids) + elements + material + property);
+        const auto omegas = calcHeldOmegas(readModelSource(bulk), heldAt, 3);
+        const CrossPly theory(angles, Thickness);
+        std::vector<double> expected;
+        for (int m = 1; m < 4; ++m)
+            for (int n = 1; n < 4; ++n)
+                expected.push_back(theory.calcFactor(m, n) /
+                                   std::sqrt(1600 * Thickness * double(angles.size())));
+        std::sort(expected.begin(), expected.end());
+        for (size_t k = 0; k < 3; ++k)
+            EXPECT_NEAR(omegas[k], expected[k], 0.015 * expected[k])
+                << angles.size() << " layers, mode " << k + 1;
+    }
 }
 
 TEST_F(ModelSource, MassesInNodesOfSolidsHaveCalculixFrequencies) {
@@ -830,7 +1052,24 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         BadBulk{"Beam", "CBAR,40,9,1,2\n", "B32R of a deck"},
         BadBulk{"BeamOfAShape", "PBARL,9,1,,BOX\n,.1,.1,.01,.01\n", "B32R of a deck"},
-        BadBulk{"Layers", "PCOMP,9\n", "COMPOSITE of a deck"},
+        BadBulk{"NoLayers", "PCOMP,9\nCQUAD4,40,9,1,2,7,6\n", "has no layers"},
+        BadBulk{"LayerWithoutThickness", "PCOMP,9\n,1\nCQUAD4,40,9,1,2,7,6\n",
+                "needs a material MID and a thickness T"},
+        BadBulk{"ThinLayer", "PCOMP,9\n,1,-.1\nCQUAD4,40,9,1,2,7,6\n", "must be positive"},
+        BadBulk{"SmearedLayers", "PCOMP,9,,,,,,,SMEAR\n,1,.1\nCQUAD4,40,9,1,2,7,6\n",
+                "LAM is 'SMEAR'; simflex knows SYM"},
+        BadBulk{"LayersOfASolid", "PCOMP,9\n,1,.1\nCTETRA,40,9,1,2,7,6\n", "does not fit"},
+        BadBulk{"PlysModulus", "MAT8,9,1.+9,,.3,1.+9,,,1.\nPCOMP,9\n,9,.1\nCQUAD4,40,9,1,2,7,6\n",
+                "E2 must be positive"},
+        BadBulk{"PlysMass", "MAT8,9,1.+9,1.+9,.3,1.+9\nPCOMP,9\n,9,.1\nCQUAD4,40,9,1,2,7,6\n",
+                "no density RHO"},
+        BadBulk{"RodOfAPly", "MAT8,9,1.+9,1.+9,.3,1.+9,,,1.\nPROD,9,9,.1\nCROD,40,9,1,2\n",
+                "shells alone can have"},
+        BadBulk{"TurningAxes",
+                "MAT8,9,1.+9,1.+9,.3,1.+9,,,1.\nPCOMP,9\n,9,.1\nCQUAD4,40,9,1,2,7,6,4\n"
+                "CORD2C,4,,0.,0.,2.,0.,1.,2.\n,0.,0.,3.\n",
+                "whose axes turn"},
+        BadBulk{"LawInThePlane", "MAT2,9\n", "by MAT8"},
         BadBulk{"RodWithoutProperty", "CROD,40,9,1,2\n", "do not have as PROD"},
         BadBulk{"RodWithAPlatesProperty", "CROD,40,7,1,2\n", "do not have as PROD"},
         BadBulk{"RodWithoutArea", "CONROD,40,1,2,1\n", "area A must be positive"},

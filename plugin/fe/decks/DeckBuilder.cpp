@@ -843,7 +843,7 @@ private:
             if (isComposite && card.data[0].fields.size() > 3 && !card.data[0].fields[3].empty())
                 kept["ORIENTATION"] = card.data[0].fields[3];
             card.keyword = "SOLIDSECTION";
-            card.title = "*SOLID SECTION";
+            if (isOfDeck(card)) card.title = "*SOLID SECTION";
             card.parameters = kept;
             card.data.clear();
         }
@@ -902,8 +902,11 @@ private:
         return true;
     }
 
+    /** Not of another program's file, of whose entries the titles speak. **/
+    static bool isOfDeck(const DeckCard& card) { return card.title[0] == '*'; }
+
     void noteDistribution(const DeckCard& section) {
-        if (!m_distributed.insert(section.line).second) return;
+        if (!isOfDeck(section) || !m_distributed.insert(section.line).second) return;
         m_model.notes.push_back(
             section.where() +
             "each shell or beam has the axes that *DISTRIBUTION gives it, as in "

@@ -1,11 +1,13 @@
 #include "NastranDeck.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "BulkCards.h"
 #include "IncludeLimit.h"
@@ -72,13 +74,10 @@ const std::set<std::string> LeftOutEntries = {
     "ASET1",   "BSET",    "BSET1",  "CSET",    "CSET1",  "QSET",   "QSET1",  "OMIT",   "OMIT1",
     "USET",    "USET1",   "SPOINT", "MDLPRM",  "ENDDATA"};
 
-constexpr const char *Beams =
-                         "CalculiX has beams by their shape alone: write it as a B32R of a deck "
-                         "with *BEAM SECTION, SECTION=RECT, CIRC, PIPE or BOX, or mesh it by "
-                         "solids or shells",
-                     *Layers =
-                         "layers and materials of shells alone are not read of Nastran: write them "
-                         "as *SHELL SECTION, COMPOSITE of a deck, or mesh the layers as solids";
+constexpr const char* Beams =
+    "CalculiX has beams by their shape alone: write it as a B32R of a deck "
+    "with *BEAM SECTION, SECTION=RECT, CIRC, PIPE or BOX, or mesh it by "
+    "solids or shells";
 
 /** Refused, and what to do. **/
 const std::map<std::string, const char*> RefusedEntries = {
@@ -100,10 +99,9 @@ const std::map<std::string, const char*> RefusedEntries = {
     {"CONM1", "give the mass by CONM2"},
     {"CMASS1", "give the mass by CONM2"},
     {"CMASS2", "give the mass by CONM2"},
-    {"PCOMP", Layers},
-    {"PCOMPG", Layers},
-    {"MAT2", Layers},
-    {"MAT8", Layers},
+    {"PLAMINATE", "give the layers by PCOMP"},
+    {"MAT2", "give an orthotropic material of shells by MAT8, or layers by PCOMP"},
+    {"MAT3", "it is of axisymmetric elements; give the material by MAT1"},
     {"MAT9", "give the material as a deck's *ELASTIC, TYPE=ANISO"},
     {"MATT1", "material constants cannot depend on temperature; give those at one temperature"},
     {"MPC", "write it as an *EQUATION of a deck, or as RBE2"},
@@ -241,9 +239,9 @@ private:
             addSystem(entry);
         } else if (getMostGrids(name) > 0 || isRod(entry)) {
             add(m_elements, entry);
-        } else if (name == "PSOLID" || name == "PSHELL" || name == "PROD") {
+        } else if (name == "PSOLID" || name == "PROD" || isShellProperty(entry)) {
             add(m_properties, entry);
-        } else if (name == "MAT1") {
+        } else if (name == "MAT1" || name == "MAT8") {
             add(m_materials, entry);
         } else if (name == "RBE2" || name == "RBAR" || name == "RBE3") {
             add(m_rigids, entry);
@@ -258,9 +256,9 @@ private:
                    refused != RefusedEntries.end()) {
             refuse(entry, std::string("cannot be part of a flexible body: ") + refused->second);
         } else {
-            std::vector<std::string> known = {"GRID", "GRDSET", "CORD2R", "PSOLID", "PSHELL",
-                                              "PROD", "CROD",   "CONROD", "MAT1",   "RBE2",
-                                              "RBE3", "RBAR",   "CONM2",  "PARAM"};
+            std::vector<std::string> known = {
+                "GRID",   "GRDSET", "CORD2R", "PSOLID", "PSHELL", "PCOMP", "PCOMPG", "PROD", "CROD",
+                "CONROD", "MAT1",   "MAT8",   "RBE2",   "RBE3",   "RBAR",  "CONM2",  "PARAM"};
             for (const auto& element : getBulkElements()) known.push_back(element.first.first);
             known.insert(known.end(), LeftOutEntries.begin(), LeftOutEntries.end());
             const std::string nearest = findNearestName(name, known);
@@ -394,15 +392,19 @@ private:
                            "the middle of edges");
             const int property =
                 entry->card.field(1).empty() ? id : positive(*entry, 1, "its property");
-            double offset = 0;
-            if (element->second.isShell) offset = readShell(*entry, grids);
+            const bool isShell = element->second.isShell;
+            const double offset = isShell ? readShell(*entry, grids) : 0;
             const auto found = m_properties.find(property);
             if (found == m_properties.end())
                 refuse(*entry, "names property " + std::to_string(property) +
                                    ", which the bulk data do not have");
-            if (found->second->card.name != (element->second.isShell ? "PSHELL" : "PSOLID"))
-                refuse(*entry, "does not fit its property, a " + found->second->card.name);
+            const std::string& kind = found->second->card.name;
+            if (isShell ? !isShellProperty(*found->second) : kind != "PSOLID")
+                refuse(*entry, "does not fit its property, a " + kind);
             m_sets[{property, offset}] = setOf(property, offset);
+            if (isShell && hasDirections(*found->second))
+                m_directions[setOf(property, offset)].emplace_back(id,
+                                                                   readMaterialAxes(*entry, grids));
             blocks[{element->second.type, setOf(property, offset)}].push_back(entry);
             elementOf[entry] = {&element->second, std::move(grids)};
         }
@@ -480,9 +482,129 @@ private:
         return number(entry, offset, "ZOFFS");
     }
 
-    struct Material {
-        double E, nu, rho;
+    static bool isShellProperty(const BulkEntry& entry) {
+        const std::string& name = entry.card.name;
+        return name == "PSHELL" || name == "PCOMP" || name == "PCOMPG";
+    }
+
+    /** A layer of a shell; PSHELL has one. **/
+    struct Ply {
+        int material = 0;
+        double thickness = 0, angle = 0;  ///< [m], [°] from the axes of the element's material
     };
+
+    /** From below. **/
+    std::vector<Ply> readPlies(const BulkEntry& entry) const {
+        if (entry.card.name == "PSHELL")
+            return {{positive(entry, 1, "its material"), number(entry, 2, "T"), 0}};
+        // PID, Z0, NSM, SB, FT, TREF, GE, LAM, then MID, T, THETA, SOUT of each layer; PCOMPG has
+        // lines of their own for them, which begin with a number.
+        const bool isGlobal = entry.card.name == "PCOMPG";
+        const size_t step = isGlobal ? 8 : 4, first = isGlobal ? 9 : 8;
+        std::vector<Ply> plies;
+        for (size_t at = first; at < entry.card.fields.size(); at += step) {
+            const auto isGiven = [&](size_t k) { return !entry.card.field(at + k).empty(); };
+            if (!isGiven(0) && !isGiven(1) && !isGiven(2) && !isGiven(3)) continue;
+            if (plies.empty() && !(isGiven(0) && isGiven(1)))
+                refuse(entry, "its first layer needs a material MID and a thickness T");
+            Ply ply;
+            ply.material = isGiven(0) ? positive(entry, at, "MID") : plies.back().material;
+            ply.thickness = isGiven(1) ? number(entry, at + 1, "T") : plies.back().thickness;
+            ply.angle = number(entry, at + 2, "THETA");
+            if (!(ply.thickness > 0))
+                refuse(entry, "a layer has thickness " + writeGeneral(ply.thickness, 6) +
+                                  "; it must be positive");
+            plies.push_back(ply);
+        }
+        if (plies.empty()) refuse(entry, "has no layers");
+        const std::string_view lam = entry.card.field(7);
+        if (lam == "SYM" && !isGlobal)
+            for (size_t k = plies.size(); k-- > 0;) plies.push_back(Ply(plies[k]));
+        else if (!lam.empty())
+            refuse(entry, "LAM is " + quoteField(lam) + "; simflex knows " +
+                              (isGlobal ? "none" : "SYM, or none") +
+                              ": write out the layers, each with its material");
+        return plies;
+    }
+
+    /** Whether directions in the shell matter to the property. **/
+    bool hasDirections(const BulkEntry& property) const {
+        for (const Ply& ply : readPlies(property)) {
+            const auto found = m_materials.find(ply.material);
+            if (found != m_materials.end() && found->second->card.name == "MAT8") return true;
+        }
+        return false;
+    }
+
+    /** A direction whose part in the shell is the first axis of its material, and another one:
+    THETA degrees from the side from the first grid to the second, or x of the system MCID. **/
+    std::array<Vec3d, 2> readMaterialAxes(const BulkEntry& entry, const std::vector<int>& grids) {
+        const size_t place = grids.size() == 8 ? 14 : 2 + grids.size();
+        const std::string_view field = entry.card.field(place);
+        int system = 0;
+        if (!field.empty() && readInteger(field, system)) {
+            if (system < 0) refuse(entry, "MCID must not be negative");
+            std::array<Vec3d, 2> axes{{{1, 0, 0}, {0, 1, 0}}};
+            const Vec3d origin = toBasic(entry, system, {0, 0, 0});
+            for (Vec3d& axis : axes) axis = minus(toBasic(entry, system, axis), origin);
+            if (system > 0 && m_systems.at(system).kind != 'R')
+                refuse(entry, "its MCID " + std::to_string(system) +
+                                  " is a system whose axes turn; give it a rectangular one, or "
+                                  "THETA");
+            return axes;
+        }
+        const double theta = number(entry, place, "THETA") * M_PI / 180;
+        std::array<Vec3d, 4> x{};
+        const size_t corners = grids.size() % 3 == 0 ? 3 : 4;
+        for (size_t k = 0; k < corners; ++k) x[k] = positionOf(entry, grids[k]);
+        Vec3d n = corners == 3 ? cross(minus(x[1], x[0]), minus(x[2], x[0]))
+                               : cross(minus(x[2], x[0]), minus(x[3], x[1]));
+        if (!(normOf(n) > 0)) refuse(entry, "has no area");
+        n = scaled(n, 1 / normOf(n));
+        Vec3d side = minus(x[1], x[0]);
+        side = sumOf(side, -dot(side, n), n);
+        if (!(normOf(side) > 0)) refuse(entry, "its first two grids are at one place");
+        side = scaled(side, 1 / normOf(side));
+        const Vec3d across = cross(n, side);
+        const double c = std::cos(theta), s = std::sin(theta);
+        return {sumOf(scaled(side, c), s, across), sumOf(scaled(across, c), -s, side)};
+    }
+
+    struct Material {
+        double E = 0, nu = 0, rho = 0;
+        std::vector<double> engineering;  ///< constants of an orthotropic one, as in *ELASTIC
+    };
+
+    /** Of shells alone: without Poisson's effect across them, in which the others do not matter.
+     * **/
+    Material readOrthotropicMaterial(const BulkEntry& entry) {
+        const double E1 = number(entry, 1, "E1"), E2 = number(entry, 2, "E2"),
+                     nu12 = number(entry, 3, "NU12"), G12 = number(entry, 4, "G12");
+        double G13 = number(entry, 5, "G1Z"), G23 = number(entry, 6, "G2Z");
+        for (const auto& [value, name] :
+             {std::pair(E1, "E1"), std::pair(E2, "E2"), std::pair(G12, "G12")})
+            if (!(value > 0)) refuse(entry, std::string(name) + " must be positive");
+        if ((G13 == 0 || G23 == 0) && m_noted.insert(&entry).second)
+            note(
+                entry.path + ":" + std::to_string(entry.card.line) + ": MAT8 " +
+                std::string(entry.card.field(0)) +
+                " has no G1Z or no G2Z, which is no flexibility in transverse shear; G12 is taken");
+        if (G13 == 0) G13 = G12;
+        if (G23 == 0) G23 = G12;
+        Material material;
+        material.engineering = {E1, E2, E2, nu12, 0, 0, G12, G13, G23};
+        material.rho = m_massFactor * number(entry, 7, "RHO");
+        if (!(material.rho > 0))
+            refuse(entry, "has no density RHO, so that its elements have no mass");
+        return material;
+    }
+
+    Material readShellMaterial(const BulkEntry& asker, int id) {
+        const auto found = m_materials.find(id);
+        return found != m_materials.end() && found->second->card.name == "MAT8"
+                   ? readOrthotropicMaterial(*found->second)
+                   : readMaterial(asker, id);
+    }
 
     Material readMaterial(const BulkEntry& asker, int id) {
         const auto found = m_materials.find(id);
@@ -490,8 +612,13 @@ private:
             refuse(asker, "names material " + std::to_string(id) +
                               ", which the bulk data do not have as MAT1");
         const BulkEntry& entry = *found->second;
-        Material material{number(entry, 1, "E"), number(entry, 3, "NU"),
-                          m_massFactor * number(entry, 4, "RHO")};
+        if (entry.card.name != "MAT1")
+            refuse(asker, "names material " + std::to_string(id) + ", a " + entry.card.name +
+                              ", which shells alone can have; give it by MAT1");
+        Material material;
+        material.E = number(entry, 1, "E");
+        material.nu = number(entry, 3, "NU");
+        material.rho = m_massFactor * number(entry, 4, "RHO");
         const double G = number(entry, 2, "G");
         const bool hasE = !entry.card.field(1).empty(), hasG = !entry.card.field(2).empty(),
                    hasNu = !entry.card.field(3).empty();
@@ -510,8 +637,19 @@ private:
 
     void writeMaterial(const BulkEntry& of, const std::string& name, const Material& material) {
         addCard(&of, "*MATERIAL", {{"NAME", name}});
-        addLine(addCard(&of, "*ELASTIC", {}),
-                {writeFortran(material.E, 13), writeFortran(material.nu, 13)});
+        if (material.engineering.empty()) {
+            addLine(addCard(&of, "*ELASTIC", {}),
+                    {writeFortran(material.E, 13), writeFortran(material.nu, 13)});
+        } else {
+            DeckCard& card = addCard(&of, "*ELASTIC", {{"TYPE", "ENGINEERING CONSTANTS"}});
+            constexpr size_t OfLine = 8;
+            std::vector<std::string> fields;
+            for (const double value : material.engineering) {
+                fields.push_back(writeFortran(value, 13));
+                if (fields.size() == OfLine) addLine(card, std::exchange(fields, {}));
+            }
+            addLine(card, fields);
+        }
         addLine(addCard(&of, "*DENSITY", {}), {writeFortran(material.rho, 13)});
     }
 
@@ -520,28 +658,79 @@ private:
         for (const auto& [place, set] : m_sets) {
             const auto& [id, offset] = place;
             const BulkEntry& entry = *m_properties.at(id);
-            const std::string material = "PID_" + std::to_string(id);
-            const bool isShell = entry.card.name == "PSHELL";
-            Material constants = readMaterial(entry, positive(entry, 1, "its material"));
-            double thickness = 0;
-            if (isShell) {
-                thickness = number(entry, 2, "T");
-                checkShellProperty(entry, thickness);
-                constants.rho += m_massFactor * number(entry, 7, "NSM") / thickness;
+            const std::string name = "PID_" + std::to_string(id);
+            const bool isNew = written.insert(id).second;
+            if (isShellProperty(entry)) {
+                writeShellSection(entry, name, set, offset, isNew);
             } else {
                 checkSolidProperty(entry);
+                if (isNew)
+                    writeMaterial(entry, name,
+                                  readMaterial(entry, positive(entry, 1, "its material")));
+                addCard(&entry, "*SOLID SECTION", {{"ELSET", set}, {"MATERIAL", name}});
             }
-            if (written.insert(id).second) writeMaterial(entry, material, constants);
-            std::map<std::string, std::string> parameters = {{"ELSET", set},
-                                                             {"MATERIAL", material}};
-            if (!isShell) {
-                addCard(&entry, "*SOLID SECTION", parameters);
-            } else {
-                if (offset != 0) parameters["OFFSET"] = writeGeneral(-offset / thickness);
-                addLine(addCard(&entry, "*SHELL SECTION", parameters), {writeGeneral(thickness)});
-            }
-            addCard(&entry, "*NSET", {{"NSET", material}, {"ELSET", set}});
+            addCard(&entry, "*NSET", {{"NSET", name}, {"ELSET", set}});
         }
+    }
+
+    /** The section of the elements in `set`, the material of a PSHELL by the property's name, those
+    of layers as PID_7_MID_3.
+    @param offset  ZOFFS of the elements **/
+    void writeShellSection(const BulkEntry& entry, const std::string& name, const std::string& set,
+                           double offset, bool isNew) {
+        const std::vector<Ply> plies = readPlies(entry);
+        const bool isPlain = entry.card.name == "PSHELL", isLayered = plies.size() > 1;
+        double thickness = 0;
+        for (const Ply& ply : plies) thickness += ply.thickness;
+        if (isPlain) {
+            checkShellProperty(entry, thickness);
+        } else if (!entry.card.field(1).empty()) {
+            offset += number(entry, 1, "Z0") + thickness / 2;
+        }
+        const double massOfArea = m_massFactor * number(entry, isPlain ? 7 : 2, "NSM");
+        const auto nameOf = [&](int material) {
+            return isPlain ? name : name + "_MID_" + std::to_string(material);
+        };
+        std::set<int> materials;
+        for (const Ply& ply : plies) {
+            if (!isNew || !materials.insert(ply.material).second) continue;
+            Material constants = readShellMaterial(entry, ply.material);
+            constants.rho += massOfArea / thickness;
+            writeMaterial(entry, nameOf(ply.material), constants);
+        }
+        std::map<std::string, std::string> parameters = {{"ELSET", set}};
+        if (const auto axes = m_directions.find(set); axes != m_directions.end()) {
+            parameters["ORIENTATION"] = "AXES_OF_" + set;
+            writeDirections(entry, parameters["ORIENTATION"], axes->second);
+        }
+        if (offset != 0) parameters["OFFSET"] = writeGeneral(-offset / thickness);
+        const bool isTurned = plies[0].angle != 0;
+        if (isLayered || isTurned)
+            parameters["COMPOSITE"] = "";
+        else
+            parameters["MATERIAL"] = nameOf(plies[0].material);
+        DeckCard& section = addCard(&entry, "*SHELL SECTION", parameters);
+        section.title = entry.card.name + " " + std::string(entry.card.field(0));
+        for (const Ply& ply : plies) {
+            addLine(section, {writeGeneral(ply.thickness)});
+            if (isLayered || isTurned) {
+                std::vector<std::string>& fields = section.data.back().fields;
+                fields.insert(fields.end(), {"", nameOf(ply.material), writeGeneral(ply.angle)});
+            }
+        }
+    }
+
+    /** Axes of each element. **/
+    void writeDirections(const BulkEntry& entry, const std::string& name,
+                         const std::vector<std::pair<int, std::array<Vec3d, 2>>>& axesOf) {
+        DeckCard& card =
+            addCard(&entry, "*DISTRIBUTION", {{"NAME", name}, {"LOCATION", "ELEMENT"}});
+        for (const auto& [element, axes] : axesOf) {
+            addLine(card, {std::to_string(element)});
+            for (const Vec3d& axis : axes)
+                for (const double x : axis) card.data.back().fields.push_back(writeGeneral(x));
+        }
+        addLine(addCard(&entry, "*ORIENTATION", {{"NAME", name}}), {name});
     }
 
     static void checkSolidProperty(const BulkEntry& entry) {
@@ -760,6 +949,9 @@ private:
     std::set<int> m_systemsAtWork;
     std::map<std::pair<int, double>, std::string> m_sets;  ///< of property and offset
     std::set<int> m_elementGrids, m_shellGrids;
+    /** Axes of the elements of a set. **/
+    std::map<std::string, std::vector<std::pair<int, std::array<Vec3d, 2>>>> m_directions;
+    std::set<const BulkEntry*> m_noted;
     std::map<int, const BulkEntry*> m_averaged;
     std::map<int, std::string> m_rigidSets;  ///< by the grids of RBE2 and RBAR
     std::map<std::string, std::pair<std::string, int>> m_leftOut;

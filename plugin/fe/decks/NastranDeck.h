@@ -5,10 +5,11 @@ Nastran bulk data as the cards of a deck. Internal to fe.
     GRID, CORD1R/C/S, CORD2R/C/S, GRDSET                 nodes
     CTETRA, CPENTA, CHEXA; PSOLID                        C3D4, C3D10, C3D6, C3D15, C3D8I, C3D20R
     CTRIA3, CTRIAR, CTRIA6, CQUAD4, CQUADR, CQUAD8;      S3, S6, S4, S8R, with ZOFFS, and NSM as
-      PSHELL                                               density
-    MAT1; PARAM,WTMASS                                   isotropic materials
-    RBE2, RBAR                                           rigid bodies; grids of one GN share its
-turns CONM2                                                point masses RBE3 stiffens nothing
+      PSHELL, PCOMP, PCOMPG                                density; THETA, MCID: *DISTRIBUTION
+    CROD, CONROD; PROD                                   T3D2
+    MAT1, MAT8; PARAM,WTMASS                             isotropic, and orthotropic in shells
+    RBE2, RBAR; RBE3                                     rigid bodies, by GN; stiffens nothing
+    CONM2                                                point masses
 
 Each RBE2 also is a node set RBE2_17 of its dependent grids, each property one of its nodes, PID_3.
 Supports, loads, output and parameters that are neither stiffness nor mass are left out; all else is

@@ -106,7 +106,9 @@ ThinElement readThinSection(const DeckCard& card) {
                            data.line);
             section.thickness[0] += thickness;
         }
-        section.isLayered = card.data.size() > 1;
+        // One layer turned by an angle stays one, too.
+        section.isLayered = card.data.size() > 1 || (card.data[0].fields.size() > 3 &&
+                                                     isDeckNumber(card.data[0].fields[3]));
         return section;
     }
     size_t line = 0;
