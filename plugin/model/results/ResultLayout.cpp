@@ -58,8 +58,12 @@ void writeNumber(hid_t object, const std::string& name, double value) {
 std::map<std::string, double> readStatistics(hid_t group) {
     std::map<std::string, double> statistics;
     H5O_info_t info;
-    hdf5::check(H5Oget_info2(group, &info, H5O_INFO_NUM_ATTRS),
-                "count the attributes of 'statistics'");
+#if H5_VERSION_GE(1, 12, 0)
+    const herr_t isKnown = H5Oget_info3(group, &info, H5O_INFO_NUM_ATTRS);
+#else
+    const herr_t isKnown = H5Oget_info2(group, &info, H5O_INFO_NUM_ATTRS);
+#endif
+    hdf5::check(isKnown, "count the attributes of 'statistics'");
     for (hsize_t k = 0; k < info.num_attrs; ++k) {
         const hdf5::Handle attribute(
             H5Aopen_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, k, H5P_DEFAULT, H5P_DEFAULT),
