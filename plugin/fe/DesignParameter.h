@@ -5,6 +5,8 @@ reduction. Its names are
 
     youngs_modulus:MATERIAL  of an isotropic material with one line of constants [Pa]
     stiffness:MATERIAL       of any material: a factor of its whole elastic law
+    youngs_modulus:SET       of the *BEAM GENERAL SECTION of that ELSET, at the same G; with
+    shear_modulus:SET        shear_modulus and stiffness, where its material is in it [Pa]
     density:MATERIAL         [kg/m³]
     thickness:SET            of the *SHELL SECTION or *MEMBRANE SECTION of that ELSET; of layers
                              that of all together, in proportion [m]
@@ -15,7 +17,8 @@ reduction. Its names are
     nodal_thickness          a factor of all of *NODAL THICKNESS
 
 A number that stands there for several temperatures is a factor as well. An OFFSET stays the same
-share of the thickness. In bulk data PSHELL 3 is SET P3 with MATERIAL PID_3.
+share of the thickness. In bulk data PSHELL 3 is SET P3 with MATERIAL PID_3,
+and PCOMP 4 is SET P4 with materials such as PID_4_MID_5.
 
 The derivative is a central difference of fourth order of all that elements are made of: places of
 nodes and points, shape functions, laws and the motions that constraints allow,

@@ -576,6 +576,17 @@ INSTANTIATE_TEST_SUITE_P(
         BadSection{"General",
                    "*BEAM GENERAL SECTION,ELSET=RIB,MATERIAL=METAL,SECTION=GENERAL\n.1,.1,.01\n",
                    "section GENERAL has no geometry"},
+        BadSection{"OwnMaterialWithoutG",
+                   "*BEAM GENERAL SECTION,ELSET=RIB,SECTION=RECT,DENSITY=1.\n.1,.1\n0,0,1\n2e11\n",
+                   "*BEAM GENERAL SECTION needs E and G in its third line"},
+        BadSection{"SmallG",
+                   "*BEAM GENERAL SECTION,ELSET=RIB,SECTION=RECT,DENSITY=1.\n.1,.1\n0,0,1\n"
+                   "2e11,2e10\n",
+                   "*BEAM GENERAL SECTION has E = 2e+11 and G = 2e+10; E must be positive and G "
+                   "more than E/3"},
+        BadSection{"OwnMaterialWithoutDensity",
+                   "*BEAM GENERAL SECTION,ELSET=RIB,SECTION=RECT\n.1,.1\n0,0,1\n2e11,8e10\n",
+                   "*BEAM GENERAL SECTION needs DENSITY="},
         BadSection{"AxisAlongBeam",
                    "*BEAM SECTION,ELSET=RIB,MATERIAL=METAL,SECTION=RECT\n.1,.1\n1,0,0\n", "n1"},
         BadSection{"NoShape", "*BEAM SECTION,ELSET=RIB,MATERIAL=METAL\n.1,.1\n", "SECTION="},

@@ -284,6 +284,16 @@ private:
         if (card.data.size() < 3) refuseCard(card, card.title + " needs " + Needs);
         const double E = readDeckNumber(card, card.data[2], 0, Needs),
                      G = readDeckNumber(card, card.data[2], 1, Needs);
+        if (!(E > 0) || !(3 * G > E))
+            refuseCard(card,
+                       card.title + " has E = " + writeGeneral(E, 6) + " and G = " +
+                           writeGeneral(G, 6) + "; E must be positive and G more than E/3",
+                       card.data[2].line);
+        if (!card.has("DENSITY")) refuseCard(card, card.title + " needs DENSITY=…, or MATERIAL=…");
+        const double density = parseDeckNumber(card.get("DENSITY"), card.where());
+        if (!(density > 0))
+            refuseCard(card, card.title + " has DENSITY " + writeGeneral(density, 6) +
+                                 "; it must be positive");
         const std::string name = "SIMFLEX_BEAM_" + std::to_string(card.line);
         const auto add = [&](const char* title, const std::vector<std::string>& fields) {
             DeckCard made;

@@ -61,7 +61,16 @@ private:
             add("area:" + set, "m^2", {{m_card, 0, 0}});
         } else if (keyword == "BEAMSECTION" || keyword == "BEAMGENERALSECTION") {
             addSection(card, set);
+            if (keyword == "BEAMGENERALSECTION") addOwnMaterial(card, set);
         }
+    }
+
+    /** Moduli in the third line of the section: E and G. **/
+    void addOwnMaterial(const DeckCard& card, const std::string& set) {
+        if (card.has("MATERIAL") || card.data.size() < 3) return;
+        add("stiffness:" + set, "1", {{m_card, 2, 0}, {m_card, 2, 1}});
+        add("youngs_modulus:" + set, "Pa", {{m_card, 2, 0}});
+        add("shear_modulus:" + set, "Pa", {{m_card, 2, 1}});
     }
 
     /** The first number of each line: one, or a factor of several. **/
