@@ -15,7 +15,8 @@ std::vector<double> findCriticalSpeeds(const Results::Analysis& campbell) {
                                  NAN);
     for (size_t branch = 0; branch < critical.size(); ++branch) {
         const auto calcGap = [&](size_t k) {
-            if (std::abs(campbell.dampingRatio[k][branch]) >= Eigenmode::Aperiodic)
+            if (!campbell.dampingRatio.empty() &&
+                std::abs(campbell.dampingRatio[k][branch]) >= Eigenmode::Aperiodic)
                 return double(NAN);
             return TwoPi * campbell.frequency[k][branch] - std::abs(speeds[k]);
         };
