@@ -357,11 +357,12 @@ Figure makeVibrationFigure(const std::vector<FigureSource>& sources, const Figur
     return figure;
 }
 
+/** Of what oscillates. **/
 bool hasDamping(const std::vector<FigureSource>& sources) {
     for (const FigureSource& source : sources)
         for (const auto& row : source.analysis->dampingRatio)
             for (const double ratio : row)
-                if (std::abs(ratio) > 1e-9) return true;
+                if (std::abs(ratio) > 1e-9 && std::abs(ratio) < Eigenmode::Aperiodic) return true;
     return false;
 }
 
