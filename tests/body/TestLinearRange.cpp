@@ -122,7 +122,7 @@ TEST_F(LinearRangeTest, AxialLoadWithoutStiffeningIsNamed) {
     };
     EXPECT_EQ(countMessages(0.099), 0);
     EXPECT_EQ(countMessages(-0.199), 0);  // pulled
-    EXPECT_EQ(countMessages(0.101), 1);  // once
+    EXPECT_EQ(countMessages(0.101), 1);   // once
     messages.clear();
     reporter.setWarned({});
     EXPECT_EQ(countMessages(-0.201), 1);
