@@ -42,23 +42,8 @@ public:
         return true;
     }
 
-    double nextNumber() {
-        double number = 0;
-        std::string_view word;
-        if (!next(word)) throw std::runtime_error("a number is missing");
-        if (!readNumber(word, number))
-            throw std::runtime_error(quoteStart(word) + " is not a finite number");
-        return number;
-    }
-
-    int nextInteger() {
-        int number = 0;
-        std::string_view word;
-        if (!next(word)) throw std::runtime_error("a whole number is missing");
-        if (!readInteger(word, number))
-            throw std::runtime_error(quoteStart(word) + " is not a whole number");
-        return number;
-    }
+    double nextNumber() { return nextAs<double>(readNumber, "a number", "a finite number"); }
+    int nextInteger() { return nextAs<int>(readInteger, "a whole number", "a whole number"); }
 
     Vec3 nextPoint() {
         Vec3 point;
@@ -67,6 +52,15 @@ public:
     }
 
 private:
+    template <class Number>
+    Number nextAs(bool (*read)(std::string_view, Number&), const char* what, const char* kind) {
+        Number number = 0;
+        std::string_view word;
+        if (!next(word)) throw std::runtime_error(std::string(what) + " is missing");
+        if (!read(word, number)) throw std::runtime_error(quoteStart(word) + " is not " + kind);
+        return number;
+    }
+
     std::string_view m_text;
     std::size_t m_at = 0;
 };

@@ -115,7 +115,8 @@ public:
                   : type == "B32R" ? "SECTION=PIPE with a wall of nearly the radius"
                   : kind.isCircle  ? "B32R with SECTION=PIPE, its wall nearly the radius"
                                    : "B32R") +
-                 ", or shorter elements: half the length leaves a sixteenth of it");
+                 ", or shorter elements: half the length leaves " +
+                 (type == "B31" ? "a sixty-fourth" : "a sixteenth") + " of it");
         }
     }
 
@@ -207,7 +208,7 @@ private:
         return factor * most * most;
     }
 
-    /** The mean of both ends. **/
+    /** By the sharpest of its smooth kinks. **/
     double calcExcessOfKinks(const ThinElement& element,
                              const std::map<int, std::vector<const ThinElement*>>& beamsAt) const {
         const Vec3d chord = minus(at(element.nodes[1]), at(element.nodes[0]));

@@ -304,16 +304,6 @@ MatrixXd calcFrameRows(const Evaluation& equations, int inBlock, int frame,
     return rows;
 }
 
-/** Of the furthest frame from Ground's origin, in sizes of the largest block. **/
-double calcOriginDistance(const SimTK::Array_<FrameMotion>& frames,
-                          const std::vector<double>& lengths) {
-    double furthest = 0;
-    for (const FrameMotion& frame : frames)
-        furthest = std::max(furthest, double(frame.X.p().norm()));
-    const double size = *std::max_element(lengths.begin(), lengths.end());
-    return size > 0 ? furthest / size : 0;
-}
-
 /** What holds or pushes some frames: their forces, for displacements of the flexible bodies that
 they are on. A frame on one of these moves by its turning, its place and the two sums of its shapes,
 twelve coordinates y; its part of r is Yᵀρ, and y = Yδ. A frame on a rigid body turns and moves in
@@ -348,13 +338,12 @@ public:
         m_forces.resize(unsigned(m_sides.size()));
     }
 
-    /** @param lengths  of blocks **/
-    void differentiate(const std::vector<double>& lengths, bool canHaveKinks) {
+    void differentiate(const CoordinateScales& scales, bool canHaveKinks) {
         std::vector<double> steps(size_t(m_numColumns), CoordinateScales::StepFraction);
         for (const Side& side : m_sides) {
             if (side.block < 0) continue;
             for (int i = 0; i < (side.flexible ? 6 : 3); ++i)
-                steps[size_t(side.firstColumn + 3 + i)] *= lengths[size_t(side.block)];
+                steps[size_t(side.firstColumn + 3 + i)] *= scales.lengths[size_t(side.block)];
         }
         std::vector<double> y(steps.size(), 0);
         m_middle.resize(m_numRows);
@@ -372,7 +361,7 @@ public:
                       }}});
             simflex::differentiate(
                 [this](const std::vector<double>& of, VectorXd& rho) { evaluate(of, rho); }, steps,
-                m_middle, groups, {}, calcOriginDistance(m_motions, lengths));
+                m_middle, groups, {}, scales.originDistance);
             return;
         }
         VectorXd rho(m_numRows);
@@ -567,7 +556,7 @@ void clearHeld(const Topology& topology, BlockMatrix<double>& A) {
 /** What an element's frames make of their speeds: of each frame's six, its forces on all. **/
 class SpeedTangent {
 public:
-    SpeedTangent(const Evaluation& equations, int e, const std::vector<double>& lengths) {
+    SpeedTangent(const Evaluation& equations, int e, const CoordinateScales& scales) {
         const std::vector<FrameRef>& frames = equations.getTopology().elements[size_t(e)].frames;
         const int numFrames = int(frames.size());
         SimTK::Array_<FrameMotion> motions;
@@ -579,7 +568,7 @@ public:
         for (int k = 0; k < 6 * numFrames; ++k) {
             const int block = frames[size_t(k / 6)].block;
             if (block < 0) continue;
-            if (k % 6 >= 3) steps[size_t(k)] *= lengths[size_t(block)];
+            if (k % 6 >= 3) steps[size_t(k)] *= scales.lengths[size_t(block)];
             columns.push_back({{k,
                                 {{0, 6 * numFrames}},
                                 [this, k](const VectorXd& column, const std::vector<Kink>& found) {
@@ -602,7 +591,7 @@ public:
         };
         VectorXd middle;
         evaluate(std::vector<double>(steps.size(), 0), middle);
-        differentiate(evaluate, steps, middle, columns, {}, calcOriginDistance(motions, lengths));
+        differentiate(evaluate, steps, middle, columns, {}, scales.originDistance);
     }
 
     MatrixXd slopes;
@@ -660,7 +649,7 @@ BlockMatrix<double> calcStiffness(
     const int threads = equations.getBlocks().numThreads;
     std::vector<FrameTangent> tangents = listFrameTangents(equations, point.lambda);
     parallelFor(int(tangents.size()), threads, [&](int k) {
-        tangents[size_t(k)].differentiate(scales.lengths, k >= int(topology.joints.size()));
+        tangents[size_t(k)].differentiate(scales, k >= int(topology.joints.size()));
     });
     if (kinks)
         for (const FrameTangent& tangent : tangents)
@@ -724,7 +713,7 @@ BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateSca
     // Of frames: their forces by their speeds.
     for (size_t e = 0; e < topology.elements.size(); ++e) {
         const std::vector<FrameRef>& frames = topology.elements[e].frames;
-        const SpeedTangent tangent(equations, int(e), scales.lengths);
+        const SpeedTangent tangent(equations, int(e), scales);
         if (kinks)
             for (const auto& [column, kink] : tangent.kinks)
                 if (kink.isJump)
@@ -768,11 +757,11 @@ std::vector<KinkedElement> listKinkedElements(Evaluation& equations, const Coord
         };
         if (level == MotionLevel::Position) {
             FrameTangent tangent = makeElementTangent(equations, e);
-            tangent.differentiate(scales.lengths, true);
+            tangent.differentiate(scales, true);
             for (const auto& [column, kink] : tangent.getKinks())
                 take(kink, tangent.isForce(column, kink.value));
         } else {
-            const SpeedTangent tangent(equations, e, scales.lengths);
+            const SpeedTangent tangent(equations, e, scales);
             for (const auto& [column, kink] : tangent.kinks)
                 take(kink, column % 6 >= 3 && kink.value % 6 >= 3);
         }
