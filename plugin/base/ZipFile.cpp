@@ -153,10 +153,14 @@ bool ZipReader::next() {
     if (m_size > most || info.compressed_size > fs::file_size(m_path))
         fail("is damaged: '" + m_name + "' cannot be as large as it says");
     m_unpacked += m_size;
-    if (m_unpacked > MuchUnpacked && m_unpacked / LargestRatio > fs::file_size(m_path))
+    if (unpacksToTooMuch(fs::file_size(m_path), m_unpacked))
         fail("would fill the machine: unpacked it has more than " + std::to_string(LargestRatio) +
              " times its size");
     return true;
+}
+
+bool unpacksToTooMuch(std::uint64_t packed, std::uint64_t unpacked) {
+    return unpacked > MuchUnpacked && unpacked / LargestRatio > packed;
 }
 
 std::string ZipReader::read() const {

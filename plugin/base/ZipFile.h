@@ -60,6 +60,10 @@ private:
     bool m_hasBegun = false;
 };
 
+/** True if a file of `packed` bytes would fill the machine: of more than 256 MB if it is packed to
+less than a hundredth, as no data of parts and libraries is. **/
+bool unpacksToTooMuch(std::uint64_t packed, std::uint64_t unpacked);
+
 /** Unpacks all into a folder that is there. @throws as ZipReader; also if the archive would write
 elsewhere, or more than 4 GB. **/
 void unpackZip(const std::filesystem::path& path, const std::filesystem::path& folder);

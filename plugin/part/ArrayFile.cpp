@@ -1,15 +1,20 @@
 #include "simflex/part/ArrayFile.h"
 
+#include <libdeflate.h>
 #include <matio.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <new>
 #include <stdexcept>
+#include <string_view>
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/InputFile.h"
@@ -89,6 +94,12 @@ bool convertNumbers(const std::string& type, const char* bytes, std::vector<doub
     return true;
 }
 
+/** To the other order of bytes. **/
+void swapItems(std::string& bytes, size_t itemSize) {
+    for (auto item = bytes.begin(); item != bytes.end(); item += std::ptrdiff_t(itemSize))
+        std::reverse(item, item + std::ptrdiff_t(itemSize));
+}
+
 /** Rows first becomes columns first. **/
 void transpose(FileArray& array) {
     const auto rows = size_t(array.numRows()), columns = size_t(array.numColumns());
@@ -131,20 +142,18 @@ bool readNpy(const std::string& path, const std::string& text, FileArray& array)
         failDamaged(path, array.name + " is shorter than its shape");
     array.values.resize(size_t(count));
     std::string bytes = text.substr(size_t(begin), size_t(count * itemSize));
-    if (descriptor[0] == '>')  // big-endian
-        for (auto item = bytes.begin(); item != bytes.end(); item += std::ptrdiff_t(itemSize))
-            std::reverse(item, item + std::ptrdiff_t(itemSize));
+    if (descriptor[0] == '>') swapItems(bytes, size_t(itemSize));
     if (!convertNumbers(descriptor.substr(1), bytes.data(), array.values)) return false;
     if (array.shape.size() == 2 && findKey(header, "fortran_order") != "True") transpose(array);
     return true;
 }
 
-std::vector<std::int64_t> toIntegers(const std::string& path, const FileArray& array,
-                                     std::int64_t most) {
+std::vector<std::int64_t> toIntegers(const std::string& path, const std::string& name,
+                                     const std::vector<double>& values, std::int64_t most) {
     std::vector<std::int64_t> result;
-    for (const double value : array.values) {
+    for (const double value : values) {
         if (!(value >= 0 && value <= double(most)) || value != double(std::int64_t(value)))
-            failDamaged(path, array.name + " has " + writeGeneral(value, 6) +
+            failDamaged(path, name + " has " + writeGeneral(value, 6) +
                                   "; it must be a whole number from 0 to " + std::to_string(most));
         result.push_back(std::int64_t(value));
     }
@@ -179,8 +188,9 @@ std::vector<FileArray> joinSparse(const std::string& path,
         const auto size = std::int64_t(starts.values.size()) - 1;
         if (size < 1) failDamaged(path, "sparse matrix " + name + " is empty");
         array.shape = {size, size};
-        array.columnStarts = toIntegers(path, starts, std::int64_t(array.values.size()));
-        array.rows = toIntegers(path, rows, size - 1);
+        array.columnStarts =
+            toIntegers(path, starts.name, starts.values, std::int64_t(array.values.size()));
+        array.rows = toIntegers(path, rows.name, rows.values, size - 1);
         checkSparse(path, array);
         for (const char* part : {"_data", "_indices", "_indptr", "_shape", "_format"})
             arrays.erase(name + part);
@@ -269,74 +279,180 @@ constexpr size_t MostInMat = (size_t(1) << 32) * 8 / 12;
 using MatFile = std::unique_ptr<mat_t, MatCloser>;
 using MatVariable = std::unique_ptr<matvar_t, MatCloser>;
 
-/** NumPy's name of the numbers of a class; empty for others. **/
-std::string findType(const matvar_t& variable) {
-    switch (variable.class_type) {
-        case MAT_C_DOUBLE:
-            return "f8";
-        case MAT_C_SINGLE:
-            return "f4";
-        case MAT_C_INT64:
-            return "i8";
-        case MAT_C_INT32:
-            return "i4";
-        case MAT_C_INT16:
-            return "i2";
-        case MAT_C_INT8:
-            return "i1";
-        case MAT_C_UINT64:
-            return "u8";
-        case MAT_C_UINT32:
-            return "u4";
-        case MAT_C_UINT16:
-            return "u2";
-        case MAT_C_UINT8:
-            return "u1";
-        default:
-            return "";
-    }
+/** NumPy's name of the numbers of an element; empty: it has none. **/
+std::string findType(std::uint32_t element) {
+    static const char* const Types[] = {"",   "i1", "u1", "i2", "u2", "i4", "u4",
+                                        "f4", "",   "f8", "",   "",   "i8", "u8"};
+    return element < std::size(Types) ? Types[element] : "";
 }
 
-std::vector<FileArray> readMat(const std::string& path) {
-    if (!isInputFile(path)) throw std::runtime_error("cannot read '" + path + "'");
-    const MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
-    if (!file) failDamaged(path, "it is no .mat file of MATLAB");
-    std::vector<FileArray> arrays;
-    for (;;) {
-        const MatVariable variable(Mat_VarReadNext(file.get()));
-        if (!variable) break;
-        if (!variable->name || !variable->data || variable->isComplex || variable->rank != 2)
-            continue;
-        FileArray array;
-        array.name = variable->name;
-        array.shape = {std::int64_t(variable->dims[0]), std::int64_t(variable->dims[1])};
-        if (variable->class_type == MAT_C_SPARSE) {
-            const auto& sparse = *static_cast<const mat_sparse_t*>(variable->data);
-            if (variable->data_type != MAT_T_DOUBLE || !sparse.data) continue;
-            if (sparse.njc != variable->dims[1] + 1 || sparse.nir < sparse.ndata)
-                failDamaged(path, "sparse matrix " + array.name +
-                                      " has columns that do not fit its values");
-            array.values.resize(sparse.ndata);
-            std::memcpy(array.values.data(), sparse.data, sparse.ndata * sizeof(double));
-            array.rows.assign(sparse.ir, sparse.ir + sparse.ndata);
-            array.columnStarts.assign(sparse.jc, sparse.jc + sparse.njc);
-            for (const std::int64_t row : array.rows)
-                if (row >= array.shape[0])
-                    failDamaged(path, "sparse matrix " + array.name + " has a row outside");
-            checkSparse(path, array);
-        } else {
-            const std::string type = findType(*variable);
-            if (type.empty()) continue;
-            const size_t most = variable->nbytes / size_t(type[1] - '0');
-            if (variable->dims[1] > 0 && variable->dims[0] > most / variable->dims[1])
-                failDamaged(path, array.name + " is shorter than its size");
-            array.values.resize(variable->dims[0] * variable->dims[1]);
-            convertNumbers(type, static_cast<const char*>(variable->data), array.values);
+/** Reads MATLAB's format 5 (save -v6, -v7): elements of a tag (type, size) and their bytes. matio
+gives zeros for what is missing of a file, and unpacks whatever there is; so this is read here. **/
+class MatReader {
+public:
+    explicit MatReader(const std::string& path) : m_path(path) {}
+
+    std::vector<FileArray> read() {
+        constexpr size_t Header = 128, Version = 124;
+        std::ifstream file = openInputFile(m_path);
+        if (!file.is_open()) throw std::runtime_error("cannot read '" + m_path + "'");
+        const std::string bytes(std::istreambuf_iterator<char>(file), {});
+        m_packed = bytes.size();
+        const std::string order = bytes.size() < Header ? "" : bytes.substr(Version + 2, 2);
+        m_isSwapped = order == "MI";
+        if (order != "IM" && !m_isSwapped) failDamaged(m_path, "it is no .mat file of MATLAB");
+        if (bytes[Version + (m_isSwapped ? 0 : 1)] != 1)
+            throw std::invalid_argument(m_path +
+                                        ": this version of .mat is not read; write it by "
+                                        "save -v7, or as .npz");
+        std::vector<FileArray> arrays;
+        std::string_view rest = std::string_view(bytes).substr(Header);
+        while (!rest.empty()) {
+            std::string unpacked;
+            Element element = takeElement(rest);
+            if (element.type == Compressed) {
+                unpacked = unpack(element.bytes);
+                std::string_view inner = unpacked;
+                element = takeElement(inner);
+            }
+            FileArray array;
+            if (element.type == Matrix && readMatrix(element.bytes, array))
+                arrays.push_back(std::move(array));
         }
-        arrays.push_back(std::move(array));
+        return arrays;
     }
-    return arrays;
-}
+
+private:
+    static constexpr std::uint32_t Utf8 = 16, Matrix = 14, Compressed = 15;
+    static constexpr std::uint32_t SparseClass = 5, FirstClass = 6, LastClass = 15;  // of numbers
+    static constexpr std::uint32_t IsComplex = 1 << 11;
+    struct Element {
+        std::uint32_t type;
+        std::string_view bytes;
+    };
+
+    std::uint32_t readWord(std::string_view bytes, size_t at) const {
+        std::string word(bytes.substr(at, 4));
+        if (m_isSwapped) std::reverse(word.begin(), word.end());
+        return std::uint32_t(readLittle(word, 0, 4));
+    }
+
+    /** The first element of `rest`, which begins behind it afterwards. **/
+    Element takeElement(std::string_view& rest) const {
+        constexpr size_t Tag = 8, Small = 4, Alignment = 8;
+        if (rest.size() < Tag) failDamaged(m_path, "it is cut off");
+        std::uint32_t type = readWord(rest, 0), size = readWord(rest, 4);
+        size_t begin = Tag;
+        if (type >> 16 != 0) {  // size and up to four bytes within the tag
+            size = type >> 16;
+            type &= 0xffff;
+            begin = Small;
+        }
+        if (size > rest.size() - begin || (begin == Small && size > Small))
+            failDamaged(m_path, "it is cut off");
+        const Element element{type, rest.substr(begin, size)};
+        size_t end = begin + size;
+        if (type != Compressed) end = (end + Alignment - 1) / Alignment * Alignment;
+        rest.remove_prefix(std::min(end, rest.size()));
+        if (findType(type).empty() && (type < Matrix || type > Utf8 + 2))
+            failDamaged(m_path, "it has an element of type " + std::to_string(type));
+        return element;
+    }
+
+    void count(std::uint64_t bytes) {
+        if (unpacksToTooMuch(m_packed, m_unpacked + bytes))
+            throw std::invalid_argument(m_path +
+                                        ": it would fill the machine: unpacked it has more than a "
+                                        "hundred times its size");
+    }
+
+    std::string unpack(std::string_view packed) {
+        const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> tool(
+            libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+        if (!tool) throw std::bad_alloc();
+        std::string bytes(8 * packed.size() + 64, '\0');
+        for (;;) {
+            count(bytes.size());
+            size_t size = 0;
+            const libdeflate_result result = libdeflate_zlib_decompress(
+                tool.get(), packed.data(), packed.size(), bytes.data(), bytes.size(), &size);
+            if (result == LIBDEFLATE_SUCCESS) {
+                bytes.resize(size);
+                m_unpacked += size;
+                return bytes;
+            }
+            if (result != LIBDEFLATE_INSUFFICIENT_SPACE)
+                failDamaged(m_path, "a compressed array of it cannot be unpacked");
+            bytes.resize(2 * bytes.size());
+        }
+    }
+
+    std::vector<double> readNumbers(std::string_view& rest, const std::string& name) {
+        const Element element = takeElement(rest);
+        const std::string type = findType(element.type);
+        const auto size = size_t(type.empty() ? 0 : type[1] - '0');
+        if (size == 0 || element.bytes.size() % size != 0)
+            failDamaged(m_path, name + " has no numbers");
+        std::string bytes(element.bytes);
+        if (m_isSwapped) swapItems(bytes, size);
+        std::vector<double> values(bytes.size() / size);
+        m_unpacked += values.size() * sizeof(double);
+        count(0);
+        convertNumbers(type, bytes.data(), values);
+        return values;
+    }
+
+    /** @returns false for what is no matrix of real numbers. **/
+    bool readMatrix(std::string_view rest, FileArray& array) {
+        constexpr size_t FlagsSize = 8;
+        if (rest.empty()) return false;
+        const Element flags = takeElement(rest);
+        if (flags.bytes.size() < FlagsSize) failDamaged(m_path, "an array of it has no kind");
+        const std::uint32_t kind = readWord(flags.bytes, 0);
+        const bool isSparse = (kind & 255) == SparseClass;
+        const bool hasNumbers =
+            isSparse || ((kind & 255) >= FirstClass && (kind & 255) <= LastClass);
+        if (!hasNumbers || (kind & IsComplex)) return false;
+        const std::vector<double> shape = readNumbers(rest, "the shape of an array");
+        array.name = takeElement(rest).bytes;
+        if (shape.size() != 2) return false;
+        for (const double size : shape) {
+            if (!(size >= 0 && size <= double(MostRows)) || size != std::floor(size))
+                failDamaged(m_path, array.name + " has no shape");
+            array.shape.push_back(std::int64_t(size));
+        }
+        std::vector<double> rows, starts;
+        if (isSparse) {
+            rows = readNumbers(rest, array.name);
+            starts = readNumbers(rest, array.name);
+        }
+        array.values = readNumbers(rest, array.name);
+        if (!isSparse) {
+            if (std::int64_t(array.values.size()) != array.shape[0] * array.shape[1])
+                failDamaged(m_path, array.name + " has " + std::to_string(array.values.size()) +
+                                        " numbers, not its " + std::to_string(array.shape[0]) +
+                                        "×" + std::to_string(array.shape[1]));
+            return true;
+        }
+        array.columnStarts = toIntegers(m_path, array.name, starts, std::int64_t(rows.size()));
+        if (array.columnStarts.size() != size_t(array.shape[1]) + 1)
+            failDamaged(m_path, "sparse matrix " + array.name + " has " +
+                                    std::to_string(array.shape[1]) + " columns and " +
+                                    std::to_string(array.columnStarts.size()) + " column starts");
+        // There may be room for more values.
+        const auto numValues = size_t(array.columnStarts.back());
+        rows.resize(std::min(rows.size(), numValues));
+        array.values.resize(std::min(array.values.size(), numValues));
+        array.rows = toIntegers(m_path, array.name, rows, array.shape[0] - 1);
+        checkSparse(m_path, array);
+        return true;
+    }
+
+    static constexpr std::int64_t MostRows = std::int64_t(1) << 31;
+    std::string m_path;
+    bool m_isSwapped = false;  ///< the other order of bytes
+    std::uint64_t m_packed = 0, m_unpacked = 0;
+};
 
 void writeMat(const std::string& path, const std::vector<FileArray>& arrays) {
     UnfinishedFile unfinished(path);
@@ -401,7 +517,7 @@ FileArray makeArray(const std::string& name, std::int64_t numRows, std::int64_t 
 
 std::vector<FileArray> readArrayFile(const std::string& path) {
     try {
-        return isNumPy(path) ? readNpz(path) : readMat(path);
+        return isNumPy(path) ? readNpz(path) : MatReader(path).read();
     } catch (const std::bad_alloc&) {
         failDamaged(path, "it says that it has more numbers than memory holds");
     }

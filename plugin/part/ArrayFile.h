@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Named arrays in the files of MATLAB (.mat, by matio: format 5) and NumPy (.npz). Standard types
-only.
+Named arrays in the files of MATLAB (.mat of format 5: save -v6 and -v7) and NumPy (.npz). Standard
+types only.
 
     std::vector<FileArray> arrays = readArrayFile("crank.npz");
     writeArrayFile("rod.mat", {makeArray("K", 60, 60, values)});
