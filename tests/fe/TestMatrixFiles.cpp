@@ -308,7 +308,10 @@ TEST_F(MatrixFiles, ArraysOfNumPyAndSciPyAreTheSameModel) {
         "number')\n"
         "io.savemat('sparse.mat', dict(K=K, M=M, nodes=xyz, LEFT=left, notes='text'))\n"
         "io.savemat('packed.mat', dict(K=K, M=M.toarray(), nodes=xyz, LEFT=left), "
-        "do_compression=True)\n");
+        "do_compression=True)\n"
+        "io.savemat('bomb.mat', dict(K=np.zeros((40000, 1000), np.int8)), do_compression=True)\n");
+    EXPECT_THAT(errorOf([&] { readArrayFile(folder / "bomb.mat"); }),
+                HasSubstr("it would fill the machine"));
     for (const char* name : {"dense.npz", "packed.npz", "sparse.mat", "packed.mat"}) {
         SourceOptions options;
         options.path = folder / name;
@@ -357,12 +360,25 @@ TEST_F(MatrixFiles, ArraysThatAreMissingOrDoNotFitAreRefusedWithTheirNames) {
     for (const char* name : {"cut.npz", "cut.mat"}) {
         writeArrayMatrices(*model, folder / name);
         const std::string bytes = testing::readText(folder / name);
-        for (const size_t size : {size_t(0), size_t(20), size_t(200), bytes.size() / 2}) {
+        const size_t step = bytes.size() / 40 + 1;
+        for (size_t size = 0; size < bytes.size(); size += step) {
             write(name, bytes.substr(0, size));
             EXPECT_THAT(errorOf([&] { readArrayMatrices(folder / name); }), HasSubstr(name))
                 << size;
         }
     }
+}
+
+TEST_F(MatrixFiles, MatricesWithFewerNumbersThanTheirShapeAreRefused) {
+    writeArrayFile(folder / "short.mat", {makeArray("nodes", 4, 3, std::vector<double>(12, 1.0))});
+    std::string bytes = testing::readText(folder / "short.mat");
+    const std::string shape("\4\0\0\0\3\0\0\0", 8);
+    const size_t at = bytes.find(shape);
+    ASSERT_NE(at, std::string::npos);
+    bytes[at] = 5;
+    write("short.mat", bytes);
+    EXPECT_THAT(errorOf([&] { readArrayFile(folder / "short.mat"); }),
+                HasSubstr("nodes has 12 numbers, not its 5×3"));
 }
 
 TEST_F(MatrixFiles, AModelWithoutElementsIsConnectedThroughItsStiffness) {
