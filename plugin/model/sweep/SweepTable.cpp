@@ -25,6 +25,7 @@
 #include "simflex/model/results/ProbeChoice.h"
 #include "simflex/part/FileChecksum.h"
 #include "simflex/part/Hdf5.h"
+#include "simflex/solver/Eigenmodes.h"
 
 namespace simflex {
 namespace model {
@@ -103,14 +104,17 @@ void addStatistics(const Results::Analysis& analysis, std::vector<Wish>& wishes,
         }
 }
 
-/** @param where  behind the names of the columns **/
+/** Of a motion that does not oscillate no frequency.
+@param where  behind the names of the columns **/
 void addModes(const Results::Analysis& analysis, size_t row, const std::string& where,
               std::vector<TableEntry>& entries) {
     for (size_t k = 0; k < analysis.frequency.at(row).size(); ++k) {
         const std::string name = std::to_string(k + 1) + where;
-        entries.push_back({analysis.name, "frequency " + name, "Hz", analysis.frequency[row][k]});
-        entries.push_back(
-            {analysis.name, "damping ratio " + name, "", analysis.dampingRatio.at(row).at(k)});
+        const double damping = analysis.dampingRatio.at(row).at(k);
+        const bool oscillates = std::abs(damping) < Eigenmode::Aperiodic;
+        entries.push_back({analysis.name, "frequency " + name, "Hz",
+                           oscillates ? analysis.frequency[row][k] : NAN});
+        entries.push_back({analysis.name, "damping ratio " + name, "", damping});
     }
 }
 

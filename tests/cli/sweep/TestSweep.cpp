@@ -336,6 +336,32 @@ analyses: {modes: {type: eigen}}
         }
 }
 
+TEST_F(SweepTest, AMotionThatDoesNotOscillateHasNoFrequency) {
+    testing::writeText(folder / "model.yaml", R"(simflex: 1
+parameters: {d: 1}
+bodies: {one: {mass: 1, inertia: [0.01, 0.01, 0.01], mobilizer: {type: slider, parent: ground}}}
+probes: {x: {position: one, component: x}, v: {velocity: one, component: x}}
+loads: {all: {on: one, force: ["-100*x - d*v", 0, 0]}}
+analyses: {modes: {type: eigen}}
+)");
+    ASSERT_EQ(run("sweep model.yaml --vary d=12,50 -o out -q"), 0) << err;
+    const SweepResults sweep = readSweepTable(folder / "out/sweep.h5", "d");
+    int numFound = 0;
+    for (const Results::Series& series : sweep.results.at(0).analyses.at(0).probes) {
+        if (series.column.name == "frequency 1") {
+            EXPECT_NEAR(series.rows.at(0)[0], 10 / (2 * M_PI), 1e-6);
+            EXPECT_TRUE(std::isnan(series.rows.at(1)[0]));
+            ++numFound;
+        }
+        if (series.column.name == "damping ratio 1") {
+            EXPECT_NEAR(series.rows.at(0)[0], 0.6, 1e-6);
+            EXPECT_NEAR(series.rows.at(1)[0], 1, 1e-6);
+            ++numFound;
+        }
+    }
+    EXPECT_EQ(numFound, 2);
+}
+
 TEST_F(SweepTest, TheTableIsDrawnOverAParameter) {
     ASSERT_EQ(run("sweep model.yaml --vary mass=3,1,2 --vary 'gravity=[0,-1.62,0],[0,-9.81,0]' -o "
                   "out -q"),
