@@ -382,35 +382,35 @@ void ModelRun::runCampbell(const ModelValue& analysis) {
         return modes;
     };
     try {
-        if (wanted.isGiven()) {
-            diagram =
-                calcCampbellDiagram({speeds.begin(), speeds.end()}, wanted.getInteger(), calcModes);
-        } else {
-            // As many branches as there are: a rotor on two springs has two.
-            std::vector<std::vector<Eigenmode>> all;
-            std::vector<std::exception_ptr> failures(speeds.size());
-            int count = UsualBranches;
-            for (size_t k = 0; k < speeds.size(); ++k) {
-                all.emplace_back();
-                try {
-                    all[k] = calcModes(speeds[k], 4 * UsualBranches);
-                    const auto numElastic =
-                        std::count_if(all[k].begin(), all[k].end(),
-                                      [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
-                    if (numElastic > 0) count = std::min(count, int(numElastic));
-                } catch (const Cancelled&) {
-                    throw;
-                } catch (const std::exception&) {
-                    failures[k] = std::current_exception();
-                }
+        // As many branches as there are: a rotor on two springs has two.
+        std::vector<std::vector<Eigenmode>> all;
+        std::vector<std::exception_ptr> failures(speeds.size());
+        int count = wanted.isGiven() ? wanted.getInteger() : UsualBranches;
+        const int numConsidered = 3 * count + 6;  // those that may continue a branch, too
+        for (size_t k = 0; k < speeds.size(); ++k) {
+            all.emplace_back();
+            try {
+                all[k] = calcModes(speeds[k], numConsidered);
+                const auto numElastic =
+                    std::count_if(all[k].begin(), all[k].end(),
+                                  [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
+                if (numElastic > 0) count = std::min(count, int(numElastic));
+            } catch (const Cancelled&) {
+                throw;
+            } catch (const std::exception&) {
+                failures[k] = std::current_exception();
             }
-            size_t next = 0;
-            diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real, int) {
-                const size_t k = next++;
-                if (failures[k]) std::rethrow_exception(failures[k]);
-                return std::move(all[k]);
-            });
         }
+        if (wanted.isGiven() && count < wanted.getInteger())
+            m_remarks[name].push_back("count: " + std::to_string(wanted.getInteger()) +
+                                      " branches are asked for, there are " +
+                                      std::to_string(count));
+        size_t next = 0;
+        diagram = calcCampbellDiagram({speeds.begin(), speeds.end()}, count, [&](Real, int) {
+            const size_t k = next++;
+            if (failures[k]) std::rethrow_exception(failures[k]);
+            return std::move(all[k]);
+        });
     } catch (const std::exception& error) {
         stopIfAsked();
         if (isRigidTwin()) return leaveOut(name, error.what());

@@ -365,6 +365,12 @@ analyses: {over_speed: {type: campbell, parameter: speed, speeds: [0, 6, 8, 12],
     EXPECT_THAT(out, ::testing::ContainsRegex("12: +unstable"));
     ASSERT_EQ(runModel("--set analyses.over_speed.speeds=[0,6,8]"), 0) << err;
     EXPECT_THAT(err, Not(HasSubstr("unstable")));
+    ASSERT_EQ(runModel("--set analyses.over_speed.speeds=[0,6,8] "
+                       "--set analyses.over_speed.count=5"),
+              0)
+        << err;
+    EXPECT_EQ(read("over_speed").frequency.at(0).size(), 1u);
+    EXPECT_THAT(err + out, HasSubstr("count: 5 branches are asked for, there are 1"));
 }
 
 TEST_F(RunTest, AnUnstableEquilibriumIsWarnedOf) {
