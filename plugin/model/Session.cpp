@@ -340,8 +340,6 @@ std::vector<double> Session::calcProbe(const Probe& probe) const {
 }
 
 double Session::calcFormula(const std::string& formula) const {
-    std::vector<std::string> names;
-    for (const Probe& probe : getProbes()) names.push_back(probe.name);
     std::string unused = "formula", quoted;
     while (seekNamed(getProbes(), unused)) unused += '_';
     for (const char letter : formula)
@@ -350,8 +348,11 @@ double Session::calcFormula(const std::string& formula) const {
     text.set("probes." + unused, "{expression: '" + quoted + "'}");
     try {
         const ModelValue entry = readModel(text).get("probes").get(unused);
-        const auto find = [&](const std::string& name) { return *seekNamed(getProbes(), name); };
-        return calcProbe(makeExpressionProbe({m_model, entry}, names, find))[0];
+        const auto find = [&](const ModelValue& law, const std::string& name) {
+            if (const Probe* const probe = seekNamed(getProbes(), name)) return *probe;
+            law.failUnknown("probe", name, getNames(getProbes()));
+        };
+        return calcProbe(makeExpressionProbe({m_model, entry}, find))[0];
     } catch (const ModelError& error) {
         // Its place is none that anybody has written.
         for (const ModelError::Mistake& mistake : error.getMistakes())

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "simflex/base/AsciiText.h"
+#include "simflex/model/file/Formula.h"
 #include "simflex/model/file/ScalarCheck.h"
 
 namespace simflex {
@@ -54,6 +56,22 @@ std::string findOwnProbe(const ModelValue::Node& formula) {
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/** What a law may name: the time, its own quantities, `named` ones of the motion, and what its form
+knows besides. **/
+std::vector<std::string> listVariables(const ModelFile& file, const SchemaForm& form,
+                                       const std::vector<std::string>& own,
+                                       const std::set<std::string>& named) {
+    std::vector<std::string> names = {"t"};
+    names.insert(names.end(), own.begin(), own.end());
+    for (const std::string& word : named)
+        if (!contains(own, word)) names.push_back(word);
+    for (const std::string& local : form.locals)
+        if (!contains(own, local) && !file.words.count(local) &&
+            describeConstant(file, local).empty())
+            names.push_back(local);
+    return names;
 }
 
 }  // namespace
@@ -124,16 +142,19 @@ void addLawWords(const YamlTree& tree, ModelFile& file) {
         if (file.words.count(constant.first)) confuse(constant.first, "a parameter");
 }
 
-std::vector<std::string> listLawVariables(const ModelFile& file, const SchemaForm& form,
-                                          const std::vector<std::string>& own) {
-    std::vector<std::string> names = own;
-    for (const auto& word : file.words)
-        if (!contains(own, word.first)) names.push_back(word.first);
-    for (const std::string& local : form.locals)
-        if (!contains(own, local) && !file.words.count(local) &&
-            describeConstant(file, local).empty())
-            names.push_back(local);
-    return names;
+formula::Formula readLaw(const std::string& text, const ModelFile& file, const SchemaForm& form,
+                         const std::vector<std::string>& own) {
+    // A model has many quantities and a law names few of them.
+    std::set<std::string> named;
+    for (const FormulaWord& word : findWords(text))
+        if (file.words.count(word.text)) named.insert(word.text);
+    try {
+        return {text, file.scope, listVariables(file, form, own, named)};
+    } catch (const formula::SyntaxError& error) {
+        if (error.unknown.empty()) throw;
+    }
+    for (const auto& word : file.words) named.insert(word.first);  // from which to propose one
+    return readFormula(text, file.scope, listVariables(file, form, own, named));
 }
 
 std::vector<std::string> listNamesakes(const ModelFile& file, const std::string& name) {

@@ -14,6 +14,7 @@ Only for the files of this folder. **/
 #include <vector>
 
 #include "simflex/model/file/ModelNode.h"
+#include "simflex/model/formula/Formula.h"
 
 namespace simflex {
 namespace model {
@@ -30,10 +31,11 @@ std::vector<FormulaWord> findWords(const std::string& formula);
 `file.scope` already. **/
 void addLawWords(const YamlTree& tree, ModelFile& file);
 
-/** What a law may name besides the time: its own quantities, then those of the motion. Of what the
-form knows and this law does not, the rest, for a better message. **/
-std::vector<std::string> listLawVariables(const ModelFile& file, const SchemaForm& form,
-                                          const std::vector<std::string>& own);
+/** Reads a law. Its variables are the time `t`, the law's own quantities, and those of the motion
+that it names. Of what the form knows and this law does not, the rest, for a better message.
+@throws formula::SyntaxError **/
+formula::Formula readLaw(const std::string& text, const ModelFile& file, const SchemaForm& form,
+                         const std::vector<std::string>& own);
 
 /** What else has the name, with its section: parameters.speed, probes.speed. **/
 std::vector<std::string> listNamesakes(const ModelFile& file, const std::string& name);

@@ -255,14 +255,12 @@ VariableFormula::VariableFormula(const ModelValue& text, const std::vector<std::
     const ModelValue::Node& node = text.getNode();
     const ModelFile& file = *node.file;
     checkLawWords(node, own);
-    std::vector<std::string> names = listLawVariables(file, *node.form, own);
-    names.insert(names.begin(), "t");
     auto shared = std::make_shared<Shared>();
     try {
-        shared->used = readFormula(text.getText(), file.scope, names).getUsedVariables();
+        shared->used = readLaw(text.getText(), file, *node.form, own).getUsedVariables();
         shared->used.erase(std::remove(shared->used.begin(), shared->used.end(), "t"),
                            shared->used.end());
-        names = shared->used;
+        std::vector<std::string> names = shared->used;
         names.insert(names.begin(), "t");
         shared->formula = std::make_unique<const formula::Formula>(
             readFormula(text.getText(), file.scope, names));

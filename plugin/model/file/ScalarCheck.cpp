@@ -51,10 +51,8 @@ void checkOutput(const Node& node) {
 
 /** True of what would be a law elsewhere. **/
 bool namesQuantities(const std::string& text, const Node& node, const SchemaForm& form) {
-    std::vector<std::string> variables = listLawVariables(*node.file, form, form.locals);
-    variables.push_back("t");
     try {
-        return !readFormula(text, node.file->scope, variables).getUsedVariables().empty();
+        return !readLaw(text, *node.file, form, form.locals).getUsedVariables().empty();
     } catch (const formula::SyntaxError&) {
         return false;
     }
@@ -73,10 +71,8 @@ void checkNumber(Node& node, const SchemaForm& form) {
         if (canMove && form.isLaw && !formula::readPlainNumber(text, ignored)) {
             // Which of the form's own quantities a connector has is known once it is built.
             checkLawWords(node, form.locals);
-            std::vector<std::string> variables = listLawVariables(*node.file, form, form.locals);
-            variables.insert(variables.begin(), "t");
             const std::vector<std::string> used =
-                readFormula(text, node.file->scope, variables).getUsedVariables();
+                readLaw(text, *node.file, form, form.locals).getUsedVariables();
             node.isLaw = std::any_of(used.begin(), used.end(),
                                      [](const std::string& name) { return name != "t"; });
         }

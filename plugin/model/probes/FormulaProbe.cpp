@@ -1,7 +1,6 @@
 /** @file
 Probes of functions of time and of formulas of other probes. **/
 
-#include <algorithm>
 #include <cmath>
 
 #include "simflex/model/file/VariableFormula.h"
@@ -37,12 +36,8 @@ struct FormulaOfProbes {
 
 /** Where NAME or NAME.COLUMN stands. **/
 Column findColumn(const ModelValue& formula, const std::string& variable,
-                  const std::vector<std::string>& others,
-                  const std::function<Probe(const std::string&)>& findProbe) {
-    const std::string name = variable.substr(0, variable.find('.'));
-    if (std::find(others.begin(), others.end(), name) == others.end())
-        formula.failUnknown("probe", name, others);
-    const Probe probe = findProbe(name);
+                  const FindProbe& findProbe) {
+    const Probe probe = findProbe(formula, variable.substr(0, variable.find('.')));
     return {probe, chooseColumn(formula, variable, probe.columns)};
 }
 
@@ -79,8 +74,7 @@ Probe makeFunctionProbe(const ProbeSource& source) {
     return probe;
 }
 
-Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::string>& others,
-                          const std::function<Probe(const std::string& name)>& findProbe) {
+Probe makeExpressionProbe(const ProbeSource& source, const FindProbe& findProbe) {
     const ModelValue text = source.entry.get("expression");
     const auto& states = source.model->getStates();
     const VariableFormula formula(text);
@@ -88,7 +82,7 @@ Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::stri
     for (const std::string& name : formula.getQuantities()) {
         const auto state = states.find(name);
         columns.push_back(state != states.end() ? Column{makeSignal(source, state->second), 0}
-                                                : findColumn(text, name, others, findProbe));
+                                                : findColumn(text, name, findProbe));
     }
     Probe probe = makeNumber(source.entry);
     // Shared by all copies, and evaluated once at a moment.

@@ -39,14 +39,13 @@ const std::pair<const char*, Maker> ProbeMakers[] = {
 class ProbeMaker {
 public:
     ProbeMaker(std::shared_ptr<const Model> model, const ModelValue& entries)
-        : m_model(std::move(model)), m_entries(entries), m_names(entries.getKeys()) {}
+        : m_model(std::move(model)), m_entries(entries) {}
 
     Probe make(const std::string& name) {
         const auto made = m_made.find(name);
         if (made != m_made.end()) return made->second;
         const ModelValue entry = m_entries.get(name);
-        if (!m_beingMade.insert(name).second)
-            entry.fail("the expression depends on itself, through other probes");
+        if (!m_beingMade.insert(name).second) entry.fail("the expression depends on itself");
         Probe probe = makeNew({m_model, entry});
         probe.name = name;
         m_beingMade.erase(name);
@@ -57,13 +56,13 @@ public:
 private:
     Probe makeNew(const ProbeSource& source) {
         if (isFrameProbe(source.entry)) return makeFrameProbe(source);
-        if (source.entry.has("expression")) {
-            std::vector<std::string> others = m_names;
-            others.erase(std::remove(others.begin(), others.end(), source.entry.getName()),
-                         others.end());
-            return makeExpressionProbe(source, others,
-                                       [this](const std::string& name) { return make(name); });
-        }
+        if (source.entry.has("expression"))
+            return makeExpressionProbe(
+                source, [this](const ModelValue& formula, const std::string& name) {
+                    if (!m_entries.has(name))
+                        formula.failUnknown("probe", name, m_entries.getKeys());
+                    return make(name);
+                });
         for (const auto& [key, maker] : ProbeMakers)
             if (source.entry.has(key)) return maker(source);
         source.entry.fail(
@@ -72,7 +71,6 @@ private:
 
     std::shared_ptr<const Model> m_model;
     ModelValue m_entries;
-    std::vector<std::string> m_names;
     std::map<std::string, Probe> m_made;
     std::set<std::string> m_beingMade;
 };

@@ -48,13 +48,14 @@ Probe makeDrivingProbe(const ProbeSource& source);
 Probe makeEnergyProbe(const ProbeSource& source);
 Probe makeMomentumProbe(const ProbeSource& source);
 
-/** state, function (of time), expression (of time, states and other probes)
-@param others    names of all other probes of the model
-@param findProbe  makes one of them, or has made it already **/
+/** Makes the probe `name`, or has made it already.
+@throws ModelError that points to `formula`, which names it, if there is none. **/
+using FindProbe = std::function<Probe(const ModelValue& formula, const std::string& name)>;
+
+/** state, function (of time), expression (of time, states and other probes) **/
 Probe makeStateProbe(const ProbeSource& source);
 Probe makeFunctionProbe(const ProbeSource& source);
-Probe makeExpressionProbe(const ProbeSource& source, const std::vector<std::string>& others,
-                          const std::function<Probe(const std::string& name)>& findProbe);
+Probe makeExpressionProbe(const ProbeSource& source, const FindProbe& findProbe);
 
 /** @name Parts of the above **/
 /**@{**/
