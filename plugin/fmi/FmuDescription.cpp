@@ -1,6 +1,7 @@
 #include "simflex/fmi/FmuDescription.h"
 
 #include <algorithm>
+#include <cstring>
 #include <iterator>
 #include <set>
 #include <stdexcept>
@@ -290,8 +291,14 @@ FmuDescription readFmuDescription(const std::filesystem::path& path) {
     try {
         document.readFromString(text);
     } catch (const std::exception& error) {
-        throw std::runtime_error("its modelDescription.xml cannot be read: " +
-                                 std::string(error.what()));
+        // Simbody's words are about its own sources; the parser's are quoted in them.
+        std::string why = error.what();
+        const std::size_t begin = why.find("with error '");
+        if (begin != why.npos) {
+            why.erase(0, begin + std::strlen("with error '"));
+            why.erase(std::min(why.find('\''), why.size()));
+        }
+        throw std::runtime_error("its modelDescription.xml cannot be read: " + why);
     }
     Element root = document.getRootElement();
     if (root.getElementTag() != "fmiModelDescription")
@@ -303,7 +310,9 @@ FmuDescription readFmuDescription(const std::filesystem::path& path) {
     else if (version.compare(0, 2, "3.") == 0)
         read.version = 3;
     else
-        throw std::runtime_error("it is of FMI " + version + "; 2.0 and 3.0 are known");
+        throw std::runtime_error(version.empty()
+                                     ? "its modelDescription.xml has no fmiVersion"
+                                     : "it is of FMI " + version + "; 2.0 and 3.0 are known");
     const bool isThird = read.version == 3;
     read.name = get(root, "modelName");
     read.token = get(root, isThird ? "instantiationToken" : "guid");
