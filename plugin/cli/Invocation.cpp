@@ -51,7 +51,9 @@ bool finishOutput() {
 }
 
 /** @returns the exit status **/
-int reportError(const std::string& error) {
+int reportError(std::string error) {
+    constexpr size_t Longest = 5000;  // a file may have a word of any length, which is quoted
+    if (error.size() > Longest) error = error.substr(0, Longest) + "…";
     const bool isStopped = wasInterrupted();
     std::fprintf(stderr, "simflex: %s\n",
                  makePrintable(isStopped ? Cancelled().what() : error).c_str());
