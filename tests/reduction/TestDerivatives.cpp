@@ -120,6 +120,15 @@ std::vector<VariedDeck> listDecks() {
                          const std::string& after) {
         return [=](const std::string& a) { return beamDeck(shape, before + a + after); };
     };
+    // E at G = 1.3e11, or both: far from E = 3G, near which no difference is good.
+    const auto general = [](const std::string& moduli) {
+        ThinDeck deck;
+        deck.addBeam("B32R", "BEAM", 4, {0, 0, 0}, {1, 0.2, 0.1});
+        deck.add(
+            "*BEAM GENERAL SECTION, ELSET=BEAM, SECTION=RECT, DENSITY=7800\n0.05,0.03\n0,0,-1\n" +
+            moduli + (moduli.find(',') == std::string::npos ? ",1.3e11\n" : "\n"));
+        return deck.text();
+    };
     const std::string box = "0.06,0.05,0.004,0.005,0.006,0.007";
     return {
         {"ThicknessOfS4", "thickness:PLATE", 0.02, shell("S4")},
@@ -141,6 +150,9 @@ std::vector<VariedDeck> listDecks() {
         {"WallOfAPipe", "section:BEAM:t", 0.004, beam("PIPE", "0.03,", "")},
         {"SideOfABox", "section:BEAM:a", 0.06, beam("BOX", "", box.substr(4))},
         {"WallOfABox", "section:BEAM:t3", 0.006, beam("BOX", box.substr(0, 22), ",0.007")},
+        {"OwnModulusOfABeam", "youngs_modulus:BEAM", 2e11, general},
+        {"OwnShearModulusOfABeam", "shear_modulus:BEAM", 1.3e11,
+         [general](const std::string& G) { return general("2e11," + G); }},
         {"ModulusOfC3D8R", "youngs_modulus:OTHER", 70e9,
          [](const std::string& E) {
              Brick brick;
