@@ -187,4 +187,27 @@ std::vector<MeshFace> listFacesOf(const Mesh& mesh, const std::vector<char>& isC
     return faces;
 }
 
+std::vector<int> listNodesOnSide(const Mesh& mesh, int nodeNumber, ShellSide side) {
+    const auto expanded = mesh.expandedNodes.find(nodeNumber);
+    if (expanded == mesh.expandedNodes.end()) return {};
+    std::vector<int> nodes;
+    for (const ElementBlock& block : mesh.elements) {
+        if (!block.isShell) continue;
+        const int count = numNodesOf(block.type);
+        const bool isWedge =
+            block.type == ElementType::Wedge6 || block.type == ElementType::Wedge15;
+        for (size_t k = 0; k < block.nodes.size(); ++k) {
+            // Corners below and above, middles below and above, then those between.
+            const int layer = int(k) % count / (isWedge ? 3 : 4);
+            if (layer > 3 || layer % 2 != (side == ShellSide::Top)) continue;
+            if (std::binary_search(expanded->second.begin(), expanded->second.end(),
+                                   block.nodes[k]))
+                nodes.push_back(block.nodes[k]);
+        }
+    }
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+}
+
 }  // namespace simflex

@@ -36,4 +36,11 @@ std::vector<MeshFace> listLoadedFaces(const Mesh& mesh, const std::vector<char>&
 @param isChosen  by mesh index **/
 std::vector<MeshFace> listFacesOf(const Mesh& mesh, const std::vector<char>& isChosen);
 
+enum class ShellSide { Bottom, Top };
+
+/** The nodes on one side of the shells at a node of the deck, ascending mesh indices: one where
+they have one normal there, none for a node of no shell. Part files written before this could be
+told have none. O(elements). **/
+std::vector<int> listNodesOnSide(const Mesh& mesh, int nodeNumber, ShellSide side);
+
 }  // namespace simflex

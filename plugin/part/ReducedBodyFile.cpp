@@ -53,6 +53,17 @@ void writeMesh(hid_t file, const Mesh& mesh) {
         hdf5::writeText(one, "name", name);
         hdf5::write(one, "nodes", {nodes.size()}, nodes.data());
     }
+    if (mesh.expandedNodes.empty()) return;
+    std::vector<int> numbers, counts, nodes;
+    for (const auto& [number, expanded] : mesh.expandedNodes) {
+        numbers.push_back(number);
+        counts.push_back(int(expanded.size()));
+        nodes.insert(nodes.end(), expanded.begin(), expanded.end());
+    }
+    const auto ofThin = hdf5::createGroup(group, "expanded_nodes");
+    hdf5::write(ofThin, "numbers", {numbers.size()}, numbers.data());
+    hdf5::write(ofThin, "counts", {counts.size()}, counts.data());
+    hdf5::write(ofThin, "nodes", {nodes.size()}, nodes.data());
 }
 
 /** Square matrices one behind the other. **/
@@ -217,6 +228,20 @@ Mesh readMesh(hid_t file) {
         const std::string name = hdf5::readText(one, "name");
         mesh.nodeSets[name] = hdf5::readIndices(one, "nodes", {0});
         checkNodes(mesh.nodeSets[name], mesh.numNodes(), "node set '" + name + "'");
+    }
+    if (!hdf5::hasLink(group, "expanded_nodes")) return mesh;
+    const auto ofThin = hdf5::openGroup(group, "expanded_nodes");
+    const auto numbers = hdf5::readIndices(ofThin, "numbers", {0}),
+               counts = hdf5::readIndices(ofThin, "counts", {hsize_t(numbers.size())}),
+               nodes = hdf5::readIndices(ofThin, "nodes", {0});
+    checkNodes(nodes, mesh.numNodes(), "a shell or beam");
+    size_t next = 0;
+    for (size_t k = 0; k < numbers.size(); ++k) {
+        if (counts[k] < 0 || size_t(counts[k]) > nodes.size() - next)
+            throw std::runtime_error("expanded nodes are counted wrongly");
+        mesh.expandedNodes[numbers[k]].assign(nodes.begin() + long(next),
+                                              nodes.begin() + long(next) + counts[k]);
+        next += size_t(counts[k]);
     }
     return mesh;
 }

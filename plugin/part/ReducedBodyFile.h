@@ -32,6 +32,8 @@ matrices are stored column by column, so HDF5 shows an r×c matrix as a c×r dat
     /mesh/elements/K  attribute type ("Hex8" …); upper_side: of shells, that of their last corners;
                       nodes elements×(nodes per element)
     /mesh/node_sets/K attribute name; nodes
+    /mesh/expanded_nodes  of shells and beams alone: numbers of the deck's nodes; counts and nodes
+                      of what each became
 
 The HDF5 data are followed by 16 bytes: a mark and a checksum (little-endian) of all bytes before,
 so that a damaged file is found out. A program that edits the file through HDF5 drops them.

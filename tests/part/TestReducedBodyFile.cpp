@@ -47,6 +47,7 @@ ReducedBody makePart() {
     body.mesh.positions = fill(12);
     body.mesh.elements = {{ElementType::Tet4, {0, 1, 2, 3}}, {ElementType::Wedge6, {}, true}};
     body.mesh.nodeSets = {{"A/B.C", {0, 2}}, {"EMPTY", {}}};
+    body.mesh.expandedNodes = {{3, {0, 2, 3}}, {7, {1}}, {12, {}}};
     body.Phi = fill(24);
     ReducedBody::Interface seat;
     seat.name = "seat / 1";
@@ -74,6 +75,7 @@ void expectSame(const ReducedBody& a, const ReducedBody& b) {
     EXPECT_EQ(a.mesh.nodeNumbers, b.mesh.nodeNumbers);
     EXPECT_EQ(a.mesh.positions, b.mesh.positions);
     EXPECT_EQ(a.mesh.nodeSets, b.mesh.nodeSets);
+    EXPECT_EQ(a.mesh.expandedNodes, b.mesh.expandedNodes);
     ASSERT_EQ(a.mesh.elements.size(), b.mesh.elements.size());
     for (size_t k = 0; k < a.mesh.elements.size(); ++k) {
         EXPECT_EQ(a.mesh.elements[k].type, b.mesh.elements[k].type);

@@ -6,6 +6,7 @@ Probes of deformation and stress. **/
 
 #include "simflex/body/StressRecovery.h"
 #include "simflex/model/probes/ProbeKinds.h"
+#include "simflex/part/MeshFaces.h"
 
 namespace simflex {
 namespace model {
@@ -66,6 +67,49 @@ double findWorst(const Array_<SymMat33>& tensors, TensorValue calc) {
     return worst;
 }
 
+/** Numbers of the nodes whose mean a probe at one node takes. **/
+std::vector<int> findTensorNodes(const FlexibleBody& body, const ModelValue& map) {
+    const ModelValue node = map.get("node"), sideKey = map.get("side");
+    const int number = node.getInteger();
+    const Mesh& mesh = body.getPart().mesh;
+    const auto write = [&](const std::vector<int>& nodes) {
+        std::string text;
+        for (const int other : nodes)
+            if (mesh.nodeNumbers[size_t(other)] != number)
+                text +=
+                    (text.empty() ? "" : ", ") + std::to_string(mesh.nodeNumbers[size_t(other)]);
+        return text;
+    };
+    if (!sideKey.isGiven()) {
+        const auto expanded = mesh.expandedNodes.find(number);
+        if (expanded == mesh.expandedNodes.end()) return {number};
+        if (!listNodesOnSide(mesh, number, ShellSide::Top).empty())
+            node.fail("node " + std::to_string(number) +
+                      " is a shell's, which has stress on its sides; add 'side: top', 'side: "
+                      "bottom' or 'side: middle'");
+        node.fail("node " + std::to_string(number) +
+                  " is a beam's, which has stress at the nodes around it: " +
+                  write(expanded->second) + "; give one of these");
+    }
+    const std::string side = sideKey.getText();
+    std::vector<int> numbers;
+    for (const auto& [name, which] :
+         {std::pair("bottom", ShellSide::Bottom), std::pair("top", ShellSide::Top)}) {
+        if (side != name && side != "middle") continue;
+        const std::vector<int> nodes = listNodesOnSide(mesh, number, which);
+        if (nodes.empty())
+            sideKey.fail("node " + std::to_string(number) + " of '" + body.getName() +
+                         "' is no node of a shell in the deck, or its part was reduced by an "
+                         "earlier version");
+        if (nodes.size() > 1)
+            sideKey.fail("shells of several normals or thicknesses meet at node " +
+                         std::to_string(number) + "; instead of 'side', give one of the nodes " +
+                         write(nodes) + " on its " + name);
+        numbers.push_back(mesh.nodeNumbers[size_t(nodes[0])]);
+    }
+    return numbers;
+}
+
 Probe makeTensorProbe(const ProbeSource& source, const ModelValue& map, Tensor tensor) {
     const ModelValue name = map.get("body");
     const FlexibleBody& body = findFlexible(*source.model, name);
@@ -73,11 +117,14 @@ Probe makeTensorProbe(const ProbeSource& source, const ModelValue& map, Tensor t
     if (isWorst == map.get("node").isGiven())
         map.fail(isWorst ? "has both 'node' and 'worst'; give one of them"
                          : "needs the number of a node ('node: 118') or 'worst: true'");
+    if (isWorst && map.get("side").isGiven())
+        map.get("side").fail("'worst' takes all sides; leave 'side' out");
     std::shared_ptr<StressRecovery> recovery;
+    std::vector<int> nodes;
+    if (!isWorst) nodes = findTensorNodes(body, map);
     try {
         recovery = isWorst ? std::make_shared<StressRecovery>(body)
-                           : std::make_shared<StressRecovery>(
-                                 body, std::vector<int>{map.get("node").getInteger()});
+                           : std::make_shared<StressRecovery>(body, nodes);
         recovery->checkStress();
     } catch (const std::exception& error) {
         (isWorst ? name : map.get("node")).fail(error.what());
@@ -89,13 +136,17 @@ Probe makeTensorProbe(const ProbeSource& source, const ModelValue& map, Tensor t
     Probe probe;
     probe.unit = tensor == Tensor::Stress ? "Pa" : "";
     probe.columns = {""};
-    probe.calc = [model = source.model, recovery, calc, tensor, factor](const Moment& moment,
-                                                                        double* values) {
+    probe.calc = [model = source.model, recovery, calc, tensor, factor, isWorst](
+                     const Moment& moment, double* values) {
         thread_local Array_<SymMat33> tensors;
         if (tensor == Tensor::Stress)
             recovery->calcStress(moment.state, tensors);
         else
             recovery->calcStrain(moment.state, tensors);
+        if (!isWorst && tensors.size() == 2) {  // both sides of a shell
+            const SymMat33 mean = (tensors[0] + tensors[1]) * SimTK::Real(0.5);
+            tensors.assign(1, mean);
+        }
         *values = factor * findWorst(tensors, calc);
     };
     return probe;

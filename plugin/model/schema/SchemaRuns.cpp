@@ -372,6 +372,11 @@ SchemaForm probe() {
                     .such("rod"),
                 SchemaKey("node", {integer(0)}, "Node of its part.").such("4711"),
                 SchemaKey(
+                    "side", {choice({"top", "bottom", "middle"})},
+                    "Of a shell's node: the side that its normal points to, the other, or the "
+                    "mean of both.")
+                    .such("top"),
+                SchemaKey(
                     "worst", {boolean()},
                     "Takes the largest value of all nodes; for components (what: xx) the largest "
                     "in magnitude.")

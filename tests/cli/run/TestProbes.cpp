@@ -1,6 +1,8 @@
 /** @file
 Every kind of probe against what can be said of it independently. **/
 
+#include <sstream>
+
 #include "cli/run/RunTest.h"
 #include "simflex/body/StressRecovery.h"
 
@@ -224,6 +226,65 @@ analyses:
     // What was done before is told all the same.
     EXPECT_THAT(out, HasSubstr("stress [Pa]"));
     EXPECT_THAT(out, HasSubstr("results so far: "));
+}
+
+// A strip of shells, 200 × 30 × 5 mm, bent upwards and pulled.
+TEST_F(RunTest, AShellsNodeHasStressOnBothSides) {
+    for (const std::string type : {"S4", "S8R"}) {
+        std::ostringstream deck;
+        const bool isQuadratic = type == "S8R";
+        const int n = isQuadratic ? 41 : 21, step = isQuadratic ? 2 : 1;
+        deck << "*NODE\n";
+        for (int j = 0; j < 5; ++j)
+            for (int i = 0; i < n; ++i)
+                deck << 1 + i + 100 * j << "," << 0.2 * i / (n - 1) << "," << 0.0075 * j << ",0\n";
+        deck << "*ELEMENT,TYPE=" << type << ",ELSET=S\n";
+        int number = 0;
+        for (int j = 0; j + step < 5; j += step)
+            for (int i = 0; i + step < n; i += step) {
+                const int a = 1 + i + 100 * j, x = step, y = 100 * step;
+                deck << ++number << "," << a << "," << a + x << "," << a + x + y << "," << a + y;
+                if (isQuadratic)
+                    deck << "," << a + 1 << "," << a + x + 100 << "," << a + y + 1 << ","
+                         << a + 100;
+                deck << "\n";
+            }
+        for (const auto& [name, i] : {std::pair("ROOT", 0), std::pair("TIP", n - 1)}) {
+            deck << "*NSET,NSET=" << name << "\n";
+            for (int j = 0; j < 5; ++j) deck << 1 + i + 100 * j << "\n";
+        }
+        deck << "*MATERIAL,NAME=M\n*ELASTIC\n70e9,0.3\n*DENSITY\n2700\n"
+                "*SHELL SECTION,ELSET=S,MATERIAL=M\n0.005\n";
+        testing::writeText(folder / "strip.inp", deck.str());
+        const std::string middle = std::to_string(1 + (n - 1) / 2 + 200);
+        const auto write = [&](const std::string& sides) {
+            writeModel(
+                "simflex: 1\nparts:\n  strip: {deck: strip.inp, interfaces: {root: ROOT, tip: "
+                "TIP}, modes: 16, stress: all}\nbodies:\n  strip: {part: strip}\njoints:\n  wall: "
+                "{type: weld, between: [ground, strip.root]}\nloads:\n  push: {on: strip.tip, "
+                "force: [2, 0, 0.02]}\nprobes:\n" +
+                sides + "analyses:\n  rest: {type: static}\n");
+        };
+        std::string sides;
+        for (const char* side : {"top", "bottom", "middle"})
+            sides += std::string("  ") + side + ": {stress: {body: strip, node: " + middle +
+                     ", side: " + side + ", what: xx}}\n";
+        write(sides);
+        ASSERT_EQ(runModel(), 0) << err;
+        const Results::Analysis rest = read("rest");
+        const double bending = 0.02 * 0.1 * 6 / (0.03 * 0.005 * 0.005),
+                     tension = 2 / (0.03 * 0.005);
+        const auto value = [&](const char* probe) { return find(rest, probe).rows[0][0]; };
+        EXPECT_NEAR(value("middle"), tension, 0.02 * tension) << type;
+        EXPECT_NEAR(value("top"), tension - bending, 0.02 * bending) << type;
+        EXPECT_NEAR(value("bottom"), tension + bending, 0.02 * bending) << type;
+        write("  one: {stress: {body: strip, node: " + middle + "}}\n");
+        EXPECT_NE(runModel(), 0);
+        EXPECT_THAT(err, HasSubstr("is a shell's, which has stress on its sides"));
+        write("  one: {stress: {body: strip, node: 9999, side: top}}\n");
+        EXPECT_NE(runModel(), 0);
+        EXPECT_THAT(err, HasSubstr("is no node of a shell"));
+    }
 }
 
 // Under random forces the mean of the square of von Mises's stress is that of its samples in time.
