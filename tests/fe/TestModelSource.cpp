@@ -717,6 +717,50 @@ std::array<std::array<double, 3>, 3> calcInertia(const FeModel& model) {
     return J;
 }
 
+// In Nastran TS/T and MID3 are the plate's flexibility in transverse shear.
+TEST_F(ModelSource, ShearOfAPshellIsThatOfALawWithItsModuli) {
+    const auto read = [&](const std::string& property) {
+        SourceOptions bulk;
+        bulk.path = write("plate.bdf", bulkPlate(property));
+        return readModelSource(bulk);
+    };
+    // E, ν, G = E/2(1+ν); G1Z, G2Z = G·TS/T·6/5.
+    const std::string G = "2.6923076923077+10", law = "MAT8,3,7.+10,7.+10,.3," + G + ",";
+    const FeModel plain = read("PSHELL,7,1,0.004,1,,1\nMAT1,1,7.+10,,.3,2700.\n"),
+                  usual = read("PSHELL,7,1,0.004,1,,1,.833333\nMAT1,1,7.+10,,.3,2700.\n"),
+                  soft = read("PSHELL,7,1,0.004,1,,1,.0833333333\nMAT1,1,7.+10,,.3,2700.\n"),
+                  other = read(
+                      "PSHELL,7,1,0.004,1,,2\nMAT1,1,7.+10,,.3,2700.\n"
+                      "MAT1,2,7.+9,,.3,2700.\n"),
+                  same = read("PSHELL,7,3,0.004,3\n" + law +
+                              "2.6923076923077+9,2.6923076923077+9,2700.\n");
+    expectSameMatrices(usual, plain);
+    // Where one has zeros the other may have rounding.
+    const auto multiply = [](const SymmetricMatrix& A) {
+        std::vector<double> y(size_t(A.size), 0.0);
+        for (int column = 0; column < A.size; ++column)
+            for (auto k = A.columnStarts[size_t(column)]; k < A.columnStarts[size_t(column) + 1];
+                 ++k) {
+                const int row = A.rows[size_t(k)];
+                y[size_t(row)] += A.values[size_t(k)] * std::sin(column);
+                if (row != column) y[size_t(column)] += A.values[size_t(k)] * std::sin(row);
+            }
+        return y;
+    };
+    const auto expected = multiply(same.K), stiff = multiply(plain.K);
+    const double largest = *std::max_element(expected.begin(), expected.end());
+    double change = 0;
+    for (size_t k = 0; k < expected.size(); ++k) {
+        for (const auto& found : {multiply(soft.K), multiply(other.K)})
+            EXPECT_NEAR(found[k], expected[k], 1e-9 * largest);  // the digits of TS/T
+        change = std::max(change, std::abs(stiff[k] - expected[k]));
+    }
+    EXPECT_GT(change, 0.01 * largest);
+    EXPECT_THAT(
+        [&] { read("PSHELL,7,1,0.004,2,,1\nMAT1,1,7.+10,,.3,2700.\nMAT1,2,7.+9,,.3,2700.\n"); },
+        ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("MID2")));
+}
+
 TEST_F(ModelSource, MassesOfNastranHaveTheirOffsetAndInertia) {
     const std::string property = "PSHELL,7,1,0.004,1,,1\nMAT1,1,2.1+11,,.3,7850.\n",
                       body = "GRID,90,,-0.05,0.05,0.02\nRBE2,17,90,123456,1,6,11\n",

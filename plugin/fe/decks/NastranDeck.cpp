@@ -695,6 +695,7 @@ private:
         for (const Ply& ply : plies) {
             if (!isNew || !materials.insert(ply.material).second) continue;
             Material constants = readShellMaterial(entry, ply.material);
+            if (isPlain) takeShear(entry, constants);
             constants.rho += massOfArea / thickness;
             writeMaterial(entry, nameOf(ply.material), constants);
         }
@@ -733,6 +734,30 @@ private:
         addLine(addCard(&entry, "*ORIENTATION", {{"NAME", name}}), {name});
     }
 
+    /** Transverse shear of a PSHELL by MID3 and TS/T, where a shell of MID1 has 5/6 of T. **/
+    void takeShear(const BulkEntry& entry, Material& material) {
+        if (entry.card.field(5).empty()) return;
+        constexpr double Usual = 5.0 / 6, Digits = 1e-3;
+        double share = number(entry, 6, "TS/T") / Usual;
+        if (entry.card.field(6).empty() || std::abs(share - 1) < Digits) share = 1;
+        if (!(share > 0)) refuse(entry, "TS/T must be positive");
+        const int id = positive(entry, 5, "MID3");
+        const bool isOther = entry.card.field(5) != entry.card.field(1);
+        if (!isOther && share == 1) return;
+        const auto shearOf = [](const Material& of) {
+            const double G = of.E / (2 * (1 + of.nu));
+            return of.engineering.empty()
+                       ? std::array<double, 2>{G, G}
+                       : std::array<double, 2>{of.engineering[7], of.engineering[8]};
+        };
+        const auto G = shearOf(isOther ? readShellMaterial(entry, id) : material);
+        if (material.engineering.empty()) {
+            const double E = material.E, nu = material.nu;
+            material.engineering = {E, E, E, nu, 0, 0, E / (2 * (1 + nu)), 0, 0};
+        }
+        for (const size_t k : {0, 1}) material.engineering[7 + k] = share * G[k];
+    }
+
     static void checkSolidProperty(const BulkEntry& entry) {
         const std::string_view use = entry.card.field(6);
         if (!use.empty() && use != "SMECH")
@@ -743,9 +768,10 @@ private:
         if (!(thickness > 0)) refuse(entry, "the thickness T must be positive");
         if (entry.card.field(3).empty())
             refuse(entry, "has no material MID2 for bending: membranes are hinged at their grids");
-        for (const size_t place : {size_t(3), size_t(5)})
-            if (!entry.card.field(place).empty() && entry.card.field(place) != entry.card.field(1))
-                refuse(entry, "has several materials, which simflex does not support in shells");
+        if (entry.card.field(3) != entry.card.field(1))
+            refuse(entry,
+                   "has a material MID2 for bending other than MID1, which simflex does not "
+                   "support; give the layers by PCOMP");
         if (!entry.card.field(4).empty() && number(entry, 4, "12I/T**3") != 1)
             refuse(entry, "12I/T**3 is other than 1, which no solid has");
         if (!entry.card.field(10).empty())
