@@ -432,10 +432,12 @@ void FixedInterfaces::Data::prepareMeans() {
         const MatrixXd DR = calcMean(rigid.R);
         ColumnSpace space = calcColumnSpace(DR, Rank * Rank);
         if (space.rank < 6)
-            refuse(ties.ties().empty()
-                       ? "its mass does not show all of its rigid motions: it may be a line, or "
-                         "elements may lack mass"
-                       : "its interfaces do not hold it: a rigid motion moves none of them");
+            refuse(
+                ties.ties().empty()
+                    ? "its mass does not show all of its rigid motions: it may be a line, or one "
+                      "row of C3D8R, which have their mass in their middles (use C3D8I), or "
+                      "elements may lack mass"
+                    : "its interfaces do not hold it: a rigid motion moves none of them");
         N = std::move(space.complement);
         G = std::move(space.pseudoInverse);
     }

@@ -43,12 +43,15 @@ std::string describeDistance(const Mesh& mesh, const InterfaceTies::Tie& tie) {
     return text.str();
 }
 
-/** Whether nodes are those that one node of a beam has become. **/
+/** Whether nodes are those that one node of a beam or shell has become. **/
+bool isThinNode(const Mesh& mesh, const std::vector<int>& nodes) {
+    return std::any_of(mesh.expandedNodes.begin(), mesh.expandedNodes.end(),
+                       [&](const auto& entry) { return entry.second == nodes; });
+}
+
 bool isBeamNode(const Mesh& mesh, const std::vector<int>& nodes) {
     constexpr size_t MostOfShell = 3;
-    return nodes.size() > MostOfShell &&
-           std::any_of(mesh.expandedNodes.begin(), mesh.expandedNodes.end(),
-                       [&](const auto& entry) { return entry.second == nodes; });
+    return nodes.size() > MostOfShell && isThinNode(mesh, nodes);
 }
 
 /** An interface needs three nodes that do not lie on one line: else rotations cost nothing. **/
@@ -67,7 +70,12 @@ void checkNodes(const std::string& where, const std::string& selection, const Me
     const Eigen::Vector3d spread =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(x * x.transpose(), Eigen::EigenvaluesOnly)
             .eigenvalues();
-    if (spread[1] <= Collinear * Collinear * spread[2] || !(spread[2] > 0))
+    const bool isLine = spread[1] <= Collinear * Collinear * spread[2] || !(spread[2] > 0);
+    if (isLine && isThinNode(mesh, nodes))
+        throw std::invalid_argument(where + "'" + selection +
+                                    "' is one node of a shell, which does not hold it about its "
+                                    "normal; choose several nodes, such as those around it");
+    if (isLine)
         throw std::invalid_argument(where + "the " + std::to_string(nodes.size()) + " nodes of '" +
                                     selection + "' are collinear" + cure);
 }
