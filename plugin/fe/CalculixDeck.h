@@ -17,8 +17,8 @@ is FeModel::constraints, u = T q.
 - *PART, *INSTANCE, *ASSEMBLY: flattened (DeckAssembly.h). *NGEN, *NFILL, *NCOPY, *ELGEN, *ELCOPY
   (DeckGenerators.h).
 - Shells S3, S4, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS,
-  COMPOSITE but of S8), *NORMAL, and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC; of
-  B32R PIPE and BOX, by *BEAM GENERAL SECTION, too; OFFSET1, OFFSET2) become solids as ccx expands
+  COMPOSITE but of S8), *NORMAL, and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC, PIPE,
+  BOX, by *BEAM GENERAL SECTION, too; OFFSET1, OFFSET2) become solids as ccx expands
   them (ThinElements.h), with new nodes that have numbers behind the deck's.
   The deck's own node stays as a place between its expanded nodes; node sets take both in, so that
   an interface on the edge of a shell holds rotation too. Where normals, thicknesses or kinds
@@ -43,10 +43,10 @@ is FeModel::constraints, u = T q.
   stiffen nothing), surface and line elements that Gmsh writes, nodes of no element that nothing
   ties.
 - Refused, with file and line: what makes K or M other than that of free solids, such as
-  contact, springs that are not linear, equations of rotations, other beam sections, and B31R (in ccx without inertia about its axis);
-  keywords and parameters that are not known; elements without material, materials without
-  *ELASTIC or *DENSITY; nodes given twice at different places; elements with swapped nodes.
-  DeckVocabulary.h decides on every keyword of CalculiX 2.20.
+  contact, springs that are not linear, equations of rotations, other beam sections, and B31R (in
+ccx without inertia about its axis); keywords and parameters that are not known; elements without
+material, materials without *ELASTIC or *DENSITY; nodes given twice at different places; elements
+with swapped nodes. DeckVocabulary.h decides on every keyword of CalculiX 2.20.
 
     CalculixOptions options;
     options.note = [](const std::string& text) { std::cerr << text << "\n"; };
@@ -65,7 +65,7 @@ namespace simflex {
 struct CalculixOptions {
     /** Contact pairs and gaps are left out with a warning; else they are refused. **/
     bool leavesContactOut = false;
-    /** S3, S4 and S4R are the solids that CalculiX makes of them, which lock, and no shells. **/
+    /** S3, S4, S4R and beams are the solids that CalculiX makes of them, which lock. **/
     bool hasCalculixShells = false;
     /** Names of numbers of the deck by which the reduced K and M are differentiated,
     "thickness:SKIN": see DesignParameter.h. **/

@@ -200,7 +200,8 @@ PartFigures calcFigures(const FeModel& model) {
     figures.isDensityExact = volume > 0;
     if (volume > 0 || box > 0)
         figures.density = model.calcMass() / (figures.isDensityExact ? volume : box);
-    figures.waveSpeed = estimateWaveSpeed(model);
+    figures.waveSpeed = model.elements ? model.elements->calcWaveSpeed() : 0;
+    if (!(figures.waveSpeed > 0)) figures.waveSpeed = estimateWaveSpeed(model);
     return figures;
 }
 

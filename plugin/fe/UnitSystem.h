@@ -40,7 +40,7 @@ void convertToSI(FeModel& model, const UnitSystem& units);
 struct PartFigures {
     double size = 0;     ///< diagonal of the box about it [m]
     double density = 0;  ///< mass over volume [kg/m³]; without elements over that of the box: less
-    double waveSpeed = 0;  ///< √(E/ρ) from neighbouring entries of K and m, a rough figure [m/s]
+    double waveSpeed = 0;  ///< √(E/ρ); of matrices from neighbouring entries, a rough figure [m/s]
     bool isDensityExact = false;  ///< from elements
 };
 

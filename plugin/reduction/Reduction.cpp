@@ -79,12 +79,12 @@ void checkElements(const FeModel& model, const ReductionOptions& options) {
     if (options.stress) ElementStress{model};
     if (!options.hasStiffening) return;
     checkStressesAreKnown(model);
-    // Forces on rigid bodies turn with them to second order, which is not taken into account.
-    if (model.elements->beside.hasRigidBodies)
+    if (model.elements->beside.hasOtherBodies)
         throw std::invalid_argument("part '" + options.name +
-                                    "': geometric stiffness of a part with rigid bodies (*RIGID "
-                                    "BODY, *COUPLING, RBE2, point inertias) is not possible; make "
-                                    "them interfaces, or leave stiffening out");
+                                    "': geometric stiffness is not possible of a part with rigid "
+                                    "bodies (*RIGID BODY, *COUPLING, RBE2) that share nodes, or "
+                                    "couplings that hold some directions alone; make them one "
+                                    "body or interfaces, or leave stiffening out");
 }
 
 }  // namespace

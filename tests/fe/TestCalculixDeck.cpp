@@ -186,6 +186,7 @@ TEST_F(CalculixDeckTest, DampingAndYieldingThatAreLeftOutAreWarnedOf) {
     std::vector<std::string> warnings;
     CalculixOptions options;
     options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+    brick.type = "C3D8I";
     std::string text = brick.text();
     const size_t place = text.find("*DENSITY");
     ASSERT_NE(place, std::string::npos);
@@ -789,7 +790,8 @@ TEST_F(CalculixDeckTest, AMissingDeckOrIncludeIsAnError) {
         std::string text;
         for (int line = 0; line < 100; ++line)
             text += "*INCLUDE, INPUT=fan" + std::to_string(k + 1) + ".inp\n";
-        testing::writeText(folder / ("fan" + std::to_string(k) + ".inp"), k < 5 ? text : "** end\n");
+        testing::writeText(folder / ("fan" + std::to_string(k) + ".inp"),
+                           k < 5 ? text : "** end\n");
     }
     EXPECT_THAT(errorOf("*INCLUDE, INPUT=fan1.inp\n"), HasSubstr("more than 10000 files"));
 }

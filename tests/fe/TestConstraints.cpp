@@ -107,7 +107,8 @@ TEST_F(ConstraintsTest, SurfacesBecomeNodeSetsOfTheirFaces) {
 }
 
 TEST_F(ConstraintsTest, ANodeSetKeepsItsNameBesideASurface) {
-    const FeModel model = read(Brick().text() + "*SURFACE, NAME=LEFT\n8, S4\n");
+    first.type = "C3D8I";
+    const FeModel model = read(first.text() + "*SURFACE, NAME=LEFT\n8, S4\n");
     EXPECT_EQ(model.mesh.nodeSets.at("LEFT").size(), 9u);
     EXPECT_THAT(model.warnings, ::testing::ElementsAre(HasSubstr("*NSET LEFT too")));
 }
@@ -279,7 +280,7 @@ TEST_F(ConstraintsTest, ATieThatReachesNoNodeIsAnErrorAndOneThatReachesSomeAWarn
                         "*TIE, NAME=SEAM\nEND, BEGIN\n"),
                 AllOf(HasSubstr("SEAM ties no node"), HasSubstr("POSITION TOLERANCE")));
     const FeModel model =
-        read(twoBricks("C3D8", "C3D8") + facingSurfaces() +
+        read(twoBricks("C3D8I", "C3D8I") + facingSurfaces() +
              "*SURFACE, NAME=MANY, TYPE=NODE\nALL\n*TIE, NAME=SEAM\nMANY, BEGIN\n");
     EXPECT_THAT(model.notes, ::testing::Contains(HasSubstr("ties 9 nodes")));
     EXPECT_THAT(model.warnings, ::testing::ElementsAre(AllOf(

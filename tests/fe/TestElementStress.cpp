@@ -127,19 +127,24 @@ TEST_P(ElementStressTest, IsCalculixsOwnUnderTheSameDisplacements) {
         }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    ElementTypes, ElementStressTest,
-    ::testing::Values(std::make_pair("C3D4", testing::Steel), std::make_pair("C3D6", testing::Steel),
-                      std::make_pair("C3D8", testing::Steel), std::make_pair("C3D8R", testing::Steel),
-                      std::make_pair("C3D10", testing::Steel), std::make_pair("C3D10T", testing::Steel),
-                      std::make_pair("C3D15", testing::Steel), std::make_pair("C3D20", testing::Steel),
-                      std::make_pair("C3D20R", testing::Steel)));
-INSTANTIATE_TEST_SUITE_P(
-    Materials, ElementStressTest,
-    ::testing::Values(std::make_pair("C3D8", testing::SteelAndRubber), std::make_pair("C3D8", testing::Wood),
-                      std::make_pair("C3D10", testing::Wood), std::make_pair("C3D8R", testing::WoundTube),
-                      std::make_pair("C3D15", testing::WoundTube), std::make_pair("C3D20R", testing::WoundTube),
-                      std::make_pair("C3D20", testing::Crystal)));
+INSTANTIATE_TEST_SUITE_P(ElementTypes, ElementStressTest,
+                         ::testing::Values(std::make_pair("C3D4", testing::Steel),
+                                           std::make_pair("C3D6", testing::Steel),
+                                           std::make_pair("C3D8", testing::Steel),
+                                           std::make_pair("C3D8R", testing::Steel),
+                                           std::make_pair("C3D10", testing::Steel),
+                                           std::make_pair("C3D10T", testing::Steel),
+                                           std::make_pair("C3D15", testing::Steel),
+                                           std::make_pair("C3D20", testing::Steel),
+                                           std::make_pair("C3D20R", testing::Steel)));
+INSTANTIATE_TEST_SUITE_P(Materials, ElementStressTest,
+                         ::testing::Values(std::make_pair("C3D8", testing::SteelAndRubber),
+                                           std::make_pair("C3D8", testing::Wood),
+                                           std::make_pair("C3D10", testing::Wood),
+                                           std::make_pair("C3D8R", testing::WoundTube),
+                                           std::make_pair("C3D15", testing::WoundTube),
+                                           std::make_pair("C3D20R", testing::WoundTube),
+                                           std::make_pair("C3D20", testing::Crystal)));
 
 class ElementStressOfCubeTest : public ::testing::Test {
 protected:

@@ -507,6 +507,51 @@ TEST_F(ThinDecks, ReadAgainGiveTheSameBits) {
     EXPECT_EQ(a.constraints.columns, b.constraints.columns);
 }
 
+TEST_F(ThinDecks, CardsThatSayTheSameMakeTheSamePart) {
+    const auto make = [](const std::string& cards) {
+        ThinDeck made;
+        made.addPatch("S4", "PLATE", 4, 3, flat);
+        made.add(cards);
+        return made.text();
+    };
+    const std::string engineering =
+                          "*MATERIAL, NAME=PLY\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
+                          "1.4e11,1e10,1e10,.3,0,0,5e9,4e9,\n3e9\n*DENSITY\n1600\n",
+                      lamina =
+                          "*MATERIAL, NAME=PLY\n*ELASTIC, TYPE=LAMINA\n"
+                          "1.4e11,1e10,.3,5e9,4e9,3e9\n*DENSITY\n1600\n",
+                      layers =
+                          "*SHELL SECTION, ELSET=PLATE, COMPOSITE\n.001,,PLY,30.\n.002,,METAL\n"
+                          ".002,,METAL\n.001,,PLY,30.\n",
+                      half =
+                          "*SHELL GENERAL SECTION, ELSET=PLATE, COMPOSITE, SYMMETRIC\n"
+                          ".001,,PLY,30.\n.002,,METAL\n";
+    const FeModel plain = read(make(engineering + layers), false);
+    for (const std::string& cards : {lamina + layers, engineering + half}) {
+        const FeModel same = read(make(cards), false);
+        ASSERT_EQ(same.K.rows, plain.K.rows);
+        const double largest = *std::max_element(plain.K.values.begin(), plain.K.values.end());
+        for (size_t k = 0; k < plain.K.values.size(); ++k)
+            ASSERT_NEAR(same.K.values[k], plain.K.values[k], 1e-14 * largest);
+        EXPECT_EQ(same.m.values, plain.m.values);
+    }
+}
+
+TEST_F(ThinDecks, NonstructuralMassIsThatOfItsAreaOrLength) {
+    deck.addPatch("S4", "PLATE", 4, 4, flat);
+    deck.addBeam("B31", "RIB", 4, {0, 0.1, 0}, {0.3, 0.1, 0});
+    deck.addShellSection("PLATE", 0.004);
+    deck.add("*BEAM SECTION, ELSET=RIB, MATERIAL=METAL, SECTION=CIRC\n0.01\n0,0,1\n");
+    const double bare = read(deck.text(), false).calcMass();
+    EXPECT_NEAR(bare, 2700 * (0.06 * 0.004 + 0.3 * M_PI * 1e-4), 1e-9);
+    deck.add(
+        "*NONSTRUCTURAL MASS, ELSET=PLATE, UNITS=MASS PER AREA\n5.\n"
+        "*NONSTRUCTURAL MASS, ELSET=RIB, UNITS=MASS PER LENGTH\n2.\n");
+    EXPECT_NEAR(read(deck.text(), false).calcMass() - bare, 5 * 0.06 + 2 * 0.3, 1e-9);
+    deck.add("*NONSTRUCTURAL MASS, ELSET=PLATE, UNITS=TOTAL MASS\n5.\n");
+    EXPECT_THAT(errorOf(deck.text()), HasSubstr("divide the mass by the area"));
+}
+
 struct BadSection {
     const char* name;
     const char* card;

@@ -53,24 +53,34 @@ void ThinDeck::addCurvedBeam(const std::string& type, const std::string& set, in
 
 void ThinDeck::addBox(const std::string& set, const std::array<int, 3>& n, const Point& low,
                       const Point& high) {
+    addBricks("C3D20R", set, n, [&](const Point& u) {
+        Point x;
+        for (size_t c = 0; c < 3; ++c) x[c] = low[c] + u[c] * (high[c] - low[c]);
+        return x;
+    });
+}
+
+void ThinDeck::addBricks(const std::string& type, const std::string& set,
+                         const std::array<int, 3>& n,
+                         const std::function<Point(const Point&)>& at) {
     static const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                      {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
     static const int edge[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
                                     {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
-    _elements << "*ELEMENT, TYPE=C3D20R, ELSET=" << set << "\n";
+    _elements << "*ELEMENT, TYPE=" << type << ", ELSET=" << set << "\n";
     for (int k = 0; k < n[2]; ++k)
         for (int j = 0; j < n[1]; ++j)
             for (int i = 0; i < n[0]; ++i) {
                 const int base[3] = {i, j, k};
                 const auto node = [&](const int* a, const int* b) {
-                    Point x;
-                    for (size_t c = 0; c < 3; ++c)
-                        x[c] = low[c] + (base[c] + 0.5 * (a[c] + b[c])) * (high[c] - low[c]) / n[c];
-                    return addNode(x);
+                    Point u;
+                    for (size_t c = 0; c < 3; ++c) u[c] = (base[c] + 0.5 * (a[c] + b[c])) / n[c];
+                    return addNode(at(u));
                 };
                 std::vector<int> numbers;
                 for (const auto& c : corner) numbers.push_back(node(c, c));
-                for (const auto& e : edge) numbers.push_back(node(corner[e[0]], corner[e[1]]));
+                if (type.compare(0, 5, "C3D20") == 0)
+                    for (const auto& e : edge) numbers.push_back(node(corner[e[0]], corner[e[1]]));
                 addElement(numbers);
             }
 }

@@ -29,7 +29,10 @@ public:
                  const Point& b);
     void addCurvedBeam(const std::string& type, const std::string& set, int n,
                        const std::function<Point(double)>& at);
-    /** n[0]×n[1]×n[2] hexahedra C3D20R in a box. **/
+    /** n[0]×n[1]×n[2] hexahedra of 8 or 20 nodes over 0…1 × 0…1 × 0…1, mapped into space. **/
+    void addBricks(const std::string& type, const std::string& set, const std::array<int, 3>& n,
+                   const std::function<Point(const Point&)>& at);
+    /** C3D20R in a box. **/
     void addBox(const std::string& set, const std::array<int, 3>& n, const Point& low,
                 const Point& high);
 

@@ -278,6 +278,108 @@ TEST_F(StiffeningTest, TheSamePartInAnyUnits) {
     expectSame(parts[0].modalStress->stress, parts[1].modalStress->stress, 1e-4);
 }
 
+/** Columns with rigid pieces: a free bar 1 m long, pressed at both ends. **/
+class RigidPieces : public StiffeningTest {
+protected:
+    RigidPieces() {
+        bar.type = "C3D20R";
+        bar.elements = {20, 2, 2};
+    }
+
+    /** Ascending loads P at which it bends away about its weaker axis. **/
+    std::vector<double> calcLoads(const std::string& text, const char* right) const {
+        testing::writeText(folder / "bar.inp", text);
+        ReductionOptions options;
+        options.interfaces = {{"left", "LEFT"}, {"right", right}};
+        options.numModes = 24;
+        options.hasStiffening = true;
+        const ReducedBody part = reduce(readCalculixDeck(folder / "bar.inp"), options);
+        const Eigen::Map<const Eigen::VectorXd> omegaSquared(part.omegaSquared.data(),
+                                                             part.numModes);
+        const Eigen::VectorXd inverse = omegaSquared.cwiseSqrt().cwiseInverse();
+        // (Ω² + P (K_left − K_right)) x = 0, where the part as a whole turns by φ = −Δv/L, so that
+        // its ends stay on the line of the forces: ½ P L φ² + P Δv φ.
+        MatrixXd K = asMatrix(part, part.stiffening->interfaces[1][0]) -
+                     asMatrix(part, part.stiffening->interfaces[0][0]);
+        const auto &a = part.getInterface("left"), &b = part.getInterface("right");
+        const double length = b.position[0] - a.position[0];
+        for (const Eigen::Index axis : {1, 2}) {
+            const Eigen::RowVectorXd across =
+                Eigen::Map<const MatrixXd>(b.Phi.data(), 3, part.numModes).row(axis) -
+                Eigen::Map<const MatrixXd>(a.Phi.data(), 3, part.numModes).row(axis);
+            K -= across.transpose() * across / length;
+        }
+        const Eigen::VectorXd values =
+            Eigen::SelfAdjointEigenSolver<MatrixXd>(inverse.asDiagonal() * K * inverse.asDiagonal())
+                .eigenvalues();
+        std::vector<double> loads;
+        for (Eigen::Index k = values.size(); k-- > 0 && values[k] > 0;)
+            loads.push_back(1 / values[k]);
+        return loads;
+    }
+
+    /** EI k² with tan kL = −kc, the lowest. **/
+    double calcLoadWithCap(double L, double c) const {
+        double low = M_PI / 2 + 1e-9, high = M_PI;
+        for (int step = 0; step < 60; ++step) {
+            const double middle = 0.5 * (low + high);
+            (std::tan(middle) < -middle * c / L ? low : high) = middle;
+        }
+        return stiffness() * std::pow(low / L, 2);
+    }
+
+    double stiffness() const { return bar.E * bar.size[1] * std::pow(bar.size[2], 3) / 12; }
+
+    static void expectOneOf(const std::vector<double>& loads, double expected) {
+        double nearest = 0;
+        for (const double load : loads)
+            if (std::abs(load - expected) < std::abs(nearest - expected)) nearest = load;
+        EXPECT_NEAR(nearest, expected, 5e-3 * expected);
+    }
+
+    Brick bar = makeBar();
+};
+
+TEST_F(RigidPieces, AColumnWithARigidCapBucklesAtItsLoad) {
+    for (const double c : {0.1, 0.5}) {
+        std::ostringstream cap;
+        const double y = 0.5 * bar.size[1], z = 0.5 * bar.size[2];
+        cap << "*NODE\n9001," << 1 + c << "," << y << "," << z + 0.01 << "\n9002," << 1 + c << ","
+            << y + 0.01 << "," << z - 0.005 << "\n9003," << 1 + c << "," << y - 0.01 << ","
+            << z - 0.005 << "\n9004," << 1 << "," << y << "," << z
+            << "\n9005,0,0,0\n*NSET,NSET=CAP\n9001,9002,9003\n*NSET,NSET=PIECE\nRIGHT,CAP\n"
+               "*ELEMENT,TYPE=MASS,ELSET=M\n9001,9001\n9002,9002\n9003,9003\n*MASS,ELSET=M\n"
+               "1e-3\n*RIGID BODY,NSET=PIECE,REF NODE=9004,ROT NODE=9005\n";
+        const std::vector<double> loads = calcLoads(bar.text() + cap.str(), "CAP");
+        const double expected = calcLoadWithCap(1, c);
+        EXPECT_NEAR(loads.at(0), expected, 5e-3 * expected) << c;
+    }
+}
+
+TEST_F(RigidPieces, AColumnWithARigidMiddleBucklesAtItsLoads) {
+    testing::writeText(folder / "bar.inp", bar.text());
+    const Mesh mesh = readCalculixMesh(folder / "bar.inp");
+    std::ostringstream middle;
+    middle << "*NODE\n9004,0.5,0,0\n9005,0.5,0,0\n*NSET,NSET=MIDDLE\n";
+    for (int node = 0; node < mesh.numNodes(); ++node)
+        if (std::abs(mesh.positions[3 * size_t(node)] - 0.5) < 0.2 + 1e-9)
+            middle << mesh.nodeNumbers[size_t(node)] << "\n";
+    middle << "*RIGID BODY,NSET=MIDDLE,REF NODE=9004,ROT NODE=9005\n";
+    const std::vector<double> loads = calcLoads(bar.text() + middle.str(), "RIGHT");
+    const double sideways = stiffness() * std::pow(M_PI / 2 / 0.3, 2);
+    EXPECT_NEAR(loads.at(0), sideways, 5e-3 * sideways);
+    expectOneOf(loads, calcLoadWithCap(0.3, 0.2));  // its middle turns
+}
+
+TEST_F(RigidPieces, ARigidBodyThatIsAnInterfaceChangesNothing) {
+    const std::vector<double> plain = calcLoads(bar.text(), "RIGHT"),
+                              same = calcLoads(bar.text() +
+                                                   "*NODE\n9004,1.3,0,0\n9005,0,0,0\n*RIGID BODY,"
+                                                   "NSET=RIGHT,REF NODE=9004,ROT NODE=9005\n",
+                                               "RIGHT");
+    for (size_t k = 0; k < 2; ++k) EXPECT_NEAR(same.at(k), plain.at(k), 1e-6 * plain.at(k));
+}
+
 TEST_F(StiffeningTest, AModelOfMatricesIsRefused) {
     testing::writeText(folder / "bar.inp", makeBar().text());
     FeModel model = readCalculixDeck(folder / "bar.inp");

@@ -24,9 +24,15 @@ using Point = ThinDeck::Point;
 
 class ThinParts : public ::testing::Test {
 protected:
-    ReducedBody reduceDeck(const ReductionOptions& options) {
+    FeModel readDeck(bool hasCalculixShells = false) {
         testing::writeText(folder / "deck.inp", deck.text());
-        return reduce(readCalculixDeck(folder / "deck.inp"), options);
+        CalculixOptions options;
+        options.hasCalculixShells = hasCalculixShells;
+        return readCalculixDeck(folder / "deck.inp", options);
+    }
+
+    ReducedBody reduceDeck(const ReductionOptions& options, bool hasCalculixShells = false) {
+        return reduce(readDeck(hasCalculixShells), options);
     }
 
     static double hertzOf(const ReducedBody& body, int mode) {
@@ -167,20 +173,21 @@ TEST_F(ThinParts, ARingHasItsTheorysFrequencies) {
 
 /** A ring of radius 1 m: so many elements around, so thick. **/
 struct Ring {
-    const char *type, *section;  ///< no section: a shell
+    const char *type, *section;  ///< no section: a shell or, through the thickness, bricks
     int numAround;
     double thickness;
+    int numLayers = 1;
 };
 
 void PrintTo(const Ring& ring, std::ostream* out) {
-    *out << ring.numAround << " " << ring.type << " " << ring.section << ", R/t "
-         << 1 / ring.thickness;
+    *out << ring.numAround << " × " << ring.numLayers << " " << ring.type << " " << ring.section
+         << ", R/t " << 1 / ring.thickness;
 }
 
 class CurvedElements : public ThinParts, public ::testing::WithParamInterface<Ring> {
 protected:
     /** By how much its stiffness in the mode n = 2 is above the theory's, as a part of that. **/
-    double calcExcess() {
+    double calcExcess(bool hasCalculixShells = false) {
         const Ring ring = GetParam();
         const double t = ring.thickness;
         const auto at = [](double u) -> Point {
@@ -191,7 +198,14 @@ protected:
         const bool isShell = std::string(ring.section).empty(),
                    isCircle = ring.section == std::string("CIRC"),
                    isPipe = ring.section == std::string("PIPE");
-        if (isShell) {
+        if (ring.type[0] == 'C') {
+            deck.addBricks(ring.type, "RING", {ring.numAround, ring.numLayers, 2},
+                           [&](const Point& u) -> Point {
+                               const double r = 1 + t * (0.5 - u[1]);
+                               return {r * at(u[0])[0], r * at(u[0])[1], 0.25 * u[2]};
+                           });
+            deck.add("*SOLID SECTION, ELSET=RING, MATERIAL=METAL\n");
+        } else if (isShell) {
             deck.addPatch(ring.type, "RING", ring.numAround, 3, [&](double u, double v) -> Point {
                 return {at(u)[0], at(u)[1], 0.25 * v};
             });
@@ -202,8 +216,7 @@ protected:
             deck.addBeamSection("RING", ring.section, isCircle || isPipe ? t / 2 : 20 * t,
                                 isPipe ? 0.4999 * t : t, "0,0,1");
         }
-        testing::writeText(folder / "deck.inp", deck.text());
-        const FeModel model = readCalculixDeck(folder / "deck.inp");
+        const FeModel model = readDeck(hasCalculixShells);
         for (const std::string& warning : model.warnings)
             if (warning.find(" and lock: ") != std::string::npos) warnings.push_back(warning);
         ReductionOptions options;
@@ -222,7 +235,7 @@ protected:
 class LockingElements : public CurvedElements {};
 
 TEST_P(LockingElements, AreWarnedOfByHowMuchTheyLock) {
-    const double excess = calcExcess();
+    const double excess = calcExcess(true);
     ASSERT_EQ(warnings.size(), 1u) << "excess " << excess;
     const auto readBehind = [&](const std::string& words) {
         const size_t place = warnings[0].find(words);
@@ -240,22 +253,109 @@ INSTANTIATE_TEST_SUITE_P(
                       Ring{"B32", "RECT", 24, 0.005}, Ring{"B32", "CIRC", 24, 0.01},
                       Ring{"S8", "", 24, 0.02}, Ring{"S6", "", 12, 0.02}, Ring{"S6", "", 24, 0.01},
                       Ring{"B31", "RECT", 24, 0.01}, Ring{"B31", "RECT", 48, 0.001},
-                      Ring{"B32R", "CIRC", 12, 0.03}));
+                      Ring{"B32R", "CIRC", 12, 0.03}, Ring{"C3D20", "", 24, 0.01},
+                      Ring{"C3D20", "", 24, 0.01, 2}, Ring{"C3D20", "", 12, 0.03},
+                      Ring{"C3D8I", "", 24, 0.01}, Ring{"C3D8I", "", 24, 0.01, 2},
+                      Ring{"C3D8I", "", 48, 0.001}, Ring{"C3D8", "", 96, 0.05},
+                      Ring{"C3D8", "", 96, 0.05, 2}, Ring{"C3D8", "", 96, 0.02, 3}));
 
-TEST_F(ThinParts, OneLinearBrickThroughAThicknessIsWarnedOf) {
-    for (const std::string type : {"C3D8", "C3D8R", "C3D8I", "C3D20R"})
-        for (const int layers : {1, 2}) {
-            testing::Brick brick;
-            brick.elements = {8, 3, layers};
-            brick.type = type;
-            testing::writeText(folder / "brick.inp", brick.text());
-            const bool isWarned = layers == 1 && (type == "C3D8" || type == "C3D8R");
-            EXPECT_EQ(::testing::Value(readCalculixDeck(folder / "brick.inp").warnings,
-                                       ::testing::Contains(::testing::HasSubstr(
-                                           " " + type + " reach through the part"))),
-                      isWarned)
-                << type << " " << layers;
+TEST_F(ThinParts, LinearBricksThroughAThicknessAreWarnedOf) {
+    for (const std::string type : {"C3D8", "C3D8R", "C3D8I", "C3D20", "C3D20R"})
+        for (const int layers : {1, 2, 8}) {
+            deck = ThinDeck();
+            deck.addBricks(type, "STRIP", {40, layers, 8}, [](const Point& u) -> Point {
+                return {0.1 * u[0], 0.02 * u[1], 0.02 * u[2]};
+            });
+            deck.add("*SOLID SECTION, ELSET=STRIP, MATERIAL=METAL\n");
+            const FeModel model = readDeck();
+            const bool isWarned = layers < 8 && (type == "C3D8" || type == "C3D8R");
+            EXPECT_EQ(model.warnings.size(), isWarned ? 1u : 0u)
+                << type << " " << layers << ::testing::PrintToString(model.warnings);
         }
+}
+
+struct Bar {
+    const char* shape;
+    std::vector<double> sizes;
+    double area, second, polar, torsion;  ///< A, I of bending along n₁, I_p, J
+};
+
+void PrintTo(const Bar& bar, std::ostream* out) {
+    *out << bar.shape << ::testing::PrintToString(bar.sizes);
+}
+
+class StraightBar : public ThinParts, public ::testing::WithParamInterface<Bar> {};
+
+TEST_P(StraightBar, WeighsBendsAndTwistsAsItsSectionDoes) {
+    const Bar& bar = GetParam();
+    const double L = 2, E = 70e9, rho = 2700, G = E / (2 * (1 + deck.nu));
+    for (const char* type : {"B31", "B32", "B32R"}) {
+        deck = ThinDeck();
+        deck.addBeam(type, "BAR", 40, {0, 0, 0}, {0.6 * L, 0.8 * L, 0});
+        std::string numbers;
+        for (const double size : bar.sizes)
+            numbers += (numbers.empty() ? "" : ",") + std::to_string(size);
+        deck.add(std::string("*BEAM SECTION, ELSET=BAR, MATERIAL=METAL, SECTION=") + bar.shape +
+                 "\n" + numbers + "\n0,0,1\n");
+        ReductionOptions options;
+        options.numModes = 6 + 30;
+        const FeModel model = readDeck();
+        EXPECT_NEAR(model.calcMass(), rho * bar.area * L, 1e-9 * rho * bar.area * L) << type;
+        const ReducedBody body = reduce(model, options);
+        const auto expectMode = [&](double expected, double tolerance, const char* what) {
+            double nearest = 0;
+            for (int k = 0; k < body.numModes; ++k)
+                if (std::abs(hertzOf(body, k) - expected) < std::abs(nearest - expected))
+                    nearest = hertzOf(body, k);
+            EXPECT_NEAR(nearest, expected, tolerance * expected) << type << ", " << what;
+        };
+        const double bending = std::pow(4.730040745 / L, 2) *
+                               std::sqrt(E * bar.second / (rho * bar.area)) / (2 * M_PI);
+        expectMode(bending, 2e-3, "bending");
+        // About its axis the mass turns as the section does.
+        for (const int n : {1, 2})
+            expectMode(n / (2 * L) * std::sqrt(G * bar.torsion / (rho * bar.polar)), 3e-3,
+                       "torsion");
+    }
+}
+
+/** J/b³a of rectangles a = b, 2b, 5b (Timoshenko and Goodier, Theory of Elasticity). **/
+constexpr double Square = 0.140577, Two = 0.228682, Five = 0.291317;
+constexpr double b4 = 0.02 * 0.02 * 0.02 * 0.02;
+
+INSTANTIATE_TEST_SUITE_P(
+    Sections, StraightBar,
+    ::testing::Values(
+        Bar{"RECT", {0.02, 0.02}, 4e-4, b4 / 12, b4 / 6, Square* b4},
+        Bar{"RECT", {0.04, 0.02}, 8e-4, 8 * b4 / 12, 10 * b4 / 12, Two * 2 * b4},
+        Bar{"RECT", {0.02, 0.1}, 2e-3, 5 * b4 / 12, 130 * b4 / 12, Five * 5 * b4},
+        Bar{"CIRC", {0.02, 0.02}, M_PI * 1e-4, M_PI* b4 / 64, M_PI* b4 / 32, M_PI* b4 / 32},
+        Bar{"PIPE",
+            {0.01, 0.002},
+            M_PI * 0.36e-4,
+            M_PI * 0.5904 * b4 / 64,
+            M_PI * 0.5904 * b4 / 32,
+            M_PI * 0.5904 * b4 / 32}));
+
+TEST_F(ThinParts, ABoxTwistsByBredt) {
+    const double L = 2, a = 0.06, b = 0.03, t = 0.001;  // of the walls' middles
+    deck.addBeam("B31", "BAR", 40, {0, 0, 0}, {L, 0, 0});
+    deck.add(
+        "*BEAM SECTION, ELSET=BAR, MATERIAL=METAL, SECTION=BOX\n.061,.031,.001,.001,.001,.001\n"
+        "0,0,1\n");
+    ReductionOptions options;
+    options.numModes = 6 + 24;
+    const ReducedBody body = reduceDeck(options);
+    const double polar = t * (a * a * a / 6 + b * b * b / 6 + a * a * b / 2 + b * b * a / 2),
+                 torsion = 2 * a * a * b * b * t / (a + b), G = 70e9 / (2 * (1 + deck.nu));
+    for (const int n : {1, 2}) {
+        const double expected = n / (2 * L) * std::sqrt(G * torsion / (2700 * polar));
+        double nearest = 0;
+        for (int k = 0; k < body.numModes; ++k)
+            if (std::abs(hertzOf(body, k) - expected) < std::abs(nearest - expected))
+                nearest = hertzOf(body, k);
+        EXPECT_NEAR(nearest, expected, 3e-3 * expected);
+    }
 }
 
 class SoundElements : public CurvedElements {};
@@ -268,8 +368,10 @@ TEST_P(SoundElements, BendAsARingWithoutAWarning) {
 INSTANTIATE_TEST_SUITE_P(
     Rings, SoundElements,
     ::testing::Values(Ring{"S8R", "", 12, 0.005}, Ring{"B32R", "RECT", 12, 0.005},
-                      Ring{"B32R", "PIPE", 12, 0.01}, Ring{"B32", "RECT", 72, 0.02},
-                      Ring{"B31", "RECT", 72, 0.005}, Ring{"S4", "", 72, 0.001}));
+                      Ring{"B32R", "PIPE", 12, 0.01}, Ring{"B32R", "CIRC", 12, 0.01},
+                      Ring{"B32", "RECT", 12, 0.005}, Ring{"B32", "CIRC", 24, 0.01},
+                      Ring{"B31", "RECT", 48, 0.001}, Ring{"S4", "", 72, 0.001},
+                      Ring{"C3D20R", "", 24, 0.005}, Ring{"C3D8I", "", 72, 0.02, 2}));
 
 /** Where a part's matrices alone are known its unknowns are displacements. **/
 class SectionUnknownsTest : public ThinParts {
@@ -460,7 +562,7 @@ TEST_F(ThinParts, ShellsBeamsAndSolidsTiedTogetherHaveCalculixFrequencies) {
         "*SURFACE, NAME=TOP\nFOOT,S2\n*TIE, NAME=T, POSITION TOLERANCE=1e-4\nTOP,BELOW\n");
     ReductionOptions options;
     options.numModes = 6 + 10;
-    const ReducedBody body = reduceDeck(options);
+    const ReducedBody body = reduceDeck(options, true);
     const auto reference = testing::calcCalculixFrequencies(folder, folder / "deck.inp", {}, 16);
     for (int i = 0; i < 10; ++i)
         EXPECT_NEAR(hertzOf(body, i), reference[size_t(6 + i)], 1e-5 * reference[size_t(6 + i)])
@@ -570,8 +672,7 @@ TEST_F(ThinParts, AnInterfaceThatIsABeamsNodeIsThatNodesMotion) {
     deck.addBeamSection("GIRDER", "RECT", 0.06, 0.03, "0,0,1");
     std::vector<int> nodes;
     for (int k = 0; k <= Bays; ++k) nodes.push_back(deck.addNode({0.2 * k, 0, 0}));
-    testing::writeText(folder / "deck.inp", deck.text());
-    const FeModel model = readCalculixDeck(folder / "deck.inp");
+    const FeModel model = readDeck(true);
     ReductionOptions options;
     options.numModes = 6 * int(nodes.size()) + 22;  // Ritz falls to the whole with the modes
     const auto hertz = [&](TieType tie) {

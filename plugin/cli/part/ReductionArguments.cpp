@@ -73,7 +73,8 @@ void SourceArguments::addTo(CLI::App& command) {
                 "beam, as Abaqus names it), area:SET",
                 "NAME");
     command.add_flag("--calculix-shells", m_options.calculix.hasCalculixShells,
-                     "Take S3, S4 and S4R for the solids that CalculiX makes of them, which lock");
+                     "Take S3, S4, S4R and beams for the solids that CalculiX makes of them, which "
+                     "lock");
     command.add_flag("--without-contact", m_options.calculix.leavesContactOut,
                      "Leave contact pairs and gaps of a deck out: surfaces in contact there can "
                      "penetrate each other");

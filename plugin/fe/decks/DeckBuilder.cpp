@@ -158,7 +158,10 @@ public:
                        keyword == "BEAMSECTION" || keyword == "BEAMGENERALSECTION" ||
                        keyword == "MEMBRANESECTION") {
                 if (keyword == "BEAMGENERALSECTION") takeMaterial(card);
+                if (card.has("COMPOSITE") && card.has("SYMMETRIC")) mirrorLayers(card);
                 m_model.sections.push_back(card);
+            } else if (keyword == "NONSTRUCTURALMASS") {
+                m_addedMassCards.push_back(card);
             } else if (keyword == "NODALTHICKNESS") {
                 m_thicknessCards.push_back(card);
             } else if (keyword == "EQUATION" || keyword == "MPC") {
@@ -201,6 +204,7 @@ public:
         readNormals();
         settleAxes();
         expandThin();
+        addMasses();
         readTemperatures();
         readPointCards();
         checkRigidNodes();
@@ -217,7 +221,7 @@ public:
         std::vector<char> hasElement(m_model.mesh.nodeNumbers.size(), 0);
         for (const ElementBlock& block : m_model.mesh.elements)
             for (const int node : block.nodes) hasElement[size_t(node)] = 1;
-        m_model.hasRigidBodies = !m_constraints.bodies.empty();
+        listRigidBodies();
         m_model.constraints = applyConstraints(m_constraints, hasElement, m_model.mesh,
                                                m_model.notes, m_model.warnings);
         placeInternalNodes(m_model);
@@ -312,6 +316,12 @@ private:
         for (const char* parameter : {"DENSITY", "POISSON"}) card.parameters.erase(parameter);
         card.parameters["MATERIAL"] = name;
         card.data.resize(2);
+    }
+
+    /** Layers from the bottom to the middle; the others are theirs in reverse. **/
+    static void mirrorLayers(DeckCard& card) {
+        card.parameters.erase("SYMMETRIC");
+        for (size_t k = card.data.size(); k-- > 0;) card.data.push_back(card.data[k]);
     }
 
     void leaveContactOut(const DeckCard& card) {
@@ -781,10 +791,25 @@ private:
                                     " with two corners at one node taken as triangles, S3");
     }
 
+    /** Linear beams get a node in their middle. **/
+    void addMiddles() {
+        if (m_shells != ShellUse::Shells) return;
+        int next = m_nodes.empty() ? 1 : m_nodes.rbegin()->first + 1;
+        for (ThinElement& element : m_thin) {
+            if (element.nodes.size() != 2) continue;
+            const int from = element.nodes[0], to = element.nodes[1];
+            m_nodes[next] = sumOf(scaled(m_nodes.at(from), 0.5), 0.5, m_nodes.at(to));
+            m_middles[next] = {from, to};
+            element.nodes = {from, next++, to};
+            element.type = "B32";
+        }
+    }
+
     /** Thicknesses and axes of shells and beams; their cards become those of solids. **/
     void finishSections() {
         finishHinged();
         makeTriangles();
+        addMiddles();
         warnOfSecondSections();
         for (DeckCard& card : m_model.sections) {
             if (!isSection(card)) continue;
@@ -815,8 +840,8 @@ private:
                 ThinElement& element = m_thin[found->second];
                 if (section.section != BeamSection::Rectangle && element.nodes.size() == 2)
                     refuseCard(card, "beam " + std::to_string(number) +
-                                         " is linear, which can have no section but RECT; use "
-                                         "B32R");
+                                         " is linear, which CalculiX gives no section but RECT; "
+                                         "leave --calculix-shells out, or use B32R");
                 const bool canHaveLayers =
                     element.type == "S8R" || element.type == "S6" ||
                     (element.nodes.size() < 6 && m_shells == ShellUse::Shells);
@@ -825,12 +850,10 @@ private:
                                "shell " + std::to_string(number) + " is a " + element.type +
                                    ", which has no layers in CalculiX; use S8R or S6, or mesh "
                                    "each layer by solids");
-                const bool hasWalls = section.walls[0] > 0;
-                if (hasWalls && element.type != "B32R")
+                if (section.walls[0] > 0 && m_shells != ShellUse::Shells && element.type != "B32R")
                     refuseCard(card, "beam " + std::to_string(number) + " is a " + element.type +
                                          ", of which PIPE and BOX have no integration points; use "
                                          "B32R");
-                if (hasWalls) m_model.wallsOf[number] = m_model.walls.size();
                 section.number = element.number;
                 section.type = element.type;
                 section.nodes = element.nodes;
@@ -839,7 +862,6 @@ private:
                 element = section;
             }
             if (isSolid) continue;
-            if (section.walls[0] > 0) m_model.walls.push_back(makeWallPoints(section));
             std::map<std::string, std::string> kept = {{"ELSET", set}};
             if (card.has("ORIENTATION")) kept["ORIENTATION"] = card.get("ORIENTATION");
             const bool isComposite = card.has("COMPOSITE");
@@ -1047,7 +1069,81 @@ private:
                     data.fields.size() > 2 ? readDeckNumber(card, data, 2, "") : thickness[0];
                 for (const int node : findNodes(card, data)) result[node] = thickness;
             }
+        for (const auto& [middle, ends] : m_middles) {
+            const auto from = result.find(ends[0]), to = result.find(ends[1]);
+            if (from == result.end() || to == result.end()) continue;
+            std::array<double, 2> mean{};
+            for (size_t k = 0; k < 2; ++k) mean[k] = 0.5 * (from->second[k] + to->second[k]);
+            result[middle] = mean;
+        }
         return result;
+    }
+
+    /** Of each beam, by its mean thickness. **/
+    void makeBeamRules(const std::map<int, std::array<double, 2>>& nodalThickness) {
+        using Key = std::tuple<BeamSection, std::array<double, 2>, std::array<double, 4>>;
+        std::map<Key, size_t> rules;
+        for (const ThinElement& element : m_thin) {
+            if (!findThinType(element.type)->isBeam) continue;
+            std::array<double, 2> size = element.thickness;
+            if (element.hasNodalThickness) {
+                size = {};
+                for (const int node : element.nodes)
+                    for (size_t k = 0; k < 2; ++k)
+                        size[k] += nodalThickness.at(node)[k] / double(element.nodes.size());
+            }
+            const auto [rule, isNew] =
+                rules.emplace(Key{element.section, size, element.walls}, m_model.beamRules.size());
+            if (isNew) m_model.beamRules.push_back(makeBeamRule(element, size, m_shells));
+            if (!m_model.beamRules[rule->second].points.empty())
+                m_model.beamRuleOf[element.number] = rule->second;
+        }
+    }
+
+    /** *NONSTRUCTURAL MASS, as density. **/
+    void addMasses() {
+        for (const DeckCard& card : m_addedMassCards) {
+            const auto set = m_elementSets.find(card.get("ELSET"));
+            if (set == m_elementSets.end())
+                refuseCard(card, "the deck has no element set " + card.get("ELSET"));
+            if (card.data.empty()) refuseCard(card, card.title + " needs its mass");
+            const double mass = readDeckNumber(card, card.data[0], 0, "its mass");
+            const std::string units = card.get("UNITS");
+            const bool isOfArea = units == "MASSPERAREA", isOfLength = units == "MASSPERLENGTH";
+            if (!isOfArea && !isOfLength && units != "MASSPERVOLUME")
+                refuseCard(card, card.title +
+                                     " with other UNITS than MASS PER AREA (of shells), MASS PER "
+                                     "LENGTH (of beams) and MASS PER VOLUME is not known to "
+                                     "simflex; divide the mass by the area, length or volume");
+            for (const int number : set->second) {
+                if (!m_solidNumbers.count(number)) continue;
+                double share = 1;
+                if (isOfArea || isOfLength) {
+                    const auto thin = m_thinIndex.find(number);
+                    if (thin == m_thinIndex.end() ||
+                        findThinType(m_thin[thin->second].type)->isBeam != isOfLength)
+                        refuseCard(card, card.title + " per " + (isOfArea ? "area" : "length") +
+                                             " of element " + std::to_string(number) +
+                                             ", which is no " + (isOfArea ? "shell" : "beam"));
+                    const ThinElement& element = m_thin[thin->second];
+                    if (element.hasNodalThickness)
+                        refuseCard(card, card.title + " of element " + std::to_string(number) +
+                                             ", whose thickness varies; give MASS PER VOLUME");
+                    share = element.thickness[0] * (isOfLength ? calcArea(element) : 1);
+                }
+                m_model.addedDensity[number] += mass / share;
+            }
+        }
+    }
+
+    /** Of a beam's section, over its first thickness [m]. **/
+    double calcArea(const ThinElement& beam) const {
+        const auto rule = m_model.beamRuleOf.find(beam.number);
+        if (rule == m_model.beamRuleOf.end()) return beam.thickness[1];
+        double area = 0;  // of 4, the square's
+        for (const SectionPoint& point : m_model.beamRules[rule->second].points)
+            area += point.weight;
+        return beam.thickness[1] * area / 4;
     }
 
     /** The number of a node that a parameter names by a set. **/
@@ -1082,7 +1178,9 @@ private:
     /** Solids for shells and beams; node sets take in the expanded nodes. **/
     void expandThin() {
         if (m_thin.empty()) return;
-        m_constraints.thin = expandThinElements(m_nodes, m_thin, readNodalThickness(), m_shells);
+        const auto nodalThickness = readNodalThickness();
+        m_constraints.thin = expandThinElements(m_nodes, m_thin, nodalThickness, m_shells);
+        makeBeamRules(nodalThickness);
         const ThinExpansion& thin = m_constraints.thin;
         noteHinges();
         m_model.warnings.insert(m_model.warnings.end(), thin.warnings.begin(), thin.warnings.end());
@@ -1323,7 +1421,9 @@ private:
                 for (const int node : findNodes(card, data)) m_temperatures.ofNode[node] = value;
             }
         for (const ThinElement& element : m_thin)
-            m_temperatures.thinNodes[element.number] = element.nodes;
+            for (const int node : element.nodes)
+                if (!m_middles.count(node))
+                    m_temperatures.thinNodes[element.number].push_back(node);
     }
 
     /** Calls visit(card, element) for each element that a card of the keyword speaks of. **/
@@ -1668,6 +1768,27 @@ private:
         }
     }
 
+    /** Of the model, for geometric stiffness. **/
+    void listRigidBodies() {
+        std::vector<char> isTaken(size_t(m_model.mesh.numNodes()), 0);
+        for (const DeckRigidBody& body : m_constraints.bodies) {
+            std::vector<int> nodes = body.nodes;
+            if (body.isReferenceInMesh) nodes.push_back(m_model.mesh.indexOf(body.reference));
+            std::sort(nodes.begin(), nodes.end());
+            nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+            m_model.hasOtherBodies |= !body.directions.empty();
+            for (const int node : nodes) {
+                m_model.hasOtherBodies |= isTaken[size_t(node)] != 0;
+                isTaken[size_t(node)] = 1;
+            }
+            m_model.rigidBodies.push_back(std::move(nodes));
+        }
+        std::set<int> references, rotations;
+        for (const DeckRigidBody& body : m_constraints.bodies)
+            m_model.hasOtherBodies |= !references.insert(body.reference).second ||
+                                      !rotations.insert(body.rotation).second;
+    }
+
     /** The directions in which the nodes of a *COUPLING follow; masses that are an inertia do in
      * all.
      * **/
@@ -1805,6 +1926,8 @@ private:
     NumberSet m_nodeNumbers;  ///< that *NODE gives
     Sets m_nodeSets, m_elementSets;
     std::unordered_map<int, std::string> m_solidNumbers;
+    std::vector<DeckCard> m_addedMassCards;
+    std::map<int, std::array<int, 2>> m_middles;  ///< nodes added to linear beams, between these
     std::unordered_map<int, size_t> m_thinIndex;
     std::vector<ThinElement> m_thin;
     std::map<std::string, std::string> m_axesNames;  ///< by their numbers

@@ -316,9 +316,14 @@ private:
                 }
                 system.add(terms, body.where + " at " + nameOf(node));
             });
-            m_notes.push_back(body.where + " ties " + std::to_string(body.nodes.size()) +
-                              (body.nodes.size() == 1 ? " node" : " nodes") + " to node " +
-                              std::to_string(body.reference));
+            const auto count = std::count_if(body.nodes.begin(), body.nodes.end(), [&](int node) {
+                const int number = m_mesh.nodeNumbers[size_t(node)];
+                return number != body.reference && !m_constraints.thin.nodes.count(number);
+            });
+            m_notes.push_back(body.where + " ties " + std::to_string(count) +
+                              (count == 1 ? " node" : " nodes") +
+                              (body.reference > 0 ? " to node " + std::to_string(body.reference)
+                                                  : " to each other"));
         }
     }
 

@@ -70,6 +70,17 @@ ElasticMatrix makeFromEngineeringConstants(const DeckCard& card) {
                             c[6], c[7], c[8]});
 }
 
+/** E₁ E₂ ν₁₂ G₁₂ G₁₃ G₂₃ of a shell, whose E₃ and Poisson's ratios across do not matter. **/
+ElasticMatrix makeLamina(const DeckCard& card) {
+    const auto c = readConstants(card, {6});
+    for (const size_t k : {0, 1, 3, 4, 5})
+        if (!(c[k] > 0)) refuse(card, "its moduli must be positive");
+    const double rest = 1 - c[2] * c[2] * c[1] / c[0];
+    if (!(rest > 0)) refuse(card, "its Poisson's ratio makes no solid");
+    return makeOrthotropic(
+        {c[0] / rest, c[2] * c[1] / rest, c[1] / rest, 0, 0, c[1], c[3], c[4], c[5]});
+}
+
 /** Columns of the upper triangle, 21 constants. **/
 ElasticMatrix makeAnisotropic(const DeckCard& card) {
     const auto c = readConstants(card, {8, 8, 5});
@@ -112,9 +123,11 @@ ElasticMatrix parseElasticLaw(const DeckCard& elastic) {
         for (size_t k = 0; k < 9; ++k) constants[k] = c[k];
         return checkIsPositive(elastic, makeOrthotropic(constants));
     }
+    if (type == "LAM") return makeLamina(elastic);
     if (type == "ANI") return checkIsPositive(elastic, makeAnisotropic(elastic));
-    refuse(elastic, "TYPE=" + elastic.get("TYPE") +
-                        " is not known; known are ISO, ENGINEERING CONSTANTS, ORTHO and ANISO");
+    refuse(elastic,
+           "TYPE=" + elastic.get("TYPE") +
+               " is not known; known are ISO, ENGINEERING CONSTANTS, LAMINA, ORTHO and ANISO");
 }
 
 Orientation parseOrientation(const DeckCard& orientation) {

@@ -42,7 +42,8 @@ public:
             }
         m_elements.beside.hasSprings = !m_deck.springs.empty();
         m_elements.beside.hasHinged = !m_deck.hinged.empty();
-        m_elements.beside.hasRigidBodies = m_deck.hasRigidBodies;
+        m_elements.beside.rigidBodies = m_deck.rigidBodies;
+        m_elements.beside.hasOtherBodies = m_deck.hasOtherBodies;
         return std::move(m_elements);
     }
 
@@ -59,24 +60,40 @@ private:
             if (!card.has("TYPE") || card.get("TYPE").compare(0, 3, "ISO") == 0)
                 materials[name].young = readDeckNumber(card, card.data.at(0), 0, "Young's modulus");
         }
-        for (const auto& [known, material] : materials)
+        for (const auto& [known, material] : materials) {
             m_materials[known] = m_elements.addMaterial(material);
+            m_known[m_materials[known]] = material;
+        }
     }
 
     ElementLayer makeLayer(double thickness, const std::string& material,
-                           const std::string& orientation, int number) const {
+                           const std::string& orientation, int number) {
         const auto found = m_materials.find(material);
         if (found == m_materials.end())
             throw std::invalid_argument("element " + std::to_string(number) +
                                         " is made of material " + material +
                                         ", which the deck does not have");
-        if (orientation.empty()) return {thickness, found->second, -1};
+        const int own = addDensity(found->second, number);
+        if (orientation.empty()) return {thickness, own, -1};
         const auto axes = m_orientations.find(orientation);
         if (axes == m_orientations.end())
             throw std::invalid_argument("element " + std::to_string(number) +
                                         " has the axes of *ORIENTATION " + orientation +
                                         ", which the deck does not have");
-        return {thickness, found->second, axes->second};
+        return {thickness, own, axes->second};
+    }
+
+    /** The material, or one that weighs more by what an element has added. **/
+    int addDensity(int material, int element) {
+        const auto added = m_deck.addedDensity.find(element);
+        if (added == m_deck.addedDensity.end()) return material;
+        const auto [heavier, isNew] = m_heavier.insert({{material, added->second}, 0});
+        if (isNew) {
+            FeElements::Material copy = m_known.at(material);
+            copy.density += added->second;
+            heavier->second = m_elements.addMaterial(copy);
+        }
+        return heavier->second;
     }
 
     int findMakeup(const std::string& type, int number) {
@@ -92,17 +109,20 @@ private:
         if (section == m_sectionOf.end())
             throw std::invalid_argument("element " + std::to_string(number) +
                                         " is in no *SOLID SECTION, so it has no material");
-        const auto walls = m_deck.wallsOf.find(number);
-        const bool isFull = walls == m_deck.wallsOf.end();
+        const auto rule = m_deck.beamRuleOf.find(number);
+        const bool isFull = rule == m_deck.beamRuleOf.end();
+        const auto added = m_deck.addedDensity.find(number);
         const auto [makeup, isNew] = m_makeups.insert(
-            {{type, section->second, isFull ? m_deck.walls.size() : walls->second}, 0});
+            {{type, section->second, isFull ? m_deck.beamRules.size() : rule->second,
+              added == m_deck.addedDensity.end() ? 0 : added->second},
+             0});
         if (isNew) {
             const DeckCard& card = *section->second;
             makeup->second = m_elements.addMakeup(
                 type,
                 {makeLayer(1, card.get("MATERIAL"),
                            card.has("ORIENTATION") ? card.get("ORIENTATION") : "", number)},
-                isFull ? std::vector<SectionPoint>() : m_deck.walls[walls->second]);
+                isFull ? BeamRule() : m_deck.beamRules[rule->second]);
         }
         return makeup->second;
     }
@@ -111,7 +131,9 @@ private:
     FeElements m_elements;
     std::map<std::string, int> m_materials, m_orientations;
     std::unordered_map<int, const DeckCard*> m_sectionOf;  ///< the last one holds
-    std::map<std::tuple<std::string, const DeckCard*, size_t>, int> m_makeups;
+    std::map<std::tuple<std::string, const DeckCard*, size_t, double>, int> m_makeups;
+    std::map<int, FeElements::Material> m_known;      ///< the deck's
+    std::map<std::pair<int, double>, int> m_heavier;  ///< materials by what they have more
 };
 
 }  // namespace

@@ -24,6 +24,9 @@ struct MaterialCards {
     bool isIsotropic() const {
         return !elastic->has("TYPE") || elastic->get("TYPE").substr(0, 3) == "ISO";
     }
+    bool isLamina() const {
+        return elastic && elastic->has("TYPE") && elastic->get("TYPE").substr(0, 3) == "LAM";
+    }
     bool dependsOnTemperature() const;
 };
 
@@ -33,9 +36,11 @@ std::vector<size_t> getLayout(const DeckCard& card) {
     const std::string type = card.has("TYPE") ? card.get("TYPE").substr(0, 3) : "ISO";
     if (type == "ISO") return {2};
     if (type == "ENG" || type == "ORT") return {8, 1};
+    if (type == "LAM") return {6};
     if (type == "ANI") return {8, 8, 5};
-    refuseCard(card, card.title + ": TYPE=" + card.get("TYPE") +
-                         " is not known; known are ISO, ENGINEERING CONSTANTS, ORTHO and ANISO");
+    refuseCard(card,
+               card.title + ": TYPE=" + card.get("TYPE") +
+                   " is not known; known are ISO, ENGINEERING CONSTANTS, LAMINA, ORTHO and ANISO");
 }
 
 /** Constants at one temperature. **/
@@ -47,7 +52,7 @@ struct Entry {
 std::vector<Entry> readEntries(const DeckCard& card) {
     const std::vector<size_t> layout = getLayout(card);
     const std::string what = card.keyword == "DENSITY" ? "the density"
-                             : layout.size() == 1
+                             : layout.size() == 1 && layout[0] == 2
                                  ? "Young's modulus and Poisson's ratio, with a comma between"
                                  : "all its constants";
     if (card.data.empty() || card.data.size() % layout.size() != 0)
@@ -275,6 +280,12 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
         for (const auto& solid : solids) {
             const auto layered = materialsOf.find(solid.number);
             const auto found = materialOf.find(solid.number);
+            if (found != materialOf.end() && found->second->isLamina() &&
+                !temperatures.thinNodes.count(solid.number))
+                refuseCard(*found->second->elastic,
+                           "TYPE=LAMINA is a law of shells, but element " +
+                               std::to_string(solid.number) +
+                               " is a solid; give it ENGINEERING CONSTANTS");
             if (layered != materialsOf.end()) {
                 for (MaterialCards* material : layered->second)
                     if (depends[material]) settleTemperature(temperatures, solid, *material);

@@ -38,11 +38,13 @@ struct DeckModel {
     std::map<int, double> masses;                         ///< of points, by node [kg]
     std::vector<HingedElement> hinged;                    ///< trusses and membranes
     std::vector<DeckSpring> springs;
-    std::vector<std::vector<SectionPoint>> walls;    ///< of pipes and boxes …
-    std::map<int, size_t> wallsOf;                   ///< … that beams are, by number
+    std::vector<BeamRule> beamRules;                 ///< of sections …
+    std::map<int, size_t> beamRuleOf;                ///< … of beams, by number; may lack some
     std::map<int, std::vector<DeckLayer>> layersOf;  ///< of layered shells, from below; by number
+    std::map<int, double> addedDensity;              ///< of *NONSTRUCTURAL MASS, by element
     NodalConstraints constraints;                    ///< what ties nodes to each other
-    bool hasRigidBodies = false;                     ///< among them
+    std::vector<std::vector<int>> rigidBodies;       ///< mesh indices of nodes that move as one
+    bool hasOtherBodies = false;                     ///< see FeElements::Beside
     std::vector<DeckCard> materials;                 ///< *MATERIAL with its properties
     std::vector<DeckCard> sections;                  ///< *ORIENTATION, *SOLID SECTION, "LAYERS"
     std::vector<std::string> notes;                  ///< see FeModel

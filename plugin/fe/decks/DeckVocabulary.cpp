@@ -48,7 +48,8 @@ const std::set<std::string> ReadCards = {"NODE",
                                          "NORMAL",
                                          "PARAMETER",
                                          "MEMBRANESECTION",
-                                         "DISTRIBUTION"};
+                                         "DISTRIBUTION",
+                                         "NONSTRUCTURALMASS"};
 
 /** Parameters of those whose readers do not check them. **/
 const std::map<std::string, std::set<std::string>> Parameters = {
@@ -73,6 +74,7 @@ const std::map<std::string, std::set<std::string>> Parameters = {
     {"NORMAL", {}},
     {"MEMBRANESECTION", {"ELSET", "MATERIAL", "ORIENTATION", "CONTROLS"}},
     {"DISTRIBUTION", {"NAME", "LOCATION", "TABLE"}},
+    {"NONSTRUCTURALMASS", {"ELSET", "UNITS"}},
     {"MPC", {}},
     {"RIGIDBODY", {"NSET", "TIENSET", "ELSET", "REFNODE", "ROTNODE"}},
     {"COUPLING", {"REFNODE", "SURFACE", "CONSTRAINTNAME", "ORIENTATION"}},
@@ -181,6 +183,8 @@ const std::map<std::string, std::string> RefusedCards = {
     {"TRANSFORMF", "it turns the axes of nodes, so that K is not one of plain nodal translations"},
     {"FLUIDSECTION", "fluid elements have no place in a solid part"},
     {"GASKETSECTION", "gaskets are not linear"},
+    {"SHELLGENERALSECTION",
+     "it gives the stiffness of its shells by numbers; give MATERIAL=… or COMPOSITE"},
     {"PRE-TENSIONSECTION",
      "it cuts the bolt in two; mesh the bolt in one piece (its tension is a load)"},
     {"CYCLICSYMMETRYMODEL", "cyclic symmetry ties degrees of freedom; mesh the whole part"},

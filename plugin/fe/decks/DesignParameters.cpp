@@ -88,6 +88,7 @@ private:
                 if (line % 2 == 1) return field == 0;
                 return type == "ORT" || field < 3 || field == 6 || field == 7;
             }
+            if (type == "LAM") return field < 2 || (field > 2 && field < 6);
             return type == "ANI" && (line % 3 < 2 || field < 5);
         };
         add("stiffness:" + m_material, "1", listAll(isModulus));

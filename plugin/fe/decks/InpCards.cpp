@@ -50,6 +50,9 @@ DeckCard parseKeyword(const std::string& text, const std::string& file, int line
         if (name != "INPUT") value = upperCase(bareName(value));  // file names keep their case
         card.parameters[name] = value;
     }
+    // Of a material or of layers both are one card.
+    if (card.keyword == "SHELLGENERALSECTION" && (card.has("MATERIAL") || card.has("COMPOSITE")))
+        card.keyword = "SHELLSECTION";
     return card;
 }
 

@@ -25,7 +25,7 @@ const std::map<std::string, ThinType> Thin = {
     {"S3", {false, 3, ShellWedge, "C3D6"}},   {"S4", {false, 4, ShellHex, "C3D8I"}},
     {"S4R", {false, 4, ShellHex, "C3D8R"}},   {"S6", {false, 6, "C3D15", "C3D15"}},
     {"S8", {false, 8, "C3D20", "C3D20"}},     {"S8R", {false, 8, "C3D20R", "C3D20R"}},
-    {"B31", {true, 2, "C3D8I", "C3D8I"}},     {"B32", {true, 3, "C3D20", "C3D20"}},
+    {"B31", {true, 2, BeamSolid, "C3D8I"}},   {"B32", {true, 3, BeamSolid, "C3D20"}},
     {"B32R", {true, 3, BeamSolid, BeamSolid}}};
 
 /** Places of a beam's expanded nodes in its section, ξ along n₁ and η along n₂ of −1…1: corners,
@@ -246,6 +246,8 @@ private:
             expansion.thickness = lead.thickness;
             expansion.offset = lead.element->offset;
             expansion.section = lead.element->section;
+            if (m_use == ShellUse::Shells && expansion.section == BeamSection::Circle)
+                expansion.section = BeamSection::Pipe;
             expansion.isBeam = true;
             m_expansions[node].push_back(expansion);
         }

@@ -7,8 +7,10 @@ A shell of thickness t and offset o (share of t) becomes a solid between x − (
 x + (½−o) t n. Its normals n are averaged at each node over elements of the same thickness and
 offset whose normals are within 20° of that of the lowest element number. A beam becomes a
 hexahedron about its axis, its section spanned by n₁ (as given) and n₂ = tangent × n₁, averaged
-likewise; a circle becomes a quadratic hexahedron with its sides on the circle. A pipe or box fills
-the square or rectangle about it, of which its walls alone are integrated (FeElements.h). A
+likewise; CalculiX's circle is a quadratic hexahedron with its sides on the circle. Other
+sections fill the square or rectangle about them, of which they alone are integrated
+(ThinSections.h). Beams of two nodes get a third between them: all are one element, but for those of
+CalculiX. A
 *NORMAL stands as it is given for its element, and for those whose normals are within half a degree
 (of beams CalculiX 2.20 then loses n₁, and with it mass; here it is what the others have).
 
@@ -58,7 +60,7 @@ struct ThinType {
     const char* calculix;  ///< CalculiX's own
 };
 
-/** What linear shells become. **/
+/** What linear shells and all beams become. **/
 enum class ShellUse { Shells, CalculixSolids };
 
 /** Null if it is none that simflex expands. **/

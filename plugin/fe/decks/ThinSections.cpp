@@ -35,6 +35,80 @@ void readWalls(const DeckCard& card, ThinElement& section) {
     }
 }
 
+/** Of a rectangle, by Saint-Venant's series. **/
+double calcTorsionConstant(double a, double b) {
+    if (a < b) std::swap(a, b);
+    double sum = 0;
+    for (int n = 1; n < 40; n += 2) sum += std::tanh(n * M_PI * a / (2 * b)) / std::pow(n, 5);
+    return a * b * b * b * (1.0 / 3 - 64 / std::pow(M_PI, 5) * b / a * sum);
+}
+
+/** The points drawn towards their middle until they have a torsion constant J: as displacements
+warp a section by yz, that of the points is 4 I_y I_z/(I_y + I_z), and goes by the square of
+distances. **/
+std::vector<SectionPoint> drawTogether(std::vector<SectionPoint> points,
+                                       const std::array<double, 2>& size, double J) {
+    const double b = size[1] / 2, a = size[0] / 2;  // η along b
+    double area = 0, eta = 0, zeta = 0, ofEta = 0, ofZeta = 0;
+    for (const SectionPoint& point : points) {
+        area += point.weight;
+        eta += point.weight * point.eta;
+        zeta += point.weight * point.zeta;
+    }
+    eta /= area, zeta /= area;
+    for (const SectionPoint& point : points) {
+        ofEta += point.weight * a * b * std::pow(b * (point.eta - eta), 2);
+        ofZeta += point.weight * a * b * std::pow(a * (point.zeta - zeta), 2);
+    }
+    // Flat strips have it as they are, and keep the digits of one law for all strains.
+    constexpr double Same = 1e-3;
+    const double share = std::sqrt(J * (ofEta + ofZeta) / (4 * ofEta * ofZeta));
+    if (std::abs(share * share - 1) < Same) return {};
+    for (SectionPoint& point : points) {
+        point.eta = eta + share * (point.eta - eta);
+        point.zeta = zeta + share * (point.zeta - zeta);
+    }
+    return points;
+}
+
+/** On the circle of the radius of gyration. @param inner  share of the radius **/
+std::vector<SectionPoint> makeRingPoints(double inner) {
+    constexpr int NumPoints = 8;
+    const double r = std::sqrt((1 + inner * inner) / 2);
+    std::vector<SectionPoint> points;
+    for (int k = 0; k < NumPoints; ++k) {
+        const double angle = 2 * M_PI * k / NumPoints;
+        points.push_back(
+            {r * std::cos(angle), r * std::sin(angle), M_PI * (1 - inner * inner) / NumPoints});
+    }
+    return points;
+}
+
+/** By Simpson's rule along the middles of the walls. **/
+std::vector<SectionPoint> makeBoxPoints(const ThinElement& section) {
+    std::vector<SectionPoint> points;
+    // ζ points along n₁, η against n₂; corners of the walls' middles, and their thicknesses.
+    const auto& t = section.walls;
+    const double a = section.thickness[0], b = section.thickness[1];
+    const double zeta[2] = {1 - t[0] / a, -1 + t[2] / a}, eta[2] = {1 - t[3] / b, -1 + t[1] / b};
+    const double thickness[4] = {2 * t[0] / a, 2 * t[1] / b, 2 * t[2] / a, 2 * t[3] / b};
+    const std::array<double, 2> corners[5] = {{eta[0], zeta[0]},
+                                              {eta[1], zeta[0]},
+                                              {eta[1], zeta[1]},
+                                              {eta[0], zeta[1]},
+                                              {eta[0], zeta[0]}};
+    constexpr double Simpson[5] = {1.0 / 12, 4.0 / 12, 2.0 / 12, 4.0 / 12, 1.0 / 12};
+    for (size_t wall = 0; wall < 4; ++wall) {
+        const auto &from = corners[wall], &to = corners[wall + 1];
+        const double length = std::abs(to[0] - from[0]) + std::abs(to[1] - from[1]);
+        for (int k = 0; k < 5; ++k)
+            points.push_back({from[0] + 0.25 * k * (to[0] - from[0]),
+                              from[1] + 0.25 * k * (to[1] - from[1]),
+                              Simpson[k] * length * thickness[wall]});
+    }
+    return points;
+}
+
 }  // namespace
 
 const BeamSection* findBeamSection(const std::string& name) {
@@ -78,10 +152,8 @@ ThinElement readThinSection(const DeckCard& card) {
             section.offset[1] = parseDeckNumber(value, where);
         } else if (!isBeam && parameter == "COMPOSITE") {
             section.isLayered = true;
-        } else if (!isBeam && (parameter == "LAYUP" || parameter == "SYMMETRIC" ||
-                               parameter == "STACKDIRECTION")) {
-            if (parameter == "SYMMETRIC")
-                refuseCard(card, card.title + " with SYMMETRIC: write out all layers");
+        } else if (!isBeam && (parameter == "LAYUP" || parameter == "STACKDIRECTION")) {
+            // As it is.
         } else {
             refuseCard(card, card.title + " with " + parameter + " is not known to simflex");
         }
@@ -137,39 +209,38 @@ ThinElement readThinSection(const DeckCard& card) {
     return section;
 }
 
-std::vector<SectionPoint> makeWallPoints(const ThinElement& section) {
-    std::vector<SectionPoint> points;
-    if (section.section == BeamSection::Pipe) {
-        constexpr int NumPoints = 8;
-        const double inner = 1 - 2 * section.walls[0] / section.thickness[0],
-                     r = std::sqrt((1 + inner * inner) / 2);
-        for (int k = 0; k < NumPoints; ++k) {
-            const double angle = 2 * M_PI * k / NumPoints;
-            points.push_back(
-                {r * std::cos(angle), r * std::sin(angle), M_PI * (1 - inner * inner) / NumPoints});
+BeamRule makeBeamRule(const ThinElement& section, const std::array<double, 2>& size, ShellUse use) {
+    const bool isOwn = use == ShellUse::Shells;
+    BeamRule rule;
+    switch (section.section) {
+        case BeamSection::Rectangle:
+            if (!isOwn) break;
+            rule.points = makeFullSection();
+            rule.shear = drawTogether(rule.points, size, calcTorsionConstant(size[0], size[1]));
+            break;
+        case BeamSection::Circle:
+        case BeamSection::Pipe: {
+            const bool isFull = section.section == BeamSection::Circle;
+            if (isFull && !isOwn) break;
+            rule.points =
+                makeRingPoints(isFull ? 0 : 1 - 2 * section.walls[0] / section.thickness[0]);
+            rule.isRound = isOwn;
+            break;
         }
-        return points;
+        case BeamSection::Box: {
+            rule.points = makeBoxPoints(section);
+            if (!isOwn) break;
+            const auto& t = section.walls;
+            const double a = size[0] - (t[0] + t[2]) / 2, b = size[1] - (t[1] + t[3]) / 2;
+            // The walls' middles; each closes Bredt's tube and twists by itself.
+            const double around = b / t[0] + a / t[1] + b / t[2] + a / t[3];
+            double open = 0;
+            for (size_t k = 0; k < 4; ++k) open += (k % 2 == 0 ? b : a) * std::pow(t[k], 3) / 3;
+            rule.shear = drawTogether(rule.points, size, 4 * a * a * b * b / around + open);
+            break;
+        }
     }
-    // ζ points along n₁, η against n₂; corners of the walls' middles, and their thicknesses.
-    const auto& t = section.walls;
-    const double a = section.thickness[0], b = section.thickness[1];
-    const double zeta[2] = {1 - t[0] / a, -1 + t[2] / a}, eta[2] = {1 - t[3] / b, -1 + t[1] / b};
-    const double thickness[4] = {2 * t[0] / a, 2 * t[1] / b, 2 * t[2] / a, 2 * t[3] / b};
-    const std::array<double, 2> corners[5] = {{eta[0], zeta[0]},
-                                              {eta[1], zeta[0]},
-                                              {eta[1], zeta[1]},
-                                              {eta[0], zeta[1]},
-                                              {eta[0], zeta[0]}};
-    constexpr double Simpson[5] = {1.0 / 12, 4.0 / 12, 2.0 / 12, 4.0 / 12, 1.0 / 12};
-    for (size_t wall = 0; wall < 4; ++wall) {
-        const auto &from = corners[wall], &to = corners[wall + 1];
-        const double length = std::abs(to[0] - from[0]) + std::abs(to[1] - from[1]);
-        for (int k = 0; k < 5; ++k)
-            points.push_back({from[0] + 0.25 * k * (to[0] - from[0]),
-                              from[1] + 0.25 * k * (to[1] - from[1]),
-                              Simpson[k] * length * thickness[wall]});
-    }
-    return points;
+    return rule;
 }
 
 }  // namespace simflex

@@ -43,6 +43,26 @@ Eigen::Map<const Eigen::Matrix3Xd> naturalGradients(const IntegrationPoint& poin
     return {point.gradients[0].data(), 3, Eigen::Index(point.gradients.size())};
 }
 
+/** Of an isotropic law G |γt|² for the shear of a beam with the tangent t, or the rest. **/
+void keepStrains(bool isShear, const Eigen::Vector3d& along, ElasticMatrix& law) {
+    Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>> D(law[0].data());
+    const double G = D(3, 3);
+    const Eigen::Vector3d t = along.normalized();
+    Eigen::Matrix<double, 3, 6> gamma;  // 2 (1 − ttᵀ) ε t
+    for (Eigen::Index row = 0; row < 6; ++row) {
+        const auto [a, b] = TensorPairs[row];
+        Eigen::Vector3d part = Eigen::Vector3d::Zero();
+        part[a] += t[b];
+        part[b] += t[a];
+        gamma.col(row) = part - part.dot(t) * t;
+    }
+    const Eigen::Matrix<double, 6, 6> shear = G * (gamma.transpose() * gamma);
+    if (isShear)
+        D = shear;
+    else
+        D -= shear;
+}
+
 }  // namespace
 
 void ElementPoint::calcStrainMatrix(Eigen::Matrix<double, 6, Eigen::Dynamic>& strain) const {
@@ -89,8 +109,8 @@ int FeElements::addOrientation(const Orientation& orientation) {
 }
 
 int FeElements::addMakeup(const std::string& type, const std::vector<ElementLayer>& layers,
-                          const std::vector<SectionPoint>& section) {
-    Makeup makeup{type, {}};
+                          const BeamRule& section) {
+    Makeup makeup{type, section.isRound ? std::string("round") : type, {}};
     const ElementType shape = getSolid(type);
     const auto addZone = [&](const ElementLayer& layer, double from, double to, const auto& make) {
         Rule& rule = m_rules[{type, from, to}];
@@ -109,18 +129,25 @@ int FeElements::addMakeup(const std::string& type, const std::vector<ElementLaye
             else
                 addZone(layer, from, to, [&] { return makeLayerPoints(shape, from, to); });
         }
-    } else if (!section.empty()) {
-        makeup.zones.push_back(
-            {std::make_shared<const std::vector<IntegrationPoint>>(makeBeamPoints(section)),
-             layers.at(0).material, layers.at(0).orientation});
+    } else if (!section.points.empty()) {
+        const ElementLayer& own = layers.at(0);
+        const auto addPoints = [&](const std::vector<SectionPoint>& points, Strains strains) {
+            makeup.zones.push_back(
+                {std::make_shared<const std::vector<IntegrationPoint>>(makeBeamPoints(points)),
+                 own.material, own.orientation, -1, 1, strains});
+        };
+        const bool isSplit = !section.shear.empty() && m_materials[size_t(own.material)].young;
+        addPoints(section.points, isSplit ? Strains::AllButShear : Strains::All);
+        if (isSplit) addPoints(section.shear, Strains::Shear);
     } else {
         addZone(layers.at(0), -1, 1, [&] {
             return type == BeamSolid ? makeBeamPoints(makeFullSection())
                                      : makeIntegrationPoints(type, shape);
         });
     }
-    if (hasExtrapolation(type) && !m_extrapolations.count(type))
-        m_extrapolations[type] = makeExtrapolation(type, shape);
+    if (hasExtrapolation(type) && !m_extrapolations.count(makeup.extrapolation))
+        m_extrapolations[makeup.extrapolation] =
+            section.isRound ? makeRoundExtrapolation() : makeExtrapolation(type, shape);
     m_makeups.push_back(std::move(makeup));
     return int(m_makeups.size()) - 1;
 }
@@ -137,6 +164,19 @@ void FeElements::convertUnits(double length, double stress, double density) {
     m_stress *= stress;
     m_density *= density;
     for (double& k : beside.K.values) k *= stress * length;
+}
+
+double FeElements::calcWaveSpeed() const {
+    std::vector<double> speeds;
+    for (int e = 0; e < size(); ++e) {
+        const Material& material = m_materials[size_t(makeupOf(e).zones[0].material)];
+        const double modulus = material.young ? *material.young : material.law[0][0];
+        speeds.push_back(std::sqrt(modulus * m_stress / (material.density * m_density)));
+    }
+    if (speeds.empty()) return 0;
+    const auto middle = speeds.begin() + long(speeds.size() / 2);
+    std::nth_element(speeds.begin(), middle, speeds.end());
+    return *middle;
 }
 
 ElasticMatrix FeElements::calcLaw(int material, int orientation, const Vec3d& at) const {
@@ -194,12 +234,16 @@ void FeElements::calcAtZones(int element, const std::vector<Zone>& zones, const 
                     " is turned inside out; of a shell or beam its thickness or section is too "
                     "large for how it bends");
             to->volume = point.weight * determinant;
-            to->density = m_materials[size_t(zone.material)].density * m_density;
+            to->density = zone.strains == Strains::Shear
+                              ? 0
+                              : m_materials[size_t(zone.material)].density * m_density;
             to->N = Eigen::Map<const Eigen::VectorXd>(point.values.data(), n);
             to->G.noalias() = jacobian.inverse().transpose() * natural;
             to->B.resize(6, 0);
             to->D = isCylindrical ? calcLaw(zone.material, zone.orientation, {at[0], at[1], at[2]})
                                   : law;
+            if (zone.strains != Strains::All)
+                keepStrains(zone.strains == Strains::Shear, jacobian.col(0), to->D);
             ++to;
         }
     }
@@ -311,7 +355,7 @@ void FeElements::calcStressPoints(int element, const Mesh& mesh, ElementPoints& 
 }
 
 const std::vector<double>& FeElements::getExtrapolation(int element) const {
-    const auto found = m_extrapolations.find(typeOf(element));
+    const auto found = m_extrapolations.find(makeupOf(element).extrapolation);
     if (found != m_extrapolations.end()) return found->second;
     throw std::invalid_argument("stress of layered shells is not known (element " +
                                 std::to_string(numberOf(element)) +

@@ -16,8 +16,9 @@ The rules are CalculiX's, named after its elements (SolidElements.h); beyond the
   Beresford, Wilson, Int. J. Num. Meth. Eng. 10, 1976, 1211–1219), as three nodes more,
   u = Σ N_k u_k + Σ (1 − ξ_a²)(u_a − ⅛ Σ u_k), so that rigid motions keep their form;
 - shells S3, S4 and S4R: ShellElement.h;
-- B32R, a hexahedron of 20 nodes with 2 points along the beam and 5×5 across it, or those in the
-  walls of its section; layered S8R and S6, in each layer 2×2 or 3 points in its plane and 2 through
+- B32R, a hexahedron of 20 nodes with 2 points along the beam and 5×5 across it, or those of its
+  section, in which shear may have points of its own, so that it twists as by Saint-Venant; layered
+  S8R and S6, in each layer 2×2 or 3 points in its plane and 2 through
   it.
 
 CalculiX 2.20 takes off but the last of C3D8R's three terms of G xᵀ and leaves det J₀/det J out of
@@ -69,9 +70,10 @@ public:
     int addMaterial(const Material& material);
     int addOrientation(const Orientation& orientation);
     /** What elements of a type are made of.
-    @param section  points of a B32R that does not fill its square; may be empty **/
+    @param section  of a beam; without points, its 5×5. A law that is not isotropic takes all
+        strains at its points. **/
     int addMakeup(const std::string& type, const std::vector<ElementLayer>& layers,
-                  const std::vector<SectionPoint>& section = {});
+                  const BeamRule& section = {});
     /** @param nodes  mesh indices; of C3D8I its three internal ones, too **/
     void addElement(int number, int makeup, const std::vector<int>& nodes);
 
@@ -99,10 +101,15 @@ public:
     and a density. **/
     void convertUnits(double length, double stress, double density);
 
+    /** √(E/ρ), the median of all elements [m/s]; 0 without any. O(elements). **/
+    double calcWaveSpeed() const;
+
     /** What the part has beside these elements. **/
     struct Beside {
         bool hasSprings = false, hasHinged = false;  ///< trusses, membranes
-        bool hasRigidBodies = false;
+        std::vector<std::vector<int>> rigidBodies;   ///< mesh indices that move as one
+        /** Rigid bodies that hang on each other or hold nodes in some directions alone. **/
+        bool hasOtherBodies = false;
         SymmetricMatrix K;  ///< of springs and hinged elements, 3·node + axis; may be empty [N/m]
     } beside;
 
@@ -112,14 +119,18 @@ public:
 private:
     using Rule = std::shared_ptr<const std::vector<IntegrationPoint>>;
 
+    enum class Strains { All, Shear, AllButShear };  ///< of a beam, between axis and section
+
     /** Points that share a material. **/
     struct Zone {
         Rule points;  ///< none of shells
         int material, orientation;
         double from = -1, to = 1;  ///< of the thickness
+        Strains strains = Strains::All;
     };
     struct Makeup {
         std::string type;
+        std::string extrapolation;  ///< its name in m_extrapolations
         std::vector<Zone> zones;
     };
     struct Element {

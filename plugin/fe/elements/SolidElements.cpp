@@ -343,6 +343,34 @@ std::vector<double> makeExtrapolation(const std::string& calculixType, ElementTy
     return result;
 }
 
+std::vector<double> makeRoundExtrapolation() {
+    std::vector<double> result = makeExtrapolation(BeamSolid, ElementType::Hex20);
+    const std::vector<double> square = result;
+    const size_t numPoints = square.size() / 20;
+    // Corners at 1/√2 of theirs, between all four of their end.
+    constexpr size_t Ends[2][4] = {{0, 3, 7, 4}, {1, 2, 6, 5}};
+    for (const auto& end : Ends)
+        for (size_t k = 0; k < 4; ++k)
+            for (size_t p = 0; p < numPoints; ++p) {
+                double value = 0;
+                for (size_t l = 0; l < 4; ++l) {
+                    const double same = 0.5 + std::sqrt(0.125), other = 0.5 - std::sqrt(0.125);
+                    const double weight = k == l             ? same * same
+                                          : (k + 2) % 4 == l ? other * other
+                                                             : same * other;
+                    value += weight * square[end[l] * numPoints + p];
+                }
+                result[end[k] * numPoints + p] = value;
+            }
+    // The middle of an edge along the beam is one of such corners.
+    constexpr size_t Along[4][3] = {{8, 0, 1}, {10, 3, 2}, {14, 7, 6}, {12, 4, 5}};
+    for (const auto& [middle, from, to] : Along)
+        for (size_t p = 0; p < numPoints; ++p)
+            result[middle * numPoints + p] =
+                0.5 * (result[from * numPoints + p] + result[to * numPoints + p]);
+    return result;
+}
+
 std::array<Vec3d, 3> calcTangents(const std::vector<Vec3d>& positions,
                                   const IntegrationPoint& point) {
     Vec3d first{}, second{}, third{};  // by themselves: in registers

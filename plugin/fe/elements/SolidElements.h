@@ -47,6 +47,15 @@ struct SectionPoint {
     double eta = 0, zeta = 0, weight = 0;
 };
 
+/** How the section of a beam is integrated: shear between its axis and its plane, where it has
+points of its own, there alone, and all other strains at the others. Round sections are stressed
+at the corners of their square as at the circle. **/
+struct BeamRule {
+    std::vector<SectionPoint> points;
+    std::vector<SectionPoint> shear;  ///< may be empty
+    bool isRound = false;
+};
+
 /** The points of the hexahedra of 20 nodes that B32R beams become: 2 along the first natural
 coordinate, and those of the section across. **/
 std::vector<IntegrationPoint> makeBeamPoints(const std::vector<SectionPoint>& section);
@@ -81,12 +90,14 @@ std::vector<std::array<int, 2>> getEdgeEnds(ElementType type);
 nodes×points, row by row. C3D8, C3D20R: trilinear to the corners. C3D10: linear to the corners.
 C3D15: linear to the corners, along the height by least squares. C3D20: least squares by its own
 shape functions. C3D8R, C3D4: constant. C3D6: constant in the triangle, linear along the height.
-Middles of edges, but for C3D20, lie between their corners. C3D8I as C3D8, B32R as C3D20R. S4 and S3: from the places below, bilinear or
-constant, of each face.
+Middles of edges, but for C3D20, lie between their corners. C3D8I as C3D8, B32R as C3D20R. S4 and
+S3: from the places below, bilinear or constant, of each face.
 @throws std::invalid_argument for another type. **/
 /** Natural coordinates in the plane of a shell at which its stress is put out. **/
 std::vector<std::array<double, 2>> listShellStressPlaces(const std::string& type);
 
+/** Of a beam's hexahedron whose section is the circle in its square. **/
+std::vector<double> makeRoundExtrapolation();
 bool hasExtrapolation(const std::string& calculixType);
 std::vector<double> makeExtrapolation(const std::string& calculixType, ElementType type);
 
