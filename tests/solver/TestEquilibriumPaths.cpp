@@ -369,6 +369,7 @@ TEST(EquilibriumPaths, ColumnsBifurcateAtTheirCriticalLoadsWhateverTheStep) {
                                                 [&](Real own) { return own < load; }))
                 << point.fraction;
         }
+        EXPECT_EQ(equilibrium.getUnstableMotions().size(), size_t(path.back().numUnstable));
         ASSERT_EQ(found.size(), column.critical.size());
         for (size_t i = 0; i < found.size(); ++i)
             EXPECT_NEAR(found[i], column.critical[i], 1e-6 * column.critical[i]);
@@ -380,6 +381,20 @@ TEST(EquilibriumPaths, ColumnsBifurcateAtTheirCriticalLoadsWhateverTheStep) {
             for (const Column::Base base : {Column::Base::Joint, Column::Base::Ground})
                 follow(numPlanes, count, 0.05, base);
         }
+}
+
+TEST(EquilibriumPaths, SingleEquilibriaFallInAsManyMotionsAsPathsSay) {
+    for (const int numPlanes : {1, 2})
+        for (const int count : {1, 3})
+            for (const Real overload : {0.9, 1.1, 30.0}) {
+                Column column(count, numPlanes, overload, Column::Base::Ground);
+                StaticEquilibrium path(column.system), single(column.system);
+                const auto points = path.followPath(column.system.realizeTopology(), {});
+                single.solve(points.back().state);
+                EXPECT_EQ(single.getUnstableMotions(), path.getUnstableMotions());
+                EXPECT_EQ(int(single.getUnstableMotions().size()), points.back().numUnstable)
+                    << count << " links, " << numPlanes << " planes, overload " << overload;
+            }
 }
 
 TEST(EquilibriumPaths, PathsMayEndNextToABifurcation) {

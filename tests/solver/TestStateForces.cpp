@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <sstream>
+#include <string>
 
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/forces/DistributedLoad.h"
@@ -107,7 +108,35 @@ class StateForces : public ::testing::Test {};
 using Integrators = ::testing::Types<BdfIntegrator, GeneralizedAlphaIntegrator, RadauIntegrator>;
 TYPED_TEST_SUITE(StateForces, Integrators);
 
-TYPED_TEST(StateForces, ControllerFollowsTheLinearSolution) {
+TYPED_ /** Two masses of 1 kg: ẍ + 0.2 ẋ + K x = 0. **/
+    struct CoupledSlides : Slides {
+    explicit CoupledSlides(const Mat22& K) : Slides(2) {
+        for (int i = 0; i < 2; ++i)
+            push(i, sum({position(0), position(1), speed(i)}, {-K(i, 0), -K(i, 1), -0.2}));
+        state = system.realizeTopology();
+    }
+    std::vector<std::string> listUnstableMotions() {
+        StaticEquilibrium equilibrium(system);
+        equilibrium.solve(state);
+        return equilibrium.getUnstableMotions();
+    }
+    State state;
+};
+
+TEST(StateForces, ForcesWithoutPotentialAreJudgedByTheMotionsThatGrow) {
+    // ẍ + c ẋ + (ω² ± ik) x = 0 grows if k > cω.
+    EXPECT_TRUE(CoupledSlides({100, 1.9, -1.9, 100}).listUnstableMotions().empty());
+    const auto flutter = CoupledSlides({100, 2.1, -2.1, 100}).listUnstableMotions();
+    ASSERT_EQ(flutter.size(), 1u);
+    EXPECT_NE(flutter[0].find("oscillates"), std::string::npos);
+    // Eigenvalues 10 and 12, though the symmetric part has 11 ± 20.
+    EXPECT_TRUE(CoupledSlides({10, 40, 0, 12}).listUnstableMotions().empty());
+    const auto falling = CoupledSlides({10, 40, 0, -12}).listUnstableMotions();
+    ASSERT_EQ(falling.size(), 1u);
+    EXPECT_NE(falling[0].find("falls away"), std::string::npos);
+}
+
+TEST(StateForces, ControllerFollowsTheLinearSolution) {
     const ControlledSlide model;
     for (const Real accuracy : {1e-5, 1e-7}) {
         TypeParam integrator(model.system);

@@ -33,6 +33,10 @@ struct BlockModes {
     Eigen::MatrixXd shapes;
 };
 
+/** Skew part of a stiffness matrix of scaled rows and columns, BlockMatrix::findSkew(), above which
+the forces have no potential. **/
+constexpr double LargestSkewOfPotential = 1e-6;
+
 /** A square matrix with a block for each pair of neighbours. **/
 template <class Scalar>
 struct BlockMatrix {

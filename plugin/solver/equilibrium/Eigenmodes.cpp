@@ -6,6 +6,7 @@
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/body/Assembly.h"
+#include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/StateCopy.h"
 #include "simflex/solver/StateSpace.h"
 #include "simflex/solver/equations/StateImage.h"
@@ -354,6 +355,23 @@ std::vector<Eigenmode> calcSlowestEigenmodes(const MultibodySystem& system, cons
         modes.begin(), modes.end(), [](const Eigenmode& mode) { return !mode.isRigidMotion(); });
     if (modes.end() - firstElastic > count) modes.erase(firstElastic + count, modes.end());
     return modes;
+}
+
+std::vector<Eigenmode> calcGrowingModes(const MultibodySystem& system, const State& state,
+                                        const std::function<void()>& observer) {
+    constexpr int MostSpeeds = 500, FewModes = 30;
+    constexpr double LeastGrowth = 1e-6;  // as a part of |λ|: less is round-off
+    const bool isLarge = state.getNU() > MostSpeeds;
+    if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(system);
+        isLarge && flexible)
+        for (const auto& equation : flexible->getGuts().states())
+            if (!equation->followsMotion()) return {};
+    std::vector<Eigenmode> growing;
+    for (Eigenmode& mode : calcSlowestEigenmodes(system, state, isLarge ? FewModes : state.getNU(),
+                                                 EigenMethod::Automatic, observer))
+        if (!mode.isUncertain() && mode.dampingRatio < -LeastGrowth)
+            growing.push_back(std::move(mode));
+    return growing;
 }
 
 std::vector<State> calcModeStates(const MultibodySystem& system, const OperatingPoint& about,

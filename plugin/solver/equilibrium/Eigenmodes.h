@@ -84,6 +84,14 @@ std::vector<Eigenmode> calcSlowestEigenmodes(const SimTK::MultibodySystem& syste
                                              EigenMethod method = EigenMethod::Automatic,
                                              const std::function<void()>& observer = {});
 
+/** Modes about a State that grow by themselves, whether they oscillate or not: among all modes of
+up to 500 speeds, among the 30 slowest of more (none of those are looked for in a system with states
+of its own).
+@throws as calcSlowestEigenmodes(). **/
+std::vector<Eigenmode> calcGrowingModes(const SimTK::MultibodySystem& system,
+                                        const SimTK::State& state,
+                                        const std::function<void()>& observer = {});
+
 /** One period of a mode in `numFrames` States, at equal intervals from its largest displacement on:
 the operating point moved by Re(x e^{2πik/numFrames}), damping left out. Joints are met to first
 order in the amplitude.

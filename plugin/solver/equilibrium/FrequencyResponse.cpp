@@ -8,6 +8,7 @@
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/base/ParallelFor.h"
 #include "simflex/body/StateCopy.h"
+#include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/elimination/FrontSolver.h"
 #include "simflex/solver/equilibrium/BlockTangent.h"
 #include "simflex/solver/equilibrium/SimbodyNumbering.h"
@@ -31,6 +32,9 @@ constexpr double SharpestResonance = 1e7;
 /** Of the softest vibration's ω²: what nothing holds may fall so fast. **/
 constexpr double LeastFall = 1e-9;
 constexpr double LeastSize = 1e-300;
+/** Scaled motion, as a part of the scaled forces, below which it is no more than their round-off:
+constraints carry a load alone. **/
+constexpr double LeastMotion = 1e-6;
 /** Of scaled entries, what differences leave of symmetry and of what is not coupled; and what may
 couple modes of a part that are eliminated one by one: corrections see to it. **/
 constexpr double SmallSkew = 1e-9, SmallModeCoupling = 1e-3;
@@ -195,6 +199,15 @@ FrequencyResponse::Contents::Contents(const MultibodySystem& system, const State
                  calcDampingBlocks(equations, scales, graph, *mass, now, observer, &kinks));
     equations.realize(now.t, now.q.data(), now.u.data());
     if (kinks.any()) throw NoLinearForces(describeKinks(equations, scales, kinks));
+    if (stiffness.findSkew(calcScale(softest)) > LargestSkewOfPotential) {
+        // Without a potential, negative eigenvalues of the stiffness say nothing of stability.
+        try {
+            numUnstable = int(calcGrowingModes(system, point.state, observer).size());
+        } catch (const NoEquilibrium&) {
+            // It is told by describeImbalance().
+        }
+        return;
+    }
     TangentElimination<double> elimination(graph, *mass);
     elimination.setNumThreads(equations.getBlocks().numThreads);
     BlockMatrix<double> shifted = stiffness;
@@ -376,10 +389,11 @@ public:
             // Forces that a drive calls for count, too.
             if (pass == 0) size = std::max(measure(rightF), measure(m_contents.multiplyGt(lambda)));
             left = std::max(size > 0 ? measure(f) / size : 0,
-                            calcOpening(g) / std::max(calcSize(), LeastSize));
+                            calcOpening(g) / std::max({calcSize(), LeastMotion * size, LeastSize}));
             if (left <= HarmonicResidual) break;
         }
-        const double sharpness = m_omega > 0 && size > 0 ? calcSharpness(x, f, g) : 0;
+        const double sharpness =
+            m_omega > 0 && size > 0 ? calcSharpness(x, LeastMotion * size, f, g) : 0;
         if (!(left <= HarmonicResidual) || !(sharpness <= SharpestResonance)) {
             std::ostringstream text;
             text << "at " << m_omega / (2 * Pi) << " Hz the equations of a harmonic motion cannot "
@@ -394,7 +408,7 @@ public:
     }
 
     /** ω |∂x/∂ω| / |x|: of a resonance, the inverse of its width. @param f, g  scratch **/
-    double calcSharpness(const VectorXcd& x, VectorXcd& f, VectorXcd& g) {
+    double calcSharpness(const VectorXcd& x, double leastSize, VectorXcd& f, VectorXcd& g) {
         constexpr double Change = 1e-3;
         const VectorXcd none = VectorXcd::Zero(g.size());
         f = (m_contents.multiply(x, none, m_omega, m_hold) -
@@ -408,6 +422,7 @@ public:
             changed += std::norm(f[i] / m_scale[i]);
             own += std::norm(x[i] / m_scale[i]);
         }
+        own = std::max(own, leastSize * leastSize);
         return own > 0 ? std::sqrt(changed / own) : 0;
     }
 

@@ -45,11 +45,11 @@ constexpr double ZeroForce = 1e-9, HiddenStrain = 1e-6;
 /** The same along a steady motion, which is known to differences of forces. **/
 constexpr double LoadedSpin = 1e-6;
 constexpr int MostMotionIterations = 20;
-/** Among which a steady motion that falls away shows itself, besides some for each way down. **/
-constexpr int MoreModes = 20;
 constexpr double SmallestLoadStep = 1.0 / 64;
 /** σ of K + σ·softest·M: the least, so small that it matters to next to nothing. **/
 constexpr double LeastShift = 1e-9, LargestShift = 1e6, ShiftGrowth = 30;
+/** Skew part of the scaled stiffness beyond which Newton's iteration needs it. **/
+constexpr double WholeSkew = 1e-3;
 constexpr double SlowestOfRate = 1e-3, SameMotion = 1e-4;
 /** ω² of what is as slow as nothing [1/s²]. **/
 constexpr double LeastStiffness = 1e-10;
@@ -215,6 +215,9 @@ public:
     const SolutionPoint& getPoint() const { return m_point; }
     /** Of the equilibrium. **/
     void describeMotions(std::vector<std::string>& free, std::vector<std::string>& unstable);
+    /** False where forces follow the motion or a controller acts: describeMotions() and points of
+    paths then know nothing of stability. **/
+    bool hasPotential() const { return m_hasPotential; }
     int numIterations = 0, numLoadSteps = 0;
     bool isByDampedMotion = false;
     Branch branch = Branch::Own;
@@ -363,6 +366,16 @@ private:
     }
     /** How many motions nothing restores, or less than nothing. **/
     int countSoftMotions(const Tangent& tangent);
+    /** factor() with LeastShift. @returns in how many motions an equilibrium falls away: what paths
+    and single equilibria are judged by **/
+    int factorAndCountUnstable(const Tangent& tangent);
+    /** Measures how far K is from symmetric: without a potential, its negative eigenvalues say
+    nothing of stability, and Newton's iteration is to know both halves. **/
+    void findPotential(const Tangent& tangent) {
+        const double skew = tangent.K.findSkew(tangent.s);
+        m_isSkew = skew > WholeSkew;
+        m_hasPotential = tangent.states.F.rows() == 0 && skew <= LargestSkewOfPotential;
+    }
     VectorXd multiplyScaled(const Tangent& tangent, const VectorXd& rowScale,
                             const VectorXd& y) const;
     /** Of those, a few if there are many. @pre factor() with LeastShift, or where it is positive
@@ -399,6 +412,7 @@ private:
     std::optional<BlockMass> m_mass;
     std::optional<TangentElimination<double>> m_elimination;
     bool m_goesDownhill = true, m_searchesLines = false;
+    bool m_hasPotential = true, m_isSkew = false;
     double m_fraction = 1;   ///< of the loads
     VectorXd m_loads;        ///< what they make of r
     double m_loadsOf = NaN;  ///< the fraction then
@@ -414,12 +428,14 @@ private:
 void StaticEquilibrium::Search::run() {
     const SolutionPoint start = m_point;
     if (converge(1)) return stayOnBranch(start);
-    if (!m_motion.isAtRest() || m_hasOwnStates) {
-        // A steady motion, or what a controller holds, is none of least energy, and may be stable
-        // at a saddle of it.
+    // A steady motion, or what a controller or a force that follows the motion holds, is none of
+    // least energy, and may be stable at a saddle of it.
+    const auto hasLeastEnergy = [&] { return m_motion.isAtRest() && !m_hasOwnStates && !m_isSkew; };
+    if (!hasLeastEnergy()) {
         m_point = start;
         m_goesDownhill = false;
-        if (converge(1)) return;
+        // On the way, forces that have a potential may seem to have none.
+        if (converge(1) && !hasLeastEnergy()) return;
         m_goesDownhill = true;
     }
     // From nothing in parts.
@@ -705,6 +721,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
             double& largest = tangent.forces[Eigen::Index(b)];
             largest = std::max(largest, tangent.s[i] * parts);
         }
+    if (tangent.isFinite) findPotential(tangent);
     return tangent;
 }
 
@@ -743,10 +760,10 @@ void StaticEquilibrium::Search::factor(const Tangent& tangent, double sigma, Bra
         A.at(b, b).diagonal().segment<3>(place - 3 - m_graph.firstU[size_t(b)]) +=
             turning * tangent.turning.segment<3>(place - 3);
     }
-    // A controller's stiffness is not symmetric, and what its states make of it is to be exact.
+    // Stiffness of controllers and of forces that follow the motion is not symmetric.
     using Symmetry = TangentElimination<double>::Symmetry;
-    const bool isControlled = !m_goesDownhill && tangent.states.F.rows() > 0;
-    m_elimination->factor(A, tangent.s, isControlled ? Symmetry::General : Symmetry::Symmetric);
+    const bool isGeneral = !m_goesDownhill && (tangent.states.F.rows() > 0 || m_isSkew);
+    m_elimination->factor(A, tangent.s, isGeneral ? Symmetry::General : Symmetry::Symmetric);
 }
 
 double StaticEquilibrium::Search::factorPositive(const Tangent& tangent, double sigma,
@@ -761,6 +778,11 @@ double StaticEquilibrium::Search::factorPositive(const Tangent& tangent, double 
 
 int StaticEquilibrium::Search::countSoftMotions(const Tangent& tangent) {
     factor(tangent, -calcZero(tangent));
+    return std::max(0, m_elimination->countNegative());
+}
+
+int StaticEquilibrium::Search::factorAndCountUnstable(const Tangent& tangent) {
+    factor(tangent, LeastShift);
     return std::max(0, m_elimination->countNegative());
 }
 
@@ -810,9 +832,12 @@ std::vector<StaticEquilibrium::Search::SoftMotion> StaticEquilibrium::Search::fi
     }
     std::vector<SoftMotion> soft;
     const double zero = calcZero(tangent);
+    const bool isPositive = m_goesDownhill && m_elimination->countNegative() == 0;
     for (Eigen::Index k = 0; k < V.cols() && eigen.values[k] < zero; ++k)
-        // Where K is indefinite, what has not converged may have any quotient.
-        if (1 - std::abs(invert(V.col(k)).dot(V.col(k).normalized())) < SameMotion)
+        // Where K is indefinite, what has not converged may have any quotient. Made positive by
+        // inertia, it has no more negative ones than there are ways to fall.
+        if ((isPositive && eigen.values[k] < -zero) ||
+            1 - std::abs(invert(V.col(k)).dot(V.col(k).normalized())) < SameMotion)
             soft.push_back({eigen.values[k], V.col(k)});
     return soft;
 }
@@ -1130,17 +1155,18 @@ StaticEquilibrium::Search::Direction StaticEquilibrium::Search::calcDirection(
     const Direction& before) {
     const VectorXd slope = calcLoadSlope();
     const Tangent tangent = calcTangent();
-    factor(tangent, LeastShift);
     Direction direction;
-    direction.numUnstable = m_elimination->countNegative();
+    direction.numUnstable = factorAndCountUnstable(tangent);
     direction.softest = tangent.softest;
-    direction.motions = calcCriticalMotions(
-        tangent.s, [&](const VectorXd& x) { return tangent.mass.multiply(x); },
-        [&](VectorXd f) {
-            VectorXd g = VectorXd::Zero(tangent.g.size());
-            m_elimination->solve(f, g);
-            return f;
-        });
+    if (!m_hasPotential) direction.numUnstable = 0;
+    if (m_hasPotential)
+        direction.motions = calcCriticalMotions(
+            tangent.s, [&](const VectorXd& x) { return tangent.mass.multiply(x); },
+            [&](VectorXd f) {
+                VectorXd g = VectorXd::Zero(tangent.g.size());
+                m_elimination->solve(f, g);
+                return f;
+            });
     solveFor(tangent, -slope, VectorXd::Zero(tangent.g.size()), direction.delta, direction.lambda);
     double turning = calcTurning(direction.delta);
     if (!std::isfinite(turning)) {
@@ -1614,17 +1640,20 @@ void StaticEquilibrium::Search::describeMotions(std::vector<std::string>& free,
     };
     const int count = countSoftMotions(tangent);
     if (count == 0) return;
-    factor(tangent, LeastShift);
-    const bool isUnstable = m_motion.isAtRest() && m_elimination->countNegative() > 0;
+    const int numUnstable = factorAndCountUnstable(tangent);
     for (const SoftMotion& motion : findSoftMotions(tangent, count))
         if (motion.stiffness > -calcZero(tangent))
             free.push_back(name(motion) + " is free to move");
     // A steady motion may be stable all the same.
-    if (!isUnstable) return;
+    if (!m_motion.isAtRest() || numUnstable == 0 || !m_hasPotential) return;
     factorPositive(tangent, LeastShift, Brake::Inertia);
     for (const SoftMotion& motion : findSoftMotions(tangent, count))
         if (motion.stiffness < -calcZero(tangent))
             unstable.push_back(name(motion) + " falls away from it");
+    // In how many is known better than what moves in them.
+    if (m_goesDownhill)
+        unstable.resize(size_t(numUnstable),
+                        unstable.empty() ? "something falls away from it" : unstable.back());
 }
 
 void StaticEquilibrium::Search::fail(double fraction) {
@@ -1812,11 +1841,9 @@ bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
     return true;
 }
 
-std::string StaticEquilibrium::describeFall(const Start& start, Search& search) {
-    if (search.numNegative == 0) return "";
-    State state;
-    Vector multipliers;
-    keep(start, state, multipliers);
+std::vector<std::string> StaticEquilibrium::listGrowing(const Start& start, const State& state,
+                                                        Growth growth) {
+    std::vector<std::string> growing;
     bool isStopped = false;
     const auto observer = [&] {
         try {
@@ -1827,20 +1854,31 @@ std::string StaticEquilibrium::describeFall(const Start& start, Search& search) 
         }
     };
     try {
-        for (const Eigenmode& mode :
-             calcSlowestEigenmodes(m_system, state, MoreModes + 4 * search.numNegative,
-                                   EigenMethod::Automatic, observer)) {
-            if (mode.dampingRatio != -1 || mode.isUncertain()) continue;
+        for (const Eigenmode& mode : calcGrowingModes(m_system, state, observer)) {
+            if (growth == Growth::Steady && mode.oscillates()) continue;
             Vector shape(mode.shape.size());
             for (int i = 0; i < shape.size(); ++i) shape[i] = mode.shape[i].real();
             State scratch = copyState(state);
-            return search.nameMostMoved(takeFromSimbody(*start.equations, scratch, shape)) +
-                   " falls away from it";
+            const VectorXd delta = takeFromSimbody(*start.equations, scratch, shape);
+            int worst = 0;
+            start.equations->getBlocks().calcDisplacement(delta.data(), &worst);
+            growing.push_back(
+                "'" + start.equations->getBlock(worst).name + "' " +
+                (mode.oscillates() ? "oscillates with a growing amplitude" : "falls away from it"));
         }
     } catch (const std::exception&) {
         if (isStopped) throw;  // else there are no modes about it
     }
-    return "";
+    return growing;
+}
+
+std::string StaticEquilibrium::describeFall(const Start& start, Search& search) {
+    if (search.numNegative == 0) return "";
+    State state;
+    Vector multipliers;
+    keep(start, state, multipliers);
+    const std::vector<std::string> growing = listGrowing(start, state, Growth::Steady);
+    return growing.empty() ? "" : growing.front();
 }
 
 void StaticEquilibrium::finish(Search& search, Start& start) {
@@ -1861,6 +1899,8 @@ void StaticEquilibrium::finish(Search& search, Start& start) {
         for (JointIndex j(0); j < flexible->getNumJoints(); ++j)
             m_firstRows.push_back(equations.getTopology().findFirstRow(j));
     keep(start, m_state, m_multipliers);
+    if (start.motion.isAtRest() && !search.hasPotential())
+        m_unstableMotions = listGrowing(start, m_state, Growth::Any);
 }
 
 std::vector<StaticEquilibrium::PathPoint> StaticEquilibrium::followPath(
@@ -1887,6 +1927,9 @@ std::vector<StaticEquilibrium::PathPoint> StaticEquilibrium::followPath(
         path.push_back(
             {State(), Vector(), mark.fraction, mark.numUnstable, mark.kind, mark.numChanging});
         keep(start, path.back().state, path.back().multipliers);
+        if (!search.hasPotential())
+            path.back().numUnstable =
+                int(listGrowing(start, path.back().state, Growth::Any).size());
         return Search::Next::GoOn;
     });
     finish(search, start);

@@ -140,7 +140,8 @@ public:
     /** Motions that nothing holds and no load drives: each the body that moves most in it. **/
     const std::vector<std::string>& getFreeMotions() const { return m_freeMotions; }
     /** Motions in which it falls away at the least push, of an equilibrium at rest, or the fastest
-    of a steady motion: each the body that moves most in it. **/
+    of a steady motion: each the body that moves most in it. They follow from the stiffness, or,
+    where forces have no potential (loads that follow the motion, controllers), from all modes. **/
     const std::vector<std::string>& getUnstableMotions() const { return m_unstableMotions; }
     int getNumIterations() const { return m_numIterations; }
     int getNumLoadSteps() const { return m_numLoadSteps; }
@@ -173,6 +174,11 @@ private:
     /** Says what goes away from a steady motion that stiffness drives on; empty where gyroscopic
     forces hold it. **/
     std::string describeFall(const Start& start, Search& search);
+    /** Motions about an equilibrium or a steady motion that grow by themselves, of those without
+    oscillation or of all, each with the body that moves most in it; none if there are no modes. **/
+    enum class Growth { Steady, Any };
+    std::vector<std::string> listGrowing(const Start& start, const SimTK::State& state,
+                                         Growth growth);
     void keep(const Start& start, SimTK::State& state, SimTK::Vector& multipliers);
     SimTK::State assemble(const SimTK::State& state) const;
 
