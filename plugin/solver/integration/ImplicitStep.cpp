@@ -776,12 +776,18 @@ double ImplicitStep::checkMomentum(double t, const std::vector<double>& q,
                                    const std::vector<double>& before, const std::vector<double>& u,
                                    const std::vector<double>& multipliers, Shapes shapes) {
     constexpr double LargestRest = 1e-6, LargestOfAll = 1e-9;  // of a block's momentum, of any
+    constexpr double RoundOff = 1e-14;                         // of what bodies have
     std::vector<double> jump(u.size()), momentum(u.size()), rest(u.size());
     const std::vector<double> none(multipliers.size(), 0);
     for (size_t i = 0; i < u.size(); ++i) jump[i] = u[i] - before[i];
     m_equations.realize(t, q.data(), u.data());
     m_equations.calcMomentum(q.data(), u.data(), jump.data(), none.data(), momentum.data());
-    const double roundOff =
+    // A jump that is itself round-off of the speeds has momenta that are round-off of theirs.
+    m_equations.calcMomentum(q.data(), u.data(), u.data(), none.data(), rest.data());
+    double roundOff = RoundOff * findLargest(rest);
+    m_equations.calcMomentum(q.data(), u.data(), before.data(), none.data(), rest.data());
+    roundOff += RoundOff * findLargest(rest);
+    roundOff +=
         m_equations.calcMomentum(q.data(), u.data(), jump.data(), multipliers.data(), rest.data());
     double work = 0;
     for (int b = 0; b < m_equations.getTopology().numBlocks(); ++b) {
