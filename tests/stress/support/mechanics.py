@@ -135,12 +135,14 @@ def _look(session, builder) -> dict:
     return {name: np.array(session[name]) for name in [*names, "K", "linear", "angular"]}
 
 
-def _extrapolate(far: dict, near: dict) -> dict:
-    return {name: 2 * near[name] - far[name] for name in near}
+def _extrapolate(looks: list) -> dict:
+    """By a parabola: looks at one, two and three windows from the event."""
+    near, middle, far = looks
+    return {name: 3 * near[name] - 3 * middle[name] + far[name] for name in near}
 
 
 def look_at_event(case, time: float):
-    """Quantities just before and after an event, extrapolated to it from two looks on each side; None where it does not happen."""
+    """Quantities just before and after an event, extrapolated to it from three looks on each side; None where it does not happen."""
     import warnings
 
     import simflex
@@ -151,14 +153,14 @@ def look_at_event(case, time: float):
         session = simflex.Session(simflex.Model(case.folder / "main.yaml", {"solver.accuracy": builder.keys["solver"]["accuracy"] / 100}))
         looks = []
         window = WINDOW_OF_FLEXIBLE if builder.has_flexible() else WINDOW
-        for offset in (-2, -1, 1, 2):
+        for offset in (-3, -2, -1, 1, 2, 3):
             if session.run(time + offset * window) != "reached":
                 return None
             looks.append(_look(session, builder))
             happened = sum(1 for _, at in session.events if at > time - window)
             if (offset < 0) != (happened == 0):
                 return None
-    return _extrapolate(looks[0], looks[1]), _extrapolate(looks[3], looks[2])
+    return _extrapolate(looks[2::-1]), _extrapolate(looks[3:])
 
 
 def check_impulse(case, name: str, time: float, actions: list):
