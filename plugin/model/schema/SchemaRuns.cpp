@@ -469,7 +469,7 @@ SchemaForm probe() {
             SchemaKey("friction", {name("a joint")}, "Friction of a joint.").such("main_bearing"),
             SchemaKey("what", {choice({"force", "load", "rate", "power"})},
                       "Force or torque on M along the sliding direction, the normal load, the "
-                      "sliding speed, or the power dissipated.")
+                      "sliding speed, or the power of friction, negative where it dissipates.")
                 .with({"friction"})
                 .orElse("force")
                 .such("load"),
