@@ -20,6 +20,8 @@ public:
     virtual void addInGradient(const ElementInputs& now, const Frames& frames, const int* places,
                                Real gamma, Real factor, const Gradient& gradient) const = 0;
     virtual void addStatesTo(std::set<int>& /*states*/) const {}
+    /** Whether the gradient is all of the slope, in the frames where they are. **/
+    virtual bool hasExactGradient(const Frames& /*frames*/) const { return false; }
 
     Array_<Attachment> attachments;
 };
@@ -49,6 +51,11 @@ public:
             d = line.direction + (line.length > 0 ? gamma / line.length : 0) * line.across;
         gradient.frames[places[0]][1] -= factor * d;
         gradient.frames[places[1]][1] += factor * d;
+    }
+
+    bool hasExactGradient(const Frames& frames) const override {
+        constexpr int Places[] = {0, 1};
+        return Line(frames, Places).length > 0;
     }
 
 private:
@@ -107,6 +114,7 @@ public:
         gradient.frames[places[0]] += scale * D_F;
         gradient.frames[places[1]] += scale * D_M;
     }
+    bool hasExactGradient(const Frames&) const override { return true; }
 
 private:
     std::shared_ptr<const TurnState> m_turns;  ///< null: within half a turn
@@ -133,6 +141,7 @@ public:
         gradient.frames[places[0]][0] -= factor * axis;
         gradient.frames[places[1]][0] += factor * axis;
     }
+    bool hasExactGradient(const Frames&) const override { return true; }
 
 private:
     int m_axis;
@@ -323,6 +332,34 @@ Real Signal::calcValue(const FlexibleBodySubsystem& subsystem, const State& stat
     std::vector<int> places;
     for (unsigned k = 0; k < getAttachments().size(); ++k) places.push_back(int(k));
     return calc(guts.getInputs(state), guts.calcMotions(state, getAttachments()), places);
+}
+
+std::optional<Signal::Slopes> Signal::calcSlopes(const FlexibleBodySubsystem& subsystem,
+                                                 const State& state) const {
+    const FlexibleBodySubsystem::Guts& guts = subsystem.getGuts();
+    const SimbodyMatterSubsystem& matter = guts.getMatter();
+    const Array_<Attachment>& attachments = getAttachments();
+    const Frames frames = guts.calcMotions(state, attachments);
+    if (!m_implementation || !m_implementation->hasExactGradient(frames)) return {};
+    std::vector<int> places;
+    for (unsigned k = 0; k < attachments.size(); ++k) places.push_back(int(k));
+    // A force along the gradient does the work per displacement that is the slope.
+    const auto calcAlong = [&](Real gamma) {
+        Array_<SpatialVec> gradient(attachments.size(), SpatialVec(Vec3(0), Vec3(0)));
+        addInGradient(guts.getInputs(state), frames, places, gamma, 1, {gradient.data()});
+        Vector_<SpatialVec> bodyForces(matter.getNumBodies(), SpatialVec(Vec3(0), Vec3(0)));
+        Vector mobilityForces(state.getNU(), Real(0)), slopes;
+        for (unsigned k = 0; k < attachments.size(); ++k)
+            guts.addInAttachmentForce(state, attachments[k], gradient[k], bodyForces,
+                                      mobilityForces);
+        matter.multiplyBySystemJacobianTranspose(state, bodyForces, slopes);
+        slopes += mobilityForces;
+        Vector free(state.getNU(), Real(0));
+        for (const UIndex i : matter.getFreeUDotIndex(state)) free[i] = slopes[i];
+        return free;
+    };
+    const Vector byU = calcAlong(0);
+    return Slopes{calcAlong(1) - byU, byU};
 }
 
 std::vector<int> Signal::addFramesTo(Array_<Attachment>& attachments) const {

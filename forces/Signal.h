@@ -15,6 +15,7 @@ A Signal is a handle: copies share what they are. Its derivatives go into the Ne
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -87,6 +88,17 @@ public:
 
     /** In a State realized to Stage::Velocity. **/
     Real calcValue(const FlexibleBodySubsystem& subsystem, const SimTK::State& state) const;
+
+    /** How a Signal changes with small displacements along the directions of the speeds u, and with
+    the speeds themselves: n numbers each, in Simbody's numbering of u; zero for prescribed u. **/
+    struct Slopes {
+        SimTK::Vector byQ, byU;
+    };
+    /** Exact slopes at a State at rest, realized to Stage::Velocity, in O(n). Nothing for functions
+    of other signals and for states, and for the distance of points that coincide, which has none.
+    **/
+    std::optional<Slopes> calcSlopes(const FlexibleBodySubsystem& subsystem,
+                                     const SimTK::State& state) const;
 
     /** @name For elements, whose frames are many signals' **/
     /**@{**/

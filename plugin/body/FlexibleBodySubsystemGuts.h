@@ -150,6 +150,13 @@ public:
     SimTK::Array_<FrameMotion> calcMotions(const SimTK::State& state,
                                            const SimTK::Array_<Attachment>& attachments) const;
 
+    /** Adds a force (torque, force) in Ground at an attachment's origin to forces on bodies and on
+    mobilities. Stage::Position. **/
+    void addInAttachmentForce(const SimTK::State& state, const Attachment& attachment,
+                              const SimTK::SpatialVec& F_G,
+                              SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
+                              SimTK::Vector& mobilityForces) const;
+
     /** What drives a joint in a State. Stage::Time. **/
     JointEquations::Drive calcDrive(const SimTK::State& state, JointIndex index) const;
     /** Where a lock holds its coordinate, an Instance-stage variable; 0 of other joints. **/
@@ -205,10 +212,6 @@ private:
     void addInBodyForces(const SimTK::State& state, FlexibleBodyIndex index,
                          SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                          SimTK::Vector& mobilityForces) const;
-    void addInAttachmentForce(const SimTK::State& state, const Attachment& attachment,
-                              const SimTK::SpatialVec& F_G,
-                              SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
-                              SimTK::Vector& mobilityForces) const;
     void addInModalForces(const SimTK::State& state, const FlexibleBodyRecord& body,
                           const Eigen::VectorXd& modal, SimTK::Vector& mobilityForces) const;
 

@@ -1,10 +1,11 @@
 // Equilibria and linear analyses of chains of flexible links, 54 modes each, by number of links:
 // one on pins that lies level comes to hang; its 50 slowest modes there, damped; one that is welded
 // together bends by half its length under a force at its end; the same, turning about one end twice
-// as fast as it swings at rest, and modes about that; the frequency response of the last link's end to a force on it; in brackets seconds of processor
-// time. The last line is a JSON object: seconds of the equilibrium of up to 1000 links (goal: 2)
-// and its iterations, seconds of the modes; iterations and seconds of 32 welded links (goals: 30
-// and 0.1); seconds of modes of what turns; seconds that 10 000 links and 100 frequencies take on all processors, linearised and
+// as fast as it swings at rest, and modes about that; the frequency response of the last link's end
+// to a force on it; in brackets seconds of processor time. The last line is a JSON object: seconds
+// of the equilibrium of up to 1000 links (goal: 2) and its iterations, seconds of the modes;
+// iterations and seconds of 32 welded links (goals: 30 and 0.1); seconds of modes of what turns;
+// seconds that 10 000 links and 100 frequencies take on all processors, linearised and
 // differentiated and all, and processor time.
 //
 //   bench_linear [LARGEST NUMBER OF LINKS]     default 10000
@@ -17,6 +18,7 @@
 #include <ctime>
 
 #include "simflex/forces/AttachmentForce.h"
+#include "simflex/forces/Signal.h"
 #include "simflex/part/ReducedBodyFile.h"
 #include "simflex/solver/Eigenmodes.h"
 #include "simflex/solver/FrequencyResponse.h"
@@ -62,10 +64,15 @@ Seconds measureResponse(const std::shared_ptr<const ReducedBody>& part, int numL
     LinearInputs inputs{SimTK::Matrix(n, 1, 0.0), SimTK::Matrix(m, 1, 0.0),
                         SimTK::Matrix(1, 1, 0.0)};
     inputs.forces(first + 4, 0) = 1;
-    const LinearOutputs outputs = differentiateOutputs(
-        model.system, response.getPoint(), [&](const State& moved, const Vector&, const Vector&) {
-            return std::vector<double>{model.calcTip(moved)[1]};
-        });
+    const Signal tip =
+        Signal::displacement(Attachment(model.matter.Ground()),
+                             Attachment::onInterface(model.links.back(), "eye"), SimTK::YAxis);
+    const Signal::Slopes slopes =
+        tip.calcSlopes(model.flexible, response.getPoint().state).value();
+    LinearOutputs outputs{SimTK::Matrix(1, n), SimTK::Matrix(1, n), SimTK::Matrix(1, n, 0.0),
+                          SimTK::Matrix(1, m, 0.0), SimTK::Matrix(1, 0)};
+    outputs.byQ[0] = ~slopes.byQ;
+    outputs.byU[0] = ~slopes.byU;
     const Seconds differentiated = now();
     std::vector<SimTK::Real> omegas;
     for (int k = 0; k < NumFrequencies; ++k)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <set>
 
 #include "simflex/base/AsciiText.h"
 #include "simflex/base/NumberText.h"
@@ -36,6 +37,8 @@ constexpr double NearStep = 1.0 / 4096, CoarserStep = 16, NumberKink = 1e-3;
 constexpr double DrivenSpeed = 1e-9;
 /** Of a response, how far that a radian later may differ. **/
 constexpr double SteadyResponse = 1e-3;
+/** Part of the largest possible response that is round-off of the differences behind it. **/
+constexpr double SteadyRoundOff = 1e-8;
 /** Of what is observed along with it, the part of an input's speed that is round-off. **/
 constexpr double SmallRatePart = 1e-9;
 /** Of what an input changes of an output by itself, how much it may bend over a step; and what of
@@ -201,30 +204,72 @@ void LinearOutputPorts::choose(const std::vector<std::string>& names) {
 
 LinearOutputs LinearOutputPorts::differentiate(const OperatingPoint& point,
                                                const std::function<void()>& observer) const {
+    const FlexibleBodySubsystem& flexible = m_model->getFlexibleBodies();
+    const bool isAtRest = point.state.getU().norm() == 0;
+    std::vector<std::optional<Signal::Slopes>> exact;
+    std::vector<Choice> others;
+    std::vector<int> numbers;  // of their columns, among the ports
+    for (const Choice& choice : m_choices) {
+        Choice rest{choice.probe, {}};
+        for (const int column : choice.columns) {
+            const std::vector<Signal>& signals = choice.probe.signals;
+            exact.emplace_back();
+            if (isAtRest && !signals.empty())
+                exact.back() = signals[size_t(column)].calcSlopes(flexible, point.state);
+            if (exact.back()) continue;
+            rest.columns.push_back(column);
+            numbers.push_back(int(exact.size()) - 1);
+        }
+        if (!rest.columns.empty()) others.push_back(std::move(rest));
+    }
+    LinearOutputs differences;
     try {
-        return differentiateOutputs(
+        differences = differentiateOutputs(
             m_model->getSystem(), point,
             [&](const State& state, const Vector& uDot, const Vector& multipliers) {
                 if (observer) observer();
-                return calc(state, uDot, multipliers);
+                return calcChoices(others, {state, uDot, multipliers, 0});
             });
     } catch (const NoDerivative& error) {
+        std::set<int> kinked;
+        for (const int k : error.outputs) kinked.insert(numbers[size_t(k)]);
         std::vector<std::string> kinks, rest;
-        for (const int k : error.outputs) kinks.push_back(m_ports[size_t(k)].name);
         for (size_t k = 0; k < m_ports.size(); ++k)
-            if (std::find(error.outputs.begin(), error.outputs.end(), int(k)) ==
-                    error.outputs.end() &&
-                (rest.empty() || rest.back() != m_names[k]))
+            if (kinked.count(int(k)))
+                kinks.push_back(m_ports[k].name);
+            else if (rest.empty() || rest.back() != m_names[k])
                 rest.push_back(m_names[k]);
         throw OutputKinks(kinks, rest);
     }
+    LinearOutputs outputs;
+    const std::pair<Matrix*, const Matrix*> pairs[] = {
+        {&outputs.byQ, &differences.byQ},
+        {&outputs.byU, &differences.byU},
+        {&outputs.byUDot, &differences.byUDot},
+        {&outputs.byMultipliers, &differences.byMultipliers},
+        {&outputs.byStates, &differences.byStates}};
+    for (const auto& [all, own] : pairs) {
+        all->resize(int(m_ports.size()), own->ncol());
+        all->setToZero();
+        for (int k = 0; k < own->nrow(); ++k) (*all)[numbers[size_t(k)]] = (*own)[k];
+    }
+    for (int k = 0; k < int(exact.size()); ++k)
+        if (exact[size_t(k)]) {
+            outputs.byQ[k] = ~exact[size_t(k)]->byQ;
+            outputs.byU[k] = ~exact[size_t(k)]->byU;
+        }
+    return outputs;
 }
 
 std::vector<double> LinearOutputPorts::calc(const State& state, const Vector& uDot,
                                             const Vector& multipliers) const {
-    const Moment moment{state, uDot, multipliers, 0};
+    return calcChoices(m_choices, {state, uDot, multipliers, 0});
+}
+
+std::vector<double> LinearOutputPorts::calcChoices(const std::vector<Choice>& choices,
+                                                   const Moment& moment) {
     std::vector<double> values, own;
-    for (const Choice& choice : m_choices) {
+    for (const Choice& choice : choices) {
         own.resize(choice.probe.columns.size());
         choice.probe.calc(moment, own.data());
         for (const int column : choice.columns) values.push_back(own[size_t(column)]);
@@ -501,16 +546,39 @@ LinearOutputs observeDisplacements(const LinearOutputs& outputs) {
     return all;
 }
 
-/** Of which port the response to `a` and `b` differs; −1: of none. **/
+/** Returns, for each output and input, the response at s that there would be if all states that
+move did so along what the output sees. **/
+Matrix calcLargestResponses(const StateSpace& space, Complex s) {
+    StateSpace states = space;
+    const int size = space.A.nrow(), inputs = space.B.ncol();
+    states.C.resize(size, size);
+    states.C = 1;  // on the diagonal
+    for (Matrix* none : {&states.D, &states.D1, &states.D2})
+        none->resize(size, inputs), none->setToZero();
+    const auto moved = states.calcTransfer(s);
+    Matrix bounds(space.C.nrow(), inputs);
+    for (int k = 0; k < inputs; ++k) {
+        double motion = 0;
+        for (int j = 0; j < size; ++j) motion += std::norm(moved(j, k));
+        for (int i = 0; i < bounds.nrow(); ++i)
+            bounds(i, k) = space.C[i].norm() * std::sqrt(motion);
+    }
+    return bounds;
+}
+
+/** Returns the number of the port whose responses in `a` and `b` differ by more than round-off; −1
+if there is none. **/
 int findDifference(const StateSpace& a, const StateSpace& b, double rate, bool isOfInputs) {
     for (const double factor : {0.31, 1.7}) {
         const Complex s(0.1 * factor * rate, factor * rate);
         const auto one = a.calcTransfer(s), other = b.calcTransfer(s);
+        const Matrix bounds = calcLargestResponses(a, s);
         for (int i = 0; i < one.nrow(); ++i) {
             double largest = 0;
             for (int j = 0; j < one.ncol(); ++j) largest = std::max(largest, std::abs(one(i, j)));
             for (int k = 0; k < one.ncol(); ++k)
-                if (!(std::abs(one(i, k) - other(i, k)) <= SteadyResponse * largest))
+                if (!(std::abs(one(i, k) - other(i, k)) <=
+                      SteadyResponse * largest + SteadyRoundOff * bounds(i, k)))
                     return isOfInputs ? k : i;
         }
     }

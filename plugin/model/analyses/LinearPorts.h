@@ -47,7 +47,8 @@ public:
     /** @param state  realized to Stage::Velocity **/
     std::vector<double> calc(const SimTK::State& state, const SimTK::Vector& uDot,
                              const SimTK::Vector& multipliers) const;
-    /** See differentiateOutputs(). @throws OutputKinks. **/
+    /** Slopes of signals are exact at rest; all others are differences, see differentiateOutputs().
+    @throws OutputKinks. **/
     LinearOutputs differentiate(const OperatingPoint& point,
                                 const std::function<void()>& observer) const;
 
@@ -56,6 +57,8 @@ private:
         Probe probe;
         std::vector<int> columns;
     };
+    static std::vector<double> calcChoices(const std::vector<Choice>& choices,
+                                           const Moment& moment);
     std::shared_ptr<const Model> m_model;
     Probes m_probes;
     std::vector<Choice> m_choices;

@@ -7,6 +7,7 @@
 #include "simflex/model/builders/HeldStates.h"
 #include "simflex/model/builders/ModelGeometry.h"
 #include "simflex/model/file/VariableFormula.h"
+#include "simflex/model/probes/FrameSignals.h"
 #include "simflex/model/probes/ProbeColumns.h"
 
 namespace simflex {
@@ -33,8 +34,6 @@ Signal makeSum(std::vector<Signal> terms, std::vector<double> factors) {
         return sum;
     });
 }
-
-constexpr const char* FrameKinds[] = {"position", "velocity", "angular_velocity"};
 
 [[noreturn]] void failNoForceDependsOn(const ModelValue& law, const std::string& name,
                                        const std::string& kind) {
@@ -458,10 +457,6 @@ Attachment SignalBuilder::attach(const ModelValue& frame) {
     return withPlace(frame, [&] { return m_frames.attach(found, m_system); });
 }
 
-std::array<Attachment, 2> SignalBuilder::readTwoFrames(const ModelValue& list) {
-    return {attach(list.at(0)), attach(list.at(1))};
-}
-
 Signal SignalBuilder::make(const ModelValue& value, const Locals& locals) {
     if (!value.isGiven()) return {};
     if (!value.isLaw()) {
@@ -531,9 +526,8 @@ std::string SignalBuilder::findUnit(const std::string& name, bool isLocal) const
             if (input.name == name && input.unit == known) return known;
     if (!probes.has(owner)) return "";
     const ModelValue probe = probes.get(owner);
-    if (probe.has("position") || probe.has("distance")) return "m";
-    if (probe.has("velocity") || probe.has("distance_rate")) return "m/s";
-    if (probe.has("angular_velocity")) return "rad/s";
+    if (const FrameSignalKind* kind = findFrameSignalKind(probe)) return kind->unit;
+    if (const DistanceSignalKind* kind = findDistanceSignalKind(probe)) return kind->unit;
     for (const char* kind : {"coordinate", "rate"}) {
         if (!probe.has(kind)) continue;
         const ModelValue value = probe.get(kind);
@@ -626,8 +620,8 @@ Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
 }
 
 std::vector<std::string> SignalBuilder::listColumns(const ModelValue& probe) const {
-    for (const char* kind : FrameKinds)
-        if (probe.has(kind) && probe.get("component").getText() == "all") return {"x", "y", "z"};
+    if (findFrameSignalKind(probe) && probe.get("component").getText() == "all")
+        return {"x", "y", "z"};
     for (const char* kind : {"coordinate", "rate"}) {
         const ModelValue value = probe.get(kind);
         if (!value.isGiven() || (value.isMap() && value.has("body"))) continue;
@@ -647,18 +641,20 @@ std::vector<std::string> SignalBuilder::listColumns(const ModelValue& probe) con
 
 Signal SignalBuilder::makeOfProbe(const ModelValue& probe, int column) {
     const std::string name = probe.getName();
-    for (const char* kind : FrameKinds)
-        if (probe.has(kind)) return makeOfFrame(probe, kind, column);
+    if (const FrameSignalKind* kind = findFrameSignalKind(probe)) {
+        const ModelValue reference = probe.get("relative_to");
+        const Attachment M = attach(probe.get(kind->key)),
+                         F = reference.isGiven() ? attach(reference)
+                                                 : Attachment(m_system.matter.Ground());
+        return makeFrameSignals(*kind, probe, F, M).at(size_t(column));
+    }
+    if (const DistanceSignalKind* kind = findDistanceSignalKind(probe)) {
+        const ModelValue frames = probe.get(kind->key);
+        const Attachment from = attach(frames.at(0)), to = attach(frames.at(1));
+        return kind->make(from, to);
+    }
     if (probe.has("coordinate")) return makeCoordinate(probe.get("coordinate"), column);
     if (probe.has("rate")) return makeCoordinateRate(probe.get("rate"), column);
-    if (probe.has("distance")) {
-        const auto frames = readTwoFrames(probe.get("distance"));
-        return Signal::distance(frames[0], frames[1]);
-    }
-    if (probe.has("distance_rate")) {
-        const auto frames = readTwoFrames(probe.get("distance_rate"));
-        return Signal::distanceRate(frames[0], frames[1]);
-    }
     if (probe.has("state")) return find(probe.get("state").getText(), probe.get("state"));
     if (probe.has("function")) return make(probe.get("function"));
     if (probe.has("expression")) return compile(probe.get("expression"), {});
@@ -666,27 +662,6 @@ Signal SignalBuilder::makeOfProbe(const ModelValue& probe, int column) {
         if (key != "component" && key != "relative_to" && key != "unit")
             failNoForceDependsOn(probe, name, key);
     probe.fail("does not say what to probe");
-}
-
-Signal SignalBuilder::makeOfFrame(const ModelValue& probe, const std::string& kind, int column) {
-    const ModelValue reference = probe.get("relative_to");
-    const Attachment M = attach(probe.get(kind)), F = reference.isGiven()
-                                                          ? attach(reference)
-                                                          : Attachment(m_system.matter.Ground());
-    const auto take = [&](int axis) {
-        const CoordinateAxis along(axis);
-        return kind == "position"   ? Signal::displacement(F, M, along)
-               : kind == "velocity" ? Signal::displacementRate(F, M, along)
-                                    : Signal::angularVelocity(F, M, along);
-    };
-    const std::string part = probe.get("component").getText();
-    if (part == "all") return take(column);
-    if (part != "norm") return take(part[0] - 'x');
-    return Signal::function({take(0), take(1), take(2)}, [](Real, const Real* x, Real* slopes) {
-        const Real norm = Vec3::getAs(x).norm();
-        for (int i = 0; slopes && i < 3; ++i) slopes[i] = norm > 0 ? x[i] / norm : 0;
-        return norm;
-    });
 }
 
 std::pair<Joint, int> SignalBuilder::findCoordinateOf(const ModelValue& value, int column) const {

@@ -7,7 +7,6 @@ derivatives, and the states' equations.
     signals.addStates();
     const Signal force = signals.make(value.get("law"), {{"length", length}}); **/
 
-#include <array>
 #include <map>
 #include <memory>
 #include <string>
@@ -80,9 +79,7 @@ private:
     /** Those of a probe that laws can depend on; else none. **/
     std::vector<std::string> listColumns(const ModelValue& probe) const;
     Signal makeOfProbe(const ModelValue& probe, int column);
-    Signal makeOfFrame(const ModelValue& probe, const std::string& kind, int column);
     Signal makeOfMobilizer(const ModelValue& map, bool isRate);
-    std::array<Attachment, 2> readTwoFrames(const ModelValue& list);
     Attachment attach(const ModelValue& frame);
 
     ModelValue m_file;

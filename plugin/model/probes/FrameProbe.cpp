@@ -1,10 +1,8 @@
 /** @file
 Probes of how frames move. **/
 
-#include <map>
-
 #include "simflex/body/FrameAcceleration.h"
-#include "simflex/forces/Signal.h"
+#include "simflex/model/probes/FrameSignals.h"
 #include "simflex/model/probes/ProbeKinds.h"
 
 namespace simflex {
@@ -30,78 +28,78 @@ FrameMotion calcRelativeMotion(const FrameMotion& F, const FrameMotion& M) {
     return motion;
 }
 
-enum class Needs { Velocities, Accelerations };
+enum class Needs { Poses, Accelerations };
 
 struct FrameQuantity {
+    const char* key;
     const char* unit;
     Needs needs;
     Vec3 (*take)(const FrameMotion& motion);
 };
 
-const std::map<std::string, FrameQuantity>& getQuantities() {
-    using Motion = FrameMotion;
-    static const std::map<std::string, FrameQuantity> quantities{
-        {"position", {"m", Needs::Velocities, [](const Motion& m) { return m.X.p(); }}},
-        {"velocity", {"m/s", Needs::Velocities, [](const Motion& m) { return m.V[1]; }}},
-        {"acceleration", {"m/s^2", Needs::Accelerations, [](const Motion& m) { return m.A[1]; }}},
-        {"orientation",
-         {"rad", Needs::Velocities,
-          [](const Motion& m) { return m.X.R().convertRotationToBodyFixedXYZ(); }}},
-        {"angular_velocity", {"rad/s", Needs::Velocities, [](const Motion& m) { return m.V[0]; }}},
-        {"angular_acceleration",
-         {"rad/s^2", Needs::Accelerations, [](const Motion& m) { return m.A[0]; }}}};
-    return quantities;
-}
+/** Those that are no signals. **/
+constexpr FrameQuantity FrameQuantities[] = {
+    {"acceleration", "m/s^2", Needs::Accelerations, [](const FrameMotion& m) { return m.A[1]; }},
+    {"orientation", "rad", Needs::Poses,
+     [](const FrameMotion& m) { return m.X.R().convertRotationToBodyFixedXYZ(); }},
+    {"angular_acceleration", "rad/s^2", Needs::Accelerations,
+     [](const FrameMotion& m) { return m.A[0]; }}};
 
 /** The quantity that an entry asks for, or null. **/
-const std::pair<const std::string, FrameQuantity>* findQuantity(const ModelValue& entry) {
-    for (const auto& quantity : getQuantities())
-        if (entry.has(quantity.first)) return &quantity;
+const FrameQuantity* findQuantity(const ModelValue& entry) {
+    for (const FrameQuantity& quantity : FrameQuantities)
+        if (entry.has(quantity.key)) return &quantity;
     return nullptr;
+}
+
+/** The frame that the entry's key names, and the one that it is seen from, if that is given. **/
+std::vector<Attachment> findFrames(const ProbeSource& source, const char* key) {
+    std::vector<Attachment> frames{source.model->findFrame(source.entry.get(key))};
+    const ModelValue reference = source.entry.get("relative_to");
+    if (reference.isGiven()) frames.push_back(source.model->findFrame(reference));
+    return frames;
 }
 
 }  // namespace
 
-namespace {
-
-Probe makeDistance(const ProbeSource& source, const char* key, const char* unit,
-                   Signal (*make)(const Attachment&, const Attachment&)) {
-    const ModelValue frames = source.entry.get(key);
-    const Signal signal =
-        make(source.model->findFrame(frames.at(0)), source.model->findFrame(frames.at(1)));
+Probe makeOfSignals(const std::shared_ptr<const Model>& model, const std::string& unit,
+                    const std::vector<Signal>& signals) {
     Probe probe;
     probe.unit = unit;
-    probe.columns = {""};
-    probe.calc = [model = source.model, signal](const Moment& moment, double* values) {
-        *values = signal.calcValue(model->getFlexibleBodies(), moment.state);
+    probe.columns = signals.size() == 1 ? std::vector<std::string>{""}
+                                        : std::vector<std::string>{"x", "y", "z"};
+    probe.signals = signals;
+    probe.calc = [model, signals](const Moment& moment, double* values) {
+        for (const Signal& signal : signals)
+            *values++ = signal.calcValue(model->getFlexibleBodies(), moment.state);
     };
     return probe;
 }
 
-}  // namespace
-
-Probe makeDistanceProbe(const ProbeSource& source) {
-    return makeDistance(source, "distance", "m", &Signal::distance);
-}
-
-Probe makeDistanceRateProbe(const ProbeSource& source) {
-    return makeDistance(source, "distance_rate", "m/s", &Signal::distanceRate);
-}
-
 bool isFrameProbe(const ModelValue& entry) {
-    return findQuantity(entry) != nullptr;
+    return findFrameSignalKind(entry) || findDistanceSignalKind(entry) || findQuantity(entry);
 }
 
 Probe makeFrameProbe(const ProbeSource& source) {
-    const auto& [key, quantity] = *findQuantity(source.entry);
-    std::vector<Attachment> frames{source.model->findFrame(source.entry.get(key))};
-    if (source.entry.get("relative_to").isGiven())
-        frames.push_back(source.model->findFrame(source.entry.get("relative_to")));
+    if (const DistanceSignalKind* kind = findDistanceSignalKind(source.entry)) {
+        const ModelValue frames = source.entry.get(kind->key);
+        return makeOfSignals(source.model, kind->unit,
+                             {kind->make(source.model->findFrame(frames.at(0)),
+                                         source.model->findFrame(frames.at(1)))});
+    }
+    if (const FrameSignalKind* kind = findFrameSignalKind(source.entry)) {
+        const std::vector<Attachment> frames = findFrames(source, kind->key);
+        const Attachment F =
+            frames.size() > 1 ? frames[1] : Attachment(source.model->getMatter().getGround());
+        return makeOfSignals(source.model, kind->unit,
+                             makeFrameSignals(*kind, source.entry, F, frames[0]));
+    }
+    const FrameQuantity& quantity = *findQuantity(source.entry);
     Probe probe;
     probe.unit = quantity.unit;
     probe.columns = {"x", "y", "z"};
-    probe.calc = [model = source.model, frames, quantity = quantity](const Moment& moment,
-                                                                     double* values) {
+    probe.calc = [model = source.model, frames = findFrames(source, quantity.key), quantity](
+                     const Moment& moment, double* values) {
         std::vector<FrameMotion> motions;
         if (quantity.needs == Needs::Accelerations)
             motions =

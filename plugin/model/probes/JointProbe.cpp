@@ -27,6 +27,8 @@ Probe makeCoordinates(const std::shared_ptr<const Model>& model, const Joint& jo
     for (int k = first; k < first + count; ++k) {
         (equations.getCoordinate(k).isAngle() ? isAngle : isDisplacement) = true;
         probe.columns.push_back(count == 1 ? "" : std::to_string(k));
+        probe.signals.push_back(order == Order::Value ? Signal::coordinate(joint, k)
+                                                      : Signal::coordinateRate(joint, k));
     }
     probe.unit = isAngle && isDisplacement ? "rad, m" : isAngle ? "rad" : "m";
     if (order == Order::Rate)

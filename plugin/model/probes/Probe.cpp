@@ -23,8 +23,6 @@ const std::pair<const char*, Maker> ProbeMakers[] = {
     {"strain", makeStrainProbe},
     {"coordinate", makeCoordinateProbe},
     {"rate", makeRateProbe},
-    {"distance", makeDistanceProbe},
-    {"distance_rate", makeDistanceRateProbe},
     {"joint_error", makeJointErrorProbe},
     {"reaction", makeReactionProbe},
     {"friction", makeFrictionProbe},
@@ -127,6 +125,7 @@ Probe selectComponent(const ModelValue& entry, Probe probe) {
     const auto calcAll = probe.calc;
     probe.columns = {""};
     if (component == "norm") {
+        probe.signals.clear();
         probe.calc = [calcAll](const Moment& moment, double* values) {
             double all[3];
             calcAll(moment, all);
@@ -135,6 +134,7 @@ Probe selectComponent(const ModelValue& entry, Probe probe) {
         return probe;
     }
     const int axis = component == "x" ? 0 : component == "y" ? 1 : 2;
+    if (!probe.signals.empty()) probe.signals = {probe.signals[size_t(axis)]};
     probe.calc = [calcAll, axis](const Moment& moment, double* values) {
         double all[3];
         calcAll(moment, all);

@@ -10,6 +10,7 @@ energies, and formulas of other probes. **/
 #include <unordered_map>
 #include <vector>
 
+#include "simflex/forces/Signal.h"
 #include "simflex/model/Model.h"
 
 namespace simflex {
@@ -34,6 +35,8 @@ struct Probe {
     std::string unit;                  ///< "m", "N m", "" for none
     std::vector<std::string> columns;  ///< "x", "y", "z"; "" for a single number
     std::function<void(const Moment&, double* values)> calc;
+    /** Of each column, where it is a signal of the motion; else none. **/
+    std::vector<Signal> signals = {};
 };
 
 class Probes {

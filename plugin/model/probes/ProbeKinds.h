@@ -18,13 +18,10 @@ struct ProbeSource {
     ModelValue entry;  ///< the map under `probes`
 };
 
-/** position velocity acceleration angular_velocity angular_acceleration orientation **/
+/** position velocity acceleration angular_velocity angular_acceleration orientation distance
+distance_rate **/
 bool isFrameProbe(const ModelValue& entry);
 Probe makeFrameProbe(const ProbeSource& source);
-
-/** distance distance_rate **/
-Probe makeDistanceProbe(const ProbeSource& source);
-Probe makeDistanceRateProbe(const ProbeSource& source);
 
 /** displacement largest_displacement modes center_of_mass **/
 Probe makeDisplacementProbe(const ProbeSource& source);
@@ -69,6 +66,9 @@ Probe makeJointCoordinates(const std::shared_ptr<const Model>& model, const Join
 /** Coordinates of a rigid body's mobilizer as columns. **/
 Probe makeBodyCoordinates(const std::shared_ptr<const Model>& model, const Model::BodyEntry& body);
 Probe makeJointRates(const std::shared_ptr<const Model>& model, const Joint& joint, int number);
+/** One number, or columns x, y, z. **/
+Probe makeOfSignals(const std::shared_ptr<const Model>& model, const std::string& unit,
+                    const std::vector<Signal>& signals);
 /** Makes of a probe with columns x, y, z what the key `component` of the entry asks for: one of
 them, the norm, or all. **/
 Probe selectComponent(const ModelValue& entry, Probe probe);

@@ -53,6 +53,7 @@ public:
           m_steps(std::move(steps)),
           m_middle(m_function(VectorXd::Zero(m_steps.size()))),
           m_derivative(MatrixXd::Zero(Eigen::Index(m_middle.size()), m_steps.size())) {
+        if (m_middle.empty()) return;
         search(0, m_steps.size());
         differentiate(
             [this](const Values& delta, VectorXd& f) {
