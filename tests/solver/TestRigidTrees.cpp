@@ -480,5 +480,56 @@ TEST(RigidTrees, LongChainsTakeFewIterationsAStep) {
     expectFewIterationsOfLongChain<RadauIntegrator>(4);
 }
 
+/** Nine links on ball joints, and at the end of the last wheels that weigh next to nothing: however
+many they are, the chain moves as it does. **/
+struct WheeledChain {
+    explicit WheeledChain(int numWheels) {
+        const Body::Rigid link(MassProperties(1, Vec3(0, -0.5, 0), UnitInertia(1))),
+            wheel(MassProperties(1e-12, Vec3(0), Inertia(1e-12)));
+        MobilizedBody outer = matter.Ground();
+        for (int i = 0; i < 9; ++i)
+            outer = MobilizedBody::Ball(outer, Vec3(0, i ? -1 : 0, 0), link, Vec3(0));
+        for (int i = 0; i < numWheels; ++i) MobilizedBody::Pin(outer, Vec3(0), wheel, Vec3(0));
+        end = outer.getMobilizedBodyIndex();
+        state = system.realizeTopology();
+        for (int i = 0; i < 27; ++i) state.updU()[i] = std::cos(2.3 * i);
+    }
+
+    template <class Integrator>
+    Transform calcEnd(Real accuracy) {
+        Integrator integrator(system);
+        integrator.setAccuracy(accuracy);
+        integrator.initialize(state);
+        // Simbody's own return at the start, too.
+        while (integrator.getTime() < 1) integrator.stepTo(1);
+        return matter.getMobilizedBody(end).getBodyTransform(integrator.getState());
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    Force::UniformGravity gravity{forces, matter, Vec3(3, -9.8, 1)};
+    Force::GlobalDamper damper{forces, matter, 0.1};
+    MobilizedBodyIndex end;
+    State state;
+};
+
+template <class Integrator>
+void expectTheSameMotionWithMoreSpeeds(Real accuracy, Real allowed) {
+    const Transform exact = WheeledChain(0).calcEnd<RungeKuttaMersonIntegrator>(1e-11);
+    // Trees of up to 30 speeds are eliminated as matrices, longer ones body by body.
+    for (const int numWheels : {1, 2, 3, 4, 5, 6}) {
+        const Transform found = WheeledChain(numWheels).calcEnd<Integrator>(accuracy);
+        EXPECT_LT((found.p() - exact.p()).norm(), allowed) << 27 + numWheels << " speeds";
+        EXPECT_LT((found.R().asMat33() - exact.R().asMat33()).norm(), allowed)
+            << 27 + numWheels << " speeds";
+    }
+}
+
+TEST(RigidTrees, MoveAlikeOnBothSidesOfTheSizeFromWhichBodiesAreEliminated) {
+    expectTheSameMotionWithMoreSpeeds<RadauIntegrator>(1e-7, 1e-5);
+    expectTheSameMotionWithMoreSpeeds<BdfIntegrator>(1e-8, 1e-5);
+}
+
 }  // namespace
 }  // namespace simflex
