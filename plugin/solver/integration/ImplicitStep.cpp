@@ -388,8 +388,8 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             m_equations.getTopology().mayLoseCount(m_system.c.data(), stiffness))
             break;
         if (iteration > 0 && !hasOtherFriction &&
-            bodyResidual <= tolerances.bodyResidual * forceScale &&
-            outcome.constraintResidual <= tolerances.constraintResidual && hasZConverged) {
+            bodyResidual <= tolerances.bodyResidual * forceScale && hasZConverged &&
+            areErrorsSmall(m_system.c, u)) {
             outcome.converged = true;
             break;
         }
@@ -454,6 +454,16 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
         noteFailure(hasNewDerivatives, outcome);
     }
     return outcome;
+}
+
+bool ImplicitStep::areErrorsSmall(const std::vector<double>& c,
+                                  const std::vector<double>& u) const {
+    constexpr double UsualAccuracy = 1e-6;  // [m], for which the tolerance is of 1 m/s
+    double largest = 0;
+    for (size_t k = 0; k < m_perMultiplier.size(); ++k)
+        largest = largerOrNaN(largest, std::abs(c[k]) / m_perMultiplier[k]);
+    const double speed = m_equations.getBlocks().calcDisplacement(u.data());
+    return largest <= tolerances.constraintResidual * std::max(accuracy / UsualAccuracy, speed);
 }
 
 bool ImplicitStep::areMultipliersGood(double change, const std::vector<double>& lambda,

@@ -199,6 +199,9 @@ protected:
     double findLargestResidual() const;
     double findLargestForce(const double* r, int firstSpeed, int size) const;
     double findLargestForce(const double* multipliers) const;
+    /** Whether errors c of constraints at speeds u are within their tolerance, as errors of
+    displacements [m/s], against the accuracy or the speeds that there are: in any unit. **/
+    bool areErrorsSmall(const std::vector<double>& c, const std::vector<double>& u) const;
     /** Where friction follows multipliers: whether their last change is small against them, or
     round-off of the forces. **/
     bool areMultipliersGood(double change, const std::vector<double>& lambda,
