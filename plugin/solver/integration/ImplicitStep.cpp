@@ -351,7 +351,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     };
     const auto finish = [&](int b) { finishBlock(b, !refresh); };
     const auto substitute = [&](int b) { substituteBlock(b, u); };
-    int allowed = tolerances.maxIterations;
+    int allowed = tolerances.maxIterations, numMatrices = 0;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto start = Clock::now();
         const bool hasStates = m_equations.getTopology().hasCoupledStates;
@@ -402,7 +402,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             formAndFactor(formula.factors, q, u, uDot);
             m_reuse.resetRate();
             refresh = false;
-            allowed = iteration + tolerances.maxIterations;
+            if (numMatrices++ < MostMatrices) allowed = iteration + tolerances.maxIterations;
         }
         solveForMultipliers(!isRefreshed);
         ++m_statistics.newtonIterations;

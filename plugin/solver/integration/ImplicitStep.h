@@ -161,6 +161,10 @@ public:
     virtual void visit(Checkpoint& checkpoint);
 
 protected:
+    /** Matrices in a step that give Newton's iteration more time: friction may ask for others for
+    ever, as where a load keeps changing sides. **/
+    static constexpr int MostMatrices = 25;
+
     /** Newton's correction of the states among all z of some points, in place: solves
     (1 − A⊗F) δz = residual with F = ∂ż/∂z, where the equations are.
     @param A          numPoints×numPoints: how much of each point's ż is in each point's z

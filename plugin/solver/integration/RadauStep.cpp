@@ -283,7 +283,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
     }
 
     m_equations.updFrictions().recall();
-    int allowed = tolerances.maxIterations, renewals = 0;
+    int allowed = tolerances.maxIterations, numMatrices = 0, renewals = 0;
     for (int iteration = 0; iteration < allowed; ++iteration) {
         const auto begin = RadauClock::now();
         placeStages(start, h);
@@ -334,7 +334,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
             formAndFactorBoth(factors);
             m_reuse.resetRate();
             refresh = false;
-            allowed = iteration + tolerances.maxIterations;
+            if (numMatrices++ < MostMatrices) allowed = iteration + tolerances.maxIterations;
         }
         solveBoth();
         if (!isRefreshed) noteDuration(secondsSince(begin));
