@@ -153,7 +153,8 @@ void ImplicitIntegrator::Implementation::continueFromHandlersState() {
         const ImplicitStep::Imbalance imbalance =
             isSame ? m_stepper->updStep().calcImbalance(m_stepper->getNewest())
                    : ImplicitStep::Imbalance();
-        if (imbalance.positionError > settings.constraintTolerance || imbalance.speedError > 1e-8) {
+        if (imbalance.positionError > settings.constraintTolerance ||
+            imbalance.speedError > ImplicitStep::LargestSpeedError) {
             // Motions have changed, not forces alone.
             startFromHandlersState();
             return false;

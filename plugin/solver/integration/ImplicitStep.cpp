@@ -318,10 +318,10 @@ ImplicitStep::Outcome ImplicitStep::solveNearSingularity(const StepFormula& form
 
 bool ImplicitStep::projectStepSpeeds(const StepFormula& formula, SolutionPoint& point,
                                      int* worstRow) {
-    const double error = projectSpeeds(formula.t, point.q, point.u, worstRow, &point.lambda);
+    projectSpeeds(formula.t, point.q, point.u, worstRow, &point.lambda);
     m_stepEquations.calcUDot(formula, point.q, point.u, point.uDot);
     std::copy(point.uDot.begin(), point.uDot.end(), m_lastUDot.begin());
-    return error <= 1e-8 * (1 + findLargest(point.u));
+    return findLargestRate(m_system.c) <= LargestSpeedError * calcSpeedScale(point.u);
 }
 
 ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
@@ -389,7 +389,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             break;
         if (iteration > 0 && !hasOtherFriction &&
             bodyResidual <= tolerances.bodyResidual * forceScale && hasZConverged &&
-            areErrorsSmall(m_system.c, u)) {
+            areRatesSmall(m_system.c, u)) {
             outcome.converged = true;
             break;
         }
@@ -456,14 +456,16 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
     return outcome;
 }
 
-bool ImplicitStep::areErrorsSmall(const std::vector<double>& c,
-                                  const std::vector<double>& u) const {
-    constexpr double UsualAccuracy = 1e-6;  // [m], for which the tolerance is of 1 m/s
+double ImplicitStep::findLargestRate(const std::vector<double>& c) const {
     double largest = 0;
     for (size_t k = 0; k < m_perMultiplier.size(); ++k)
         largest = largerOrNaN(largest, std::abs(c[k]) / m_perMultiplier[k]);
-    const double speed = m_equations.getBlocks().calcDisplacement(u.data());
-    return largest <= tolerances.constraintResidual * std::max(accuracy / UsualAccuracy, speed);
+    return largest;
+}
+
+double ImplicitStep::calcSpeedScale(const std::vector<double>& u) const {
+    constexpr double Moment = 1e-6;  // [s]
+    return std::max(accuracy / Moment, m_equations.getBlocks().calcDisplacement(u.data()));
 }
 
 bool ImplicitStep::areMultipliersGood(double change, const std::vector<double>& lambda,
@@ -585,16 +587,16 @@ double ImplicitStep::tryPositionError(double t, const std::vector<double>& q,
     return SimTK::Infinity;
 }
 
-double ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
-                                   int* worstRow, std::vector<double>* lambda) {
+void ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
+                                 int* worstRow, std::vector<double>* lambda) {
     const FlushDenormals flush;
     // The factored G may belong to a neighbouring q: further passes take the difference up.
     constexpr int MaxIterations = 3;
     for (int iteration = 0;; ++iteration) {
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcVelocityErrors(m_system.c.data());
-        const double error = findLargest(m_system.c, worstRow);
-        if (error <= tolerances.constraintResidual || iteration == MaxIterations) return error;
+        findLargest(m_system.c, worstRow);
+        if (areRatesSmall(m_system.c, u) || iteration == MaxIterations) return;
         m_solver.solveForConstraints(m_system);
         ++m_statistics.linearSolves;
         const std::vector<double>& delta = m_solver.getDeltaU();
@@ -709,7 +711,6 @@ ImplicitStep::Impulse ImplicitStep::applyImpulse(double t, const std::vector<dou
     const FlushDenormals flush;
     // Exact for constraints that are linear in u; a second pass takes round-off up.
     constexpr int MaxPasses = 3;
-    constexpr double LargestError = 1e-8;
     std::vector<double> jump(u.size()), multipliers(size_t(m_system.numMultipliers()), 0);
     for (size_t i = 0; i < u.size(); ++i) jump[i] = u[i] - before[i];
     const auto calcErrors = [&](const std::vector<double>& speeds) {
@@ -717,10 +718,10 @@ ImplicitStep::Impulse ImplicitStep::applyImpulse(double t, const std::vector<dou
         m_equations.calcVelocityErrors(m_system.c.data());
         return findLargest(m_system.c);
     };
-    double error = calcErrors(u);
+    calcErrors(u);
     Impulse impulse;
-    if (error <= tolerances.constraintResidual &&
-        findLargest(jump) <= tolerances.constraintResidual * (1 + findLargest(u)))
+    if (areRatesSmall(m_system.c, u) && m_equations.getBlocks().calcDisplacement(jump.data()) <=
+                                            tolerances.constraintResidual * calcSpeedScale(u))
         return impulse;
 
     m_equations.calcMomentum(q.data(), u.data(), jump.data(), multipliers.data(),
@@ -737,12 +738,12 @@ ImplicitStep::Impulse ImplicitStep::applyImpulse(double t, const std::vector<dou
         for (size_t i = 0; i < u.size(); ++i) u[i] += delta[i];
         for (size_t k = 0; k < multipliers.size(); ++k)
             multipliers[k] += m_solver.getDeltaLambda()[k];
-        error = calcErrors(u);
-        if (error <= tolerances.constraintResidual || pass == MaxPasses) break;
+        calcErrors(u);
+        if (areRatesSmall(m_system.c, u) || pass == MaxPasses) break;
         m_solver.solveForConstraints(m_system);
     }
     invalidateMatrix();
-    if (!(error <= LargestError * (1 + findLargest(u))))
+    if (!(findLargestRate(m_system.c) <= LargestSpeedError * calcSpeedScale(u)))
         throw std::runtime_error(
             FailureDiagnosis(m_equations).explainSpeeds(t, m_system.c, describeRedundancies()));
 
@@ -888,7 +889,7 @@ ImplicitStep::Imbalance ImplicitStep::calcImbalance(const SolutionPoint& point) 
     m_equations.calcPositionErrors(m_system.c.data());
     imbalance.positionError = findLargest(m_system.c);
     m_equations.calcVelocityErrors(m_system.c.data());
-    imbalance.speedError = findLargest(m_system.c) / (1 + findLargest(point.u));
+    imbalance.speedError = findLargestRate(m_system.c) / calcSpeedScale(point.u);
     if (!m_reuse.hasMatrix()) return imbalance;
     m_equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
                              m_system.r.data());

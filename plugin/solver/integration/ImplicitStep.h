@@ -92,9 +92,9 @@ public:
 
     /** Moves u onto the velocity constraints in the same norm, and adds to λ what moves it: of
     steps, whose equations these are. Speeds that jump are applyImpulse()'s.
-    @returns largest error left; row as above. **/
-    double projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
-                         int* worstRow = nullptr, std::vector<double>* lambda = nullptr);
+    @param worstRow  as above **/
+    void projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
+                       int* worstRow = nullptr, std::vector<double>* lambda = nullptr);
 
     /** Largest position error of the joints at q. **/
     double calcPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);
@@ -138,8 +138,11 @@ public:
     struct Imbalance {
         /** What the last step would add to make up for it [m]; infinite if there is no matrix. **/
         double displacement = SimTK::Infinity;
-        double positionError = SimTK::Infinity, speedError = SimTK::Infinity;  ///< constraints'
+        double positionError = SimTK::Infinity;  ///< of constraints
+        double speedError = SimTK::Infinity;     ///< of constraints, relative to calcSpeedScale()
     };
+    /** Of such errors: where it is larger, there are no speeds that satisfy the constraints. **/
+    static constexpr double LargestSpeedError = 1e-8;
     Imbalance calcImbalance(const SolutionPoint& point);
 
     /** How far the end of the last step solved would move, were loads and position errors other by
@@ -203,9 +206,16 @@ protected:
     double findLargestResidual() const;
     double findLargestForce(const double* r, int firstSpeed, int size) const;
     double findLargestForce(const double* multipliers) const;
-    /** Whether errors c of constraints at speeds u are within their tolerance, as errors of
-    displacements [m/s], against the accuracy or the speeds that there are: in any unit. **/
-    bool areErrorsSmall(const std::vector<double>& c, const std::vector<double>& u) const;
+    /** Largest rate of constraints' errors as one of displacements [m/s]: of angles by the lengths
+    over which they act. **/
+    double findLargestRate(const std::vector<double>& c) const;
+    /** What errors of speeds are held against, in any unit [m/s]: the largest of u as it displaces,
+    or what leaves the accuracy in a moment. **/
+    double calcSpeedScale(const std::vector<double>& u) const;
+    /** Whether such errors at speeds u are within tolerances.constraintResidual. **/
+    bool areRatesSmall(const std::vector<double>& c, const std::vector<double>& u) const {
+        return findLargestRate(c) <= tolerances.constraintResidual * calcSpeedScale(u);
+    }
     /** Where friction follows multipliers: whether their last change is small against them, or
     round-off of the forces. **/
     bool areMultipliersGood(double change, const std::vector<double>& lambda,

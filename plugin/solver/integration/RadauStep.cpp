@@ -320,8 +320,8 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
         if (!outcome.isFinite || m_equations.getFrictions().findUndecided() >= 0) break;
         if (iteration > 0 && !hasOtherFriction &&
             bodyResidual <= tolerances.bodyResidual * forceScale && hasZConverged &&
-            areErrorsSmall(m_c[0], m_stages[0].u) && areErrorsSmall(m_c[1], m_stages[1].u) &&
-            areErrorsSmall(m_c[End], m_stages[End].u)) {
+            areRatesSmall(m_c[0], m_stages[0].u) && areRatesSmall(m_c[1], m_stages[1].u) &&
+            areRatesSmall(m_c[End], m_stages[End].u)) {
             outcome.converged = true;
             break;
         }
