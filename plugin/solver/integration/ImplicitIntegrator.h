@@ -108,8 +108,10 @@ public:
         /** Change of λ relative to the largest λ, moments by the forces that do the same at the
         distance of a body's size; 1e-4 for Radau and in the same case of BDF. **/
         SimTK::Real multiplier = 1e-5;
-        SimTK::Real bodyResidual = 1e-11;        ///< relative to the largest force, in the same way
-        SimTK::Real constraintResidual = 1e-12;  ///< G u [m/s, rad/s]
+        SimTK::Real bodyResidual = 1e-11;  ///< relative to the largest force, in the same way
+        /** G u as a rate of displacements, angles by the lengths over which they act; relative to
+        the largest speed of a displacement, or to the accuracy in 1e-6 s. **/
+        SimTK::Real constraintResidual = 1e-12;
         int maxIterations = 8;
     };
 
