@@ -43,16 +43,16 @@ Complex invertScalar(const Complex& value) {
 double takeRoot(double value) {
     return std::sqrt(value);
 }
-/** Either of the two. **/
+/** Either square root. **/
 Complex takeRoot(const Complex& value) {
     const double half = std::sqrt(0.5 * (magnitude(value) + std::abs(value.real())));
     const double other = value.imag() / (2 * half);
     return value.real() >= 0 ? Complex(half, other) : Complex(other, half);
 }
 
-/** A⁻¹ for symmetric positive definite A of size n ≤ 6, or a complex A like such, rows and columns
-from `first` on.
-@returns false if a pivot shows that A is not so. **/
+/** A⁻¹ of a symmetric A of size n ≤ 6, positive definite or complex with such a real part, rows and
+columns from `first` on.
+@returns false if a pivot shows otherwise. **/
 template <int Size, class Scalar>
 bool invert(const Scalar (&A)[6][6], int first, Scalar (&inverse)[6][6]) {
     Scalar L[Size][Size], invL[Size][Size];  // A = LLᵀ; lower triangles

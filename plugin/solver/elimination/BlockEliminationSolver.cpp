@@ -18,7 +18,7 @@ using Eigen::Map;
 using Eigen::MatrixXd;
 using Clock = std::chrono::steady_clock;
 
-/** A block with so many columns that its speeds stay unknowns of step 3. **/
+/** Whether a block has so many columns that its speeds stay unknowns of step 3. **/
 bool isLate(const NewtonBlock& block) {
     return block.numColumns() > 4 * block.size + 64;
 }
@@ -58,7 +58,7 @@ public:
         m_timing.factor += std::chrono::duration<double>(schurStart - start).count();
         factorSchurComplement(system);
         if (!m_lateBlocks.empty() && !m_fronts->getRedundantUnknowns().empty()) {
-            // Beside a late block a pivot may vanish that the block would fill: look again without.
+            // A pivot beside a late block may vanish that the block would fill: retry without.
             analyse(system, false);
             factorBlocks(system);
             factorSchurComplement(system);
@@ -128,7 +128,7 @@ public:
                                        lambda + begin, m_deltaU.data() + first);
     }
 
-    /** Of a block that comes next; there may be none. **/
+    /** Prefetches the next block, if there is one. **/
     void prefetch(int b) const {
         if (size_t(b) < m_blocks.size()) m_blocks[size_t(b)].prefetch();
     }
@@ -227,7 +227,7 @@ private:
         m_pairs.resize(system.pairs.size());
         m_firstCouplingClique = int(pattern.cliques.size());
         for (const auto& coupling : system.couplings) pattern.cliques.push_back(coupling.rows);
-        // Rows that act on late blocks alone have no diagonal until the late blocks are eliminated.
+        // Rows that act on late blocks only have no diagonal until these are eliminated.
         for (int row = 0; row < m_numMultipliers && !m_lateBlocks.empty(); ++row)
             if (std::all_of(blocksOfRow[size_t(row)].begin(), blocksOfRow[size_t(row)].end(),
                             [&](int b) { return m_isLate[size_t(b)]; }))
@@ -260,7 +260,7 @@ private:
                                              " is singular or not finite");
     }
 
-    /** Rows that are not zero, two at once where they are a pair. **/
+    /** Visits nonzero rows, both at once for a pair. **/
     template <class Visit>
     static void visitCompliances(const System& system, const Visit& visit) {
         auto pair = system.pairs.begin();

@@ -1,11 +1,11 @@
 #pragma once
 /** @file
-Step 1 of block elimination, for one block (private header): J_b factored, and what it adds to the
-Schur complement, S_b = G_b J_b⁻¹ G_bᵀ. Arrows go by ArrowFactors, trees by TreeFactors, other forms
-by dense matrices.
+Step 1 of block elimination for one block (private header): factors J_b and forms its contribution
+to the Schur complement, S_b = G_b J_b⁻¹ G_bᵀ. Uses ArrowFactors for arrows, TreeFactors for trees,
+and dense matrices otherwise.
 
-Dense numbers are worked on in Eigen's own, aligned storage: how a sum is split then never depends
-on an address, and results are the same to the bit from run to run. **/
+Dense matrices use Eigen's own aligned storage, so that summation order never depends on addresses
+and results are bit-identical from run to run. **/
 
 #include <Eigen/Dense>
 #include <optional>
@@ -32,14 +32,14 @@ public:
     /** The m×m matrix S_b. **/
     const Scalar* getSchur() const { return m_schur.data(); }
 
-    /** First half of a solution: keeps what substitute() needs and writes G_b J_b⁻¹ r_b (m). **/
+    /** First half of a solution: stores what substitute() needs and writes G_b J_b⁻¹ r_b (m). **/
     void eliminate(const Scalar* r, Scalar* Gz);
 
     /** Second half: deltaU ← −J_b⁻¹ (r_b + G_bᵀ Δλ), Δλ by the block's columns.
-    @param r  that of eliminate(), or null: zero, eliminate() is not called before **/
+    @param r  that of eliminate(), or null for zero, without eliminate() **/
     void substitute(const Scalar* r, const Scalar* lambda, Scalar* deltaU);
 
-    /** Asks for what either needs, which comes into cache meanwhile. **/
+    /** Prefetches the data of both into cache. **/
     void prefetch() const {
         if (m_form == Form::Arrow) m_arrow->prefetch();
     }
@@ -53,16 +53,16 @@ private:
     Matrix m_schur;
     std::optional<ArrowFactors<Scalar>> m_arrow;  ///< if the block has a part
 
-    // By LLᵀ: W = L⁻¹Gᵀ, z = L⁻¹r; else W = J⁻¹Gᵀ, z = J⁻¹r. Eigen's LLᵀ is Hermitian: complex
-    // symmetric matrices go as general ones.
+    // With LLᵀ: W = L⁻¹Gᵀ, z = L⁻¹r; otherwise W = J⁻¹Gᵀ, z = J⁻¹r. Eigen's LLᵀ is Hermitian, so
+    // complex symmetric matrices are factored as general ones.
     Eigen::LLT<Eigen::MatrixXd> m_symmetric;
     ChunkedLu<Scalar> m_general;
-    Eigen::PartialPivLU<Matrix> m_pivoting;  ///< where that fails
+    Eigen::PartialPivLU<Matrix> m_pivoting;  ///< fallback
     bool m_needsPivoting = false;
     TreeFactors<Scalar> m_tree;
     std::vector<Scalar> m_workspace;
-    Matrix m_expanded;  ///< a tree's J where that fails
-    /** Of the general form and of trees. **/
+    Matrix m_expanded;  ///< a tree's J for the fallback
+    /** For the general form and trees. **/
     void solveInPlace(Scalar* x);
     Eigen::MatrixXd m_Gt;
     Matrix m_W;

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int PanelWidth = 32;
-/** A diagonal that has kept this much of its first value is taken as pivot without a search. **/
+/** A diagonal that kept this part of its initial value is used as pivot without a search. **/
 constexpr double GoodPivot = 0.1;
 
 /** Imaginary before real parts of four complex numbers. **/
@@ -45,8 +45,7 @@ inline void subtract(const Complex* x, const Complex& a, int size, Complex* y) {
     }
 }
 
-/** y = x/a; zero if a is. Not Eigen's: its last bits depend on addresses where numbers are complex.
- * **/
+/** y = x/a; zero if a is. Not Eigen's, whose last bits depend on addresses for complex numbers. **/
 inline void divide(const double* x, double a, int size, double* y) {
     for (int i = 0; i < size; ++i) y[i] = a == 0 ? 0 : x[i] / a;
 }
@@ -212,7 +211,7 @@ void FrontSolver<Scalar>::eliminate(int f, int from, int to) {
         int best = p;
         const auto diagonal = [&](int i) { return magnitude(F[size_t(i) * size_t(rows + 1)]); };
         if (!(original[p] > 0 && diagonal(p) > GoodPivot * original[p])) {
-            // Rows that began without a diagonal wait for the others, which fill it.
+            // Rows that began without a diagonal wait until the others fill it.
             if (!(*std::max_element(original + p, original + to) > 0))
                 for (int i = p; i < to; ++i) original[i] = diagonal(i);
             double largest = -1;

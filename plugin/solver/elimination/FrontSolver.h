@@ -42,22 +42,22 @@ public:
     /** The same for `count` right-hand sides, one after another. **/
     void solve(Scalar* x, int count, int threads);
 
-    /** Of LDLᵀ of a real matrix: as many as it has negative eigenvalues (Sylvester). **/
+    /** Number of negative pivots of a real LDLᵀ, equal to that of negative eigenvalues
+    (Sylvester). **/
     int countNegativePivots() const;
 
     /** Unknowns set aside, ascending. **/
     const std::vector<int>& getRedundantUnknowns() const { return m_redundant; }
 
-    /** Unknowns with a part in the k-th redundancy, itself included, ascending. **/
+    /** All unknowns of the k-th redundancy, including the redundant one, ascending. **/
     std::vector<int> findInvolvedUnknowns(int k) const;
 
     const FrontTree& getTree() const { return m_tree; }
 
 private:
     struct NullVector {
-        int first = 0;  ///< elimination position of the first entry
-        std::vector<double>
-            entries;  ///< consecutive positions; those of the columns, which are real
+        int first = 0;                ///< elimination position of the first entry
+        std::vector<double> entries;  ///< at consecutive positions
     };
 
     /** A row of eight right-hand sides. **/
@@ -92,16 +92,17 @@ private:
         m_storage;  ///< the fronts' matrices; aligned, so that sums never depend on addresses
     std::vector<Scalar> m_vectors;    ///< right-hand side of each front
     std::vector<double> m_originals;  ///< diagonal before elimination, by row of each front
-    std::vector<int> m_pivotOrder;    ///< position in the front of each pivot, by elimination place
+    std::vector<int> m_pivotOrder;    ///< position in the front of each pivot, in elimination order
     std::vector<Scalar> m_inversePivots;
-    std::vector<char> m_isRedundant;  ///< by elimination place after pivoting
+    std::vector<char> m_isRedundant;  ///< in elimination order after pivoting
     std::vector<Scalar> m_x;
-    std::vector<Wide> m_wideX, m_wideVectors;  ///< as m_x and m_vectors, if there ever are several
-    std::vector<int> m_unknownAt;              ///< by elimination place
+    std::vector<Wide> m_wideX,
+        m_wideVectors;             ///< as m_x and m_vectors, for several right-hand sides
+    std::vector<int> m_unknownAt;  ///< in elimination order
 
     std::vector<int> m_redundant;
     std::vector<NullVector> m_nullVectors;
-    Eigen::SparseMatrix<double> m_nullSpace;  ///< columns by elimination place
+    Eigen::SparseMatrix<double> m_nullSpace;  ///< rows in elimination order
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> m_gram;
 };
 

@@ -12,7 +12,7 @@
 namespace simflex {
 namespace {
 
-/** Up to this many unknowns one dense front is quicker than any tree. **/
+/** Up to this many unknowns one dense front is faster than any tree. **/
 constexpr int LargestDense = 72;
 
 void sortUnique(std::vector<int>& values) {
@@ -65,7 +65,7 @@ FrontTree::FrontTree(const CliquePattern& pattern) {
 }
 
 void FrontTree::makeNodes(const CliquePattern& pattern) {
-    // Unknowns of the same cliques stand and fall together.
+    // Unknowns of the same cliques form a node.
     std::vector<std::vector<int>> cliquesOf(size_t(pattern.numUnknowns));
     for (int c = 0; c < int(pattern.cliques.size()); ++c)
         for (int unknown : pattern.cliques[size_t(c)]) {
@@ -162,7 +162,7 @@ void FrontTree::appendLastNodes(const CliquePattern& pattern) {
 
 namespace {
 
-/** A front while it is built: nodes it eliminates and nodes below them, by place in the order. **/
+/** A front under construction: nodes it eliminates and nodes below them, by elimination order. **/
 struct Draft {
     std::vector<int> pivots, border;
     int pivotRows = 0, borderRows = 0;
@@ -211,7 +211,7 @@ void FrontTree::makeFronts() {
         Draft& parent = drafts[size_t(k)];
         std::vector<int> remaining;
         std::vector<int> candidates = parent.children;
-        // The child with the largest border first: it is the likeliest to fit.
+        // Largest border first: this child is most likely to fit.
         std::stable_sort(candidates.begin(), candidates.end(), [&](int a, int b) {
             return drafts[size_t(a)].borderRows > drafts[size_t(b)].borderRows;
         });

@@ -16,19 +16,19 @@ ACM TOMS 9 (1983). **/
 
 namespace simflex {
 
-/** What is to be analysed: sizes and couplings, no numbers. **/
+/** Input of the analysis: sizes and couplings, no numbers. **/
 struct CliquePattern {
     int numUnknowns = 0;
     std::vector<std::vector<int>> cliques;  ///< unknowns of each; an unknown may appear twice
     std::vector<int> lastUnknowns;          ///< eliminated after all others, in this order
-    /** From this unknown on they have no diagonal of their own: each is eliminated right after the
-    last of the others that it shares a clique with; −1: there are none. **/
+    /** First unknown without a diagonal of its own: these are eliminated right after the last other
+    unknown that shares a clique with them; −1: none. **/
     int firstMultiplier = -1;
 };
 
 class FrontTree {
 public:
-    /** A clique's place: it is added to one front, at these rows. **/
+    /** Contribution of a clique to a front, at these rows. **/
     struct Contribution {
         int clique;
         std::vector<int> positions;  ///< row of the front for each unknown of the clique
@@ -37,7 +37,7 @@ public:
     struct Front {
         int firstPivot = 0;       ///< in elimination order
         int numPivots = 0;        ///< k
-        std::vector<int> border;  ///< later unknowns that it touches, in elimination order
+        std::vector<int> border;  ///< later unknowns coupled to it, in elimination order
         int parent = -1;
         int firstDescendant = 0;  ///< first front of the subtree
         std::vector<int> children;
@@ -45,7 +45,7 @@ public:
         std::vector<Contribution> contributions;
 
         int numRows() const { return numPivots + int(border.size()); }
-        /** Multiplications of its elimination, about. **/
+        /** Approximate number of multiplications of its elimination. **/
         double work() const { return double(numPivots) * numRows() * numRows(); }
     };
 
@@ -54,11 +54,11 @@ public:
     const std::vector<Front>& fronts() const { return m_fronts; }
     int numUnknowns() const { return int(m_position.size()); }
 
-    /** Place of each unknown in the elimination order. **/
+    /** Position of each unknown in the elimination order. **/
     const std::vector<int>& positions() const { return m_position; }
 
-    /** Roots of disjoint subtrees, of similar work, that may be eliminated at the same time; the
-     * fronts above them follow in order. **/
+    /** Roots of disjoint subtrees of similar work that may be eliminated in parallel; the fronts
+    above them follow in order. **/
     const std::vector<int>& subtrees() const { return m_subtrees; }
     const std::vector<int>& frontsAboveSubtrees() const { return m_top; }
 

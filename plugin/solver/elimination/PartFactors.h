@@ -1,9 +1,9 @@
 #pragma once
 /** @file
-What the arrow blocks of one part share in the elimination, for one diagonal d (private header):
+Data shared by the arrow blocks of one part in the elimination, for one diagonal d (private header):
 d⁻¹, d⁻¹A with A = shapes of the part's frames, and the compliances Aᵀd⁻¹A between frames. Computed
-once per part, whatever the number of bodies. A is real: where d is complex, products are taken with
-A, and d⁻¹ is left to the vectors. **/
+once per part, whatever the number of bodies. A is real: if d is complex, products use A, and d⁻¹ is
+applied to the vectors. **/
 
 #include <Eigen/Dense>
 #include <utility>
@@ -22,7 +22,7 @@ public:
 
     explicit PartFactors(const Part& part);
 
-    /** Asks for the compliance between two frames. **/
+    /** Requests the compliance between two frames. **/
     void requestPair(int frame, int other);
 
     /** @returns false if an entry of d is zero or not finite. **/
@@ -33,19 +33,19 @@ public:
     /** d⁻¹, one column. **/
     const PaddedColumns<Scalar>& getInverseDiagonal() const { return m_inverseDiagonal; }
 
-    /** Aᵀd⁻¹A of a requested pair: 6 columns of `other`, each with rows of `frame` and two zeros.
-     * **/
+    /** Aᵀd⁻¹A of a requested pair: 6 columns of `other`, each with the rows of `frame` and two
+    zeros. **/
     const ChunkOf<Scalar>* getCompliance(int frame, int other) const {
         return m_compliances.data() + 6 * m_pairIndex[size_t(frame * m_numFrames + other)];
     }
 
-    /** Of a frame, 6 columns, getStride() apart, padded with zeros to whole chunks: d⁻¹A of a real
-     * part, A of a complex one. **/
+    /** 6 columns of a frame, getStride() apart, padded with zeros to whole chunks: d⁻¹A of a real
+    part, A of a complex one. **/
     const double* getColumns(int frame) const { return m_columns.data() + 6 * frame * getStride(); }
     int getStride() const { return int(m_columns.rows()); }
 
-    /** The same, transposed, times `count` real vectors x: 6 rows a frame, padded to
-     * getNumProductRows(). **/
+    /** These columns, transposed, times `count` real vectors x: 6 rows per frame, padded to
+    getNumProductRows(). **/
     void multiplyTransposed(int count, const double* const* x, double* const* y) const {
         m_tiles.multiply(count, x, y);
     }
@@ -57,7 +57,7 @@ private:
     int m_numModes, m_numFrames;
     PaddedColumns<Scalar> m_inverseDiagonal;
     Eigen::MatrixXd m_shapes, m_columns;  ///< A; see getColumns()
-    std::vector<Chunk> m_rows;            ///< A of a complex part by frames, then modes
+    std::vector<Chunk> m_rows;            ///< A of a complex part, by frames, then modes
     TiledMatrix m_tiles;                  ///< of the columns, transposed
     std::vector<int> m_pairIndex;
     std::vector<std::pair<int, int>> m_pairs;

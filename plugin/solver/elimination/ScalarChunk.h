@@ -1,7 +1,7 @@
 #pragma once
 /** @file
 Chunks of the elimination's scalars, real or complex (private header). Eight complex numbers are two
-chunks, their real and their imaginary parts; a product conjugates nothing. **/
+chunks, real and imaginary parts; products do not conjugate. **/
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -106,7 +106,7 @@ inline bool isFinite(const Complex& value) {
     return std::isfinite(value.real()) && std::isfinite(value.imag());
 }
 
-/** |z|, without care for the ends of the range. **/
+/** |z|, without protection against overflow and underflow. **/
 inline double magnitude(double value) {
     return std::abs(value);
 }
@@ -122,7 +122,7 @@ inline ComplexChunk invertChunk(const ComplexChunk& chunk) {
     return {chunk.re * scale, -chunk.im * scale};
 }
 
-/** One of PaddedColumns.
+/** One column of PaddedColumns.
 @tparam Number  double, const where the column is **/
 template <class Scalar, class Number>
 class PaddedColumn {
@@ -192,8 +192,8 @@ private:
     int m_stride;
 };
 
-/** Columns of equal height, padded with zeros to whole chunks. Complex ones are two columns of
- * doubles, real parts and imaginary parts. **/
+/** Columns of equal height, padded with zeros to whole chunks. Complex columns are two columns of
+doubles, real and imaginary parts. **/
 template <class Scalar>
 class PaddedColumns {
 public:
@@ -204,7 +204,7 @@ public:
     PaddedColumns() = default;
     PaddedColumns(int height, int numColumns) { resize(height, numColumns); }
 
-    /** All zero if the size changes. **/
+    /** Zeroes all entries if the size changes. **/
     void resize(int height, int numColumns) {
         m_stride = roundUpToChunks(height);
         const Eigen::Index size = Eigen::Index(m_stride) * numPlanes * numColumns;

@@ -11,7 +11,7 @@ using Eigen::Map;
 
 namespace {
 
-/** Within √2 of |x|, which takes longer. **/
+/** |x| within a factor √2, which is faster. **/
 double sizeOf(double x) {
     return std::abs(x);
 }
@@ -19,8 +19,8 @@ double sizeOf(const std::complex<double>& x) {
     return std::abs(x.real()) + std::abs(x.imag());
 }
 
-/** inverse ← A⁻¹ of the leading n rows and columns, by Gauss and Jordan; A is lost.
-@returns false where a pivot is zero, or not a number. **/
+/** inverse ← A⁻¹ of the leading n rows and columns, by Gauss–Jordan elimination; overwrites A.
+@returns false if a pivot is zero or not a number. **/
 template <class Square>
 bool invert(int n, Square& A, Square& inverse) {
     using Scalar = typename Square::Scalar;

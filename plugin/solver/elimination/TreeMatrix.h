@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-J of a tree of rigid bodies, body by body: J x is found in O(n), and so is J⁻¹ r
-(TreeFactors). A change x_j of a speed moves all bodies outboard alike, by 12 numbers X_j x_j:
+J of a tree of rigid bodies, stored by bodies: J x and J⁻¹ r (TreeFactors) cost O(n). A change x_j
+of a speed moves all outboard bodies alike, by 12 numbers X_j x_j:
 
-    z_B = z_P + X_B x_B,   φ_B = Q_B z_B + Σ_outboard (φ_C + C_C x_C),   (J x)_B = S_Bᵀ φ_B + E_B
-x_B
+    z_B = z_P + X_B x_B,   φ_B = Q_B z_B + Σ_outboard (φ_C + C_C x_C)
+    (J x)_B = S_Bᵀ φ_B + E_B x_B
 
-z_P belongs to the parent (zero at a root), the sum goes over the bodies mobilized on B. RigidTree
-says what the letters stand for. X, C and E are linear in 1/mass and in the stiffness factor; Q and
-S are real and the same for all factors. **/
+z_P belongs to the parent (zero at a root), and the sum runs over the bodies mobilized on B.
+RigidTree.h defines the symbols. X, C and E are linear in 1/mass and in the stiffness factor; Q and
+S are real and do not depend on the factors. **/
 
 #include <algorithm>
 #include <cstddef>
@@ -19,7 +19,7 @@ namespace simflex {
 
 class Checkpoint;
 
-/** A body, after its parent; −1: a root. **/
+/** A body, stored after its parent; parent −1: a root. **/
 struct TreeNode {
     int parent, firstSpeed, numSpeeds;
 };
@@ -30,11 +30,11 @@ struct BasicTreeMatrix {
 
     using Node = TreeNode;
     std::vector<Node> nodes;      ///< constant
-    std::vector<double> inertia;  ///< Q: 6×12 of each body
-    std::vector<double> screws;   ///< S: 6 of each speed
-    std::vector<Scalar> motions;  ///< X: 12 of each speed
-    std::vector<Scalar> turned;   ///< C: 6 of each speed
-    std::vector<Scalar> own;      ///< E: 6 of each speed, those of its body first
+    std::vector<double> inertia;  ///< Q: 6×12 per body
+    std::vector<double> screws;   ///< S: 6 per speed
+    std::vector<Scalar> motions;  ///< X: 12 per speed
+    std::vector<Scalar> turned;   ///< C: 6 per speed
+    std::vector<Scalar> own;      ///< E: 6 per speed, those of its body first
 
     void resize(std::vector<Node> bodies, int numSpeeds) {
         nodes = std::move(bodies);
@@ -80,10 +80,10 @@ struct BasicTreeMatrix {
         }
     }
 
-    /** Writes all of J, n×n, in O(n·depth). **/
+    /** Writes J as a dense n×n matrix, in O(n·depth). **/
     void expand(int n, Scalar* J, std::vector<Scalar>& workspace) const {
         constexpr int Most = 6;  // speeds of a body
-        // Q of each body with all that is outboard.
+        // Q of each body including its outboard bodies.
         workspace.assign(inertia.begin(), inertia.end());
         std::fill_n(J, size_t(n) * size_t(n), Scalar(0));
         for (size_t b = nodes.size(); b-- > 0;) {
@@ -103,7 +103,7 @@ struct BasicTreeMatrix {
                         columns[k][i] += Q[i + NumForces * j] * motions[at(speed, NumMotions, j)];
                 }
             }
-            // What those inboard do to it, and itself; what it does to those inboard.
+            // Columns of inboard bodies and its own; then rows of inboard bodies.
             for (int a = int(b); a >= 0; a = nodes[size_t(a)].parent)
                 for (int j = 0; j < nodes[size_t(a)].numSpeeds; ++j) {
                     const int inboard = nodes[size_t(a)].firstSpeed + j;
@@ -127,7 +127,7 @@ struct BasicTreeMatrix {
         }
     }
 
-    /** Of a real one: sizes and all numbers. **/
+    /** Real matrices only: saves or restores sizes and all numbers. **/
     void visit(Checkpoint& checkpoint, int numSpeeds);
 
 private:

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-All blocks of a system, and what is done to each of them alike (private header): coordinates and
-speeds, in the solver's vectors and in Simbody's. N(q) is that of the last evaluation. **/
+All blocks of a system, and operations on all of them (private header), on coordinates and speeds in
+the solver's and in Simbody's numbering. N(q) is that of the last evaluation. **/
 
 #include <cmath>
 #include <functional>
@@ -19,7 +19,7 @@ class RigidTree;
 
 struct Blocks {
     std::vector<std::unique_ptr<Block>> all;
-    std::vector<FlexibleBlock*> flexible;  ///< by FlexibleBodyIndex, the first of all
+    std::vector<FlexibleBlock*> flexible;  ///< by FlexibleBodyIndex; the first of all blocks
     std::vector<RigidTree*> rigid;
     std::vector<std::vector<FlexibleBlock*>> batches;  ///< the flexible ones of Topology::batches
     int numSimbodyU = 0;
@@ -29,24 +29,24 @@ struct Blocks {
     int numQ() const { return all.empty() ? 0 : all.back()->firstQ + all.back()->numQ; }
     int numU() const { return all.empty() ? 0 : all.back()->firstU + all.back()->numU; }
 
-    /** Threads to use at most; models of few or small bodies get fewer. **/
+    /** Maximum number of threads; models with few or small bodies use fewer. **/
     void chooseNumThreads(int most);
 
     const FrameMotion& motionOf(const FrameRef& frame) const {
         return frame.block < 0 ? frame.fixed
                                : all[size_t(frame.block)]->frames[size_t(frame.frame)];
     }
-    /** Where a body's coordinates and speeds stand in the solver's vectors, if it belongs to a
-    rigid tree. @returns false if not. **/
+    /** Indices of a body's coordinates and speeds in the solver's vectors, if it belongs to a rigid
+    tree. @returns false if not. **/
     bool findRigidSlots(const Topology& topology, SimTK::MobilizedBodyIndex body, int& q0, int& nq,
                         int& u0) const;
-    /** r −= Jᵀf of the whole system for a force at a frame; nothing if it is in Ground. **/
+    /** r −= Jᵀf, in the whole system, for a force at a frame; no effect for frames in Ground. **/
     void subtractForce(const FrameRef& frame, const SimTK::SpatialVec& F_G, double* r) const {
         if (frame.block < 0) return;
         const Block& block = *all[size_t(frame.block)];
         block.subtractForce(frame.frame, F_G, r + block.firstU);
     }
-    /** Writes (or, of own columns, adds) a column of Gᵀ: the coefficients of d·(ω, v). **/
+    /** Writes (or adds, to own columns) a column of Gᵀ: the coefficients of d·(ω, v). **/
     void setColumn(int b, int frame, int column, const SimTK::SpatialVec& d,
                    NewtonSystem::Block& block) const;
 
@@ -58,14 +58,14 @@ struct Blocks {
     void moveQ(const double* delta, double* q) const;
     void turnAlong(const double* fromQ, const double* toQ, double* u) const;
     void normalizeQ(double* q) const;
-    /** True if N(q) is asked of Simbody. **/
+    /** True if N(q) is evaluated by Simbody. **/
     bool askForN() const;
 
     /** Largest displacement over the blocks [m]; `worst` receives the block.
     @param prepare  if given, writes a block's part of δ, from several threads **/
     double calcDisplacement(const double* delta, int* worst = nullptr,
                             const std::function<void(int b)>& prepare = {}) const;
-    /** The largest of what size(b) gives for each block, NaN if one is; `worst` receives it. **/
+    /** Largest value of size(b) over the blocks, NaN if one is; `worst` receives the block. **/
     template <class Size>
     double findLargest(const Size& size, int* worst) const {
         std::vector<double>& sizes = *m_sizes;
@@ -83,8 +83,8 @@ struct Blocks {
     }
     /** Power of damping and of loads on whole blocks [W]. **/
     void addInPower(const double* q, const double* u, double& power) const;
-    /** Weighs speeds and coordinates of rigid trees by what they move in this pose; cheap on the
-    average. Flexible bodies have their own frames. **/
+    /** Updates the weights of rigid trees' speeds and coordinates for this pose; cheap on average.
+    Flexible bodies have body-fixed axes. **/
     void followPose();
 
     void getFromState(const SimTK::State& state, double* q, double* u) const;
@@ -92,7 +92,7 @@ struct Blocks {
     SimTK::Vector calcSimbodyUDot(const double* q, const double* uDot) const;
 
 private:
-    /** By block: a workspace, so that a step allocates nothing. **/
+    /** Workspaces by block, so that a step does not allocate. **/
     std::unique_ptr<std::vector<double>> m_sizes = std::make_unique<std::vector<double>>();
 };
 

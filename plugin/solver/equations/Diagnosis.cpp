@@ -32,7 +32,7 @@ Real sizeOf(const SpatialVec& force) {
     return std::max(force[0].norm(), force[1].norm());
 }
 
-/** Calls visit(force, bodyForces, mobilityForces) for Simbody's elements but gravity, or
+/** Calls visit(force, bodyForces, mobilityForces) for Simbody's elements except gravity, or
 fail(force, error) for one that throws. **/
 template <class Visit, class Fail>
 void visitForeignForces(const Evaluation& equations, double time, const double* q, const double* u,
@@ -64,7 +64,7 @@ void visitForeignForces(const Evaluation& equations, double time, const double* 
         }
 }
 
-/** Of what a motion leads: it has one coordinate or none that is told apart. **/
+/** Unit of the driven coordinate; empty unless the motion has exactly one. **/
 const char* getUnit(const JointEquations& motion) {
     if (motion.getNumCoordinates() != 1) return "";
     return motion.getCoordinate(0).isAngle() ? " rad" : " m";
@@ -249,8 +249,8 @@ std::string findMassless(Block& block) {
     NewtonSystem::Block values;
     values.resize(block.numU, {});
     block.formMassBlock(values);
-    // Elimination without exchange: the speed whose pivot vanishes moves nothing that the earlier
-    // ones do not.
+    // Elimination without pivoting: the speed whose pivot vanishes moves nothing beyond the earlier
+    // ones.
     const int n = block.numU;
     Eigen::MatrixXd M = Eigen::Map<const Eigen::MatrixXd>(values.matrix.data(), n, n);
     // Where positions are lost, no mass is to blame.

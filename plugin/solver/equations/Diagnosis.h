@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What equations tell of a failure, for messages (private header); empty: nothing to say. **/
+Explanations of failures of the equations, for messages (private header); empty: none. **/
 
 #include <string>
 #include <vector>
@@ -9,28 +9,28 @@ What equations tell of a failure, for messages (private header); empty: nothing 
 
 namespace simflex {
 
-/** Two frames that a joint, a constraint or a force element joins; frames in Ground have block −1.
+/** Two frames connected by a joint, constraint or force element; frames in Ground have block −1.
 Motions are those of the last evaluation. **/
 struct Link {
     int blocks[2];
     const FrameMotion* motions[2];
     int numEquations;  ///< none for force elements
 };
-/** Those between different blocks; of Simbody's constraints, those between two bodies of rigid
-trees or Ground. **/
+/** Lists connections between different blocks; for Simbody's constraints, those between two bodies
+of rigid trees or Ground. **/
 std::vector<Link> listLinks(const Evaluation& equations);
 
-/** "the load on 'boom.B' is not at t = 0.1 s": what gives numbers that are not finite. **/
+/** "the load on 'boom.B' is not at t = 0.1 s": the source of non-finite numbers. **/
 std::string findNonFinite(Evaluation& equations, double time, const double* q, const double* u);
-/** "The motion 'drive' jumps by …", if one does within some h. **/
+/** "The motion 'drive' jumps by …", if one does within h. **/
 std::string findMotionJump(Evaluation& equations, double time, double h, const double* q,
                            const double* u);
-/** The largest force on a block, of simflex/forces and of Simbody's own elements. **/
+/** The largest force on a block, among simflex/forces and Simbody's own elements. **/
 std::string findLargestElement(Evaluation& equations, double time, const double* q, const double* u,
                                int block);
 std::string findLargestForeignForce(Evaluation& equations, double time, const double* q,
                                     const double* u, int block);
-/** A speed that moves no mass of its own. @pre an evaluation **/
+/** Describes a speed without inertia of its own. @pre an evaluation **/
 std::string findMassless(Block& block);
 
 }  // namespace simflex

@@ -1,12 +1,12 @@
 #pragma once
 /** @file
-Size of errors, in metres or as SimTK::Integrator has it (private header). With Simbody's norms: the
-largest of three, infinity or root-mean-square norms of N W N⁺ δq with the State's weights W of
-speeds, and of δu and δz by the larger of value and 1/weight.
+Norm of errors, in metres or as in SimTK::Integrator (private header). Simbody's norm is the largest
+of three infinity or root-mean-square norms: of N W N⁺ δq with the State's weights W of speeds, and
+of δu and δz relative to the larger of value and 1/weight.
 
-A *part* is a flexible body, or a tree of rigid bodies that stands on Ground. In metres parts are
-measured one by one and the largest counts. Root mean squares are taken over the whole system, as
-Simbody takes them: what rests makes the errors of what moves smaller. **/
+A *part* is a flexible body, or a tree of rigid bodies rooted at Ground. In metres each part is
+measured separately and the largest counts. Root mean squares are taken over the whole system, as in
+Simbody, so bodies at rest reduce the errors of moving ones. **/
 
 #include <cmath>
 #include <vector>
@@ -22,19 +22,19 @@ public:
     /** @param state  gives the weights **/
     ErrorNorm(const Blocks& blocks, const SimTK::State& state);
 
-    /** Displacement unless told. @pre all is rigid, if not Displacement. **/
+    /** Default: Displacement. @pre all bodies are rigid for other norms. **/
     void setKind(Kind kind) { m_kind = kind; }
     bool isInMetres() const { return m_kind == Kind::Displacement; }
-    /** A change of z_i by `scale` counts as much as a metre. **/
+    /** Makes a change of z_i by `scale` count as a metre. **/
     void setZScale(int i, double scale) {
         m_zScales[size_t(i)] = m_zWeights[size_t(i)] = 1 / scale;
     }
-    /** Values that errors are relative to from now on. **/
+    /** Sets the values that errors are relative to. **/
     void setReference(const double* q, const double* u, const double* z);
 
-    /** Of a step's end, NaN if something is; `worst` receives the block. **/
+    /** Norm of an error at a step's end, NaN if something is; `worst` receives the block. **/
     double calcSize(const double* deltaQ, const double* deltaU, double h, int* worst = nullptr);
-    /** Of a change of u at a step's end, and of q by stiffness times that.
+    /** Norm of a change of u at a step's end, and of q by stiffness times that.
     @param prepare  if given, writes a block's part of the change, from several threads **/
     double calcChange(const double* deltaU, double stiffness, int* worst = nullptr,
                       const std::function<void(int b)>& prepare = {}) const;
@@ -44,8 +44,8 @@ public:
     struct Error {
         std::vector<double> q, u, z;
     };
-    /** Multiplies the error of each part, and of each z, by factor(its size, its size in `other`).
-     * **/
+    /** Multiplies the error of each part and of each z by factor(its size, its size in
+    `other`). **/
     template <class Factor>
     void scaleByPart(Error& error, const Error& other, double h, const Factor& factor) {
         weigh(error.q.data(), m_weighed);
@@ -63,11 +63,11 @@ public:
 
 private:
     struct Part {
-        int block, root;  ///< root: of a tree of rigid bodies, else −1
+        int block, root;  ///< root: index in a tree of rigid bodies, else −1
         int firstQ, numQ, firstU, numU;
     };
     double calcNorm(int size, const double* values, const double* scales) const;
-    /** Writes N W N⁺ δq where the norm is Simbody's. **/
+    /** Writes N W N⁺ δq for Simbody's norm. **/
     void weigh(const double* deltaQ, std::vector<double>& weighed) const;
     double calcPartSize(const Part& part, const double* deltaQ, const double* deltaU,
                         const std::vector<double>& weighed, double h) const;

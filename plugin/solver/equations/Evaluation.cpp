@@ -33,7 +33,7 @@ Evaluation::Evaluation(TopologyBuilder::Result parts)
 }
 
 void Evaluation::makeGroups() {
-    // As many blocks as stay in a processor's own cache, but work for some threads.
+    // As many blocks as fit a core's private cache, but enough groups for some threads.
     constexpr int LargestGroup = 8, FewestGroups = 16;  // batches, groups
     const int numBatches = int(m_topology->batches.size());
     const int size = std::clamp(numBatches / FewestGroups, 1, LargestGroup);
@@ -176,7 +176,7 @@ void Evaluation::evaluate(double time, MotionLevel level, const NewtonFactors& f
                           const double* u, const double* uDot, const double* lambda, double* r,
                           double* c) {
     moveTo(time);
-    // Forces of elements come last, from where all bodies are.
+    // Element forces come last, because they depend on all positions.
     const bool isFinishedByJoints = m_topology->elements.empty();
     std::atomic<int> unusable{-1};
     visitGroups(
@@ -260,7 +260,7 @@ void Evaluation::calcStepErrors(MotionLevel level, const NewtonFactors& factors,
     m_frictions.calcErrors(c);
     const SimbodyConstraints* constraints = m_simbody->getConstraints();
     if (!constraints) return;
-    // Rows that are not holonomic stand at their own level, in terms of Δu.
+    // Rows that are not holonomic are errors at their own level, in terms of Δu.
     double* rows = c + m_topology->firstSimbodyRow;
     std::vector<double> errors(size_t(constraints->numRows()));
     const auto takeRows = [&](MotionLevel which, double factor) {

@@ -4,11 +4,11 @@ The equations of motion of a whole system, block by block, at one (t, q, u) (pri
 
     r = M(q) u̇ + b(q, u) − f(q, u, t) + G(q)ᵀλ,    g(q, t),    ġ = G u + ∂g/∂t
 
-No point is evaluated that is not finite or beyond any sense: what takes coordinates, speeds or z
-throws UnusablePoint then, before Simbody or any force sees them.
+Points that are not finite or absurdly large are never evaluated: methods that receive coordinates,
+speeds or z throw UnusablePoint before Simbody or any force sees them.
 
-Stages follow each other: realize() (positions and velocities) → calcResidual() →
-formNewtonSystem(); what is asked out of turn is refused. The terms:
+Calls must follow in order: realize() (positions and velocities) → calcResidual() →
+formNewtonSystem(); calls out of order are refused. The terms:
 
     inertia, gyroscopic and centrifugal, elasticity, damping    FlexibleBlock, RigidTree
     joints                                                      JointTerms
@@ -17,14 +17,13 @@ formNewtonSystem(); what is asked out of turn is refused. The terms:
     Simbody's forces, constraints, Motions, z                   SimbodyBridge
 
 Flexible bodies, joints, gravity, the elements of simflex/forces and simple rigid mobilizers are
-evaluated here; Simbody is asked only for rigid trees with other mobilizers and for foreign forces.
+evaluated here; Simbody evaluates rigid trees with other mobilizers and foreign forces only.
 
     Evaluation equations(system, state);
     equations.realize(t, q, u);
     equations.calcResidual(q, u, uDot, lambda, r);
 
-It has more than 25 methods because it hands out what it is made of: half of them give access to a
-part. **/
+Half of its more than 25 methods give access to its parts. **/
 
 #include <atomic>
 #include <functional>
@@ -69,41 +68,40 @@ public:
     ErrorNorm& updErrorNorm() { return *m_errorNorm; }
     const TimedLoads& getTimedLoads() const { return m_timedLoads; }
 
-    /** Writes the q and u that locks and Motions prescribe at this time; realize() must follow.
-    With `uHist`, prescribed accelerations make u = u_hist + γu̇. **/
+    /** Writes the q and u prescribed by locks and Motions at this time; realize() must follow. With
+    `uHist`, prescribed accelerations give u = u_hist + γu̇. **/
     void prescribe(double time, double gamma, const double* uHist, double* q, double* u);
 
-    /** Force elements see these values of all z from the next realize() on. **/
+    /** Sets all z, for force elements from the next realize() on. **/
     void setZ(const double* z);
 
     /** Positions, velocities, joint frames; first call of every evaluation. **/
     void realize(double time, const double* q, const double* u);
-    /** The same for Setting::Native: locks and Motions, rigid trees and Simbody's constraints are
-    read from `state`, which must stay, as its matter subsystem is realized to Stage::Dynamics.
-    @param bodyForces, mobilityForces  of all force elements but those of the flexible subsystem **/
+    /** The same for Setting::Native: reads locks and Motions, rigid trees and Simbody's constraints
+    from `state`, which must live on while its matter subsystem is realized to Stage::Dynamics.
+    @param bodyForces, mobilityForces  of all force elements except the flexible subsystem's **/
     void realizeNatively(const SimTK::State& state,
                          const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                          const SimTK::Vector& mobilityForces, const double* q, const double* u);
 
     /** @name After realize() **/
     /**@{**/
-    /** u̇ = 0 where it is free. **/
+    /** Writes prescribed u̇, and zero where it is free. **/
     void calcPrescribedUDot(const double* q, double* uDot) const;
     /** Zero in rows that are not holonomic. **/
     void calcPositionErrors(double* g) const;
     /** Zero in rows of acceleration-only constraints. **/
     void calcVelocityErrors(double* gDot) const;
     /** Constraint residual of a step: velocity errors, or position errors divided by the stiffness
-    factor; rows that are not so deep at their own level, friction's rates among them, which are no
-    errors elsewhere. **/
+    factor. Rows of constraints on lower levels have their own errors, as do friction rates. **/
     void calcStepErrors(MotionLevel level, const NewtonFactors& factors, const double* uDot,
                         const double* q, double* c) const;
     /** g̈ for the given accelerations. **/
     void calcAccelerationErrors(const double* q, const double* u, const double* uDot,
                                 double* gDotDot);
-    /** M·jump + Gᵀ·impulses: what is left of the balance of momenta where speeds jump and joints
-    give these impulses; the impulses of prescribed speeds in their rows. From residuals of the
-    equations of motion, so that it holds what a step would find of M and G.
+    /** Writes M·jump + Gᵀ·impulses, the residual of the momentum balance for a jump of speeds with
+    these joint impulses; rows of prescribed speeds contain their impulses. Computed from residuals
+    of the equations of motion, to verify M and G independently.
     @returns its round-off **/
     double calcMomentum(const double* q, const double* u, const double* jump,
                         const double* impulses, double* momentum);
@@ -115,14 +113,14 @@ public:
     /** Zero in rows of prescribed speeds. **/
     void calcResidual(const double* q, const double* u, const double* uDot, const double* lambda,
                       double* r);
-    /** True if a block can be evaluated as soon as it is known where it is: nothing is asked of
-    Simbody, nothing is prescribed, and there is no friction to decide about. **/
+    /** True if blocks can be evaluated as soon as their positions are known: without Simbody,
+    prescribed speeds and friction. **/
     bool canEvaluateByBlocks() const;
-    /** What is done to one block, from several threads. **/
+    /** Work on one block, called from several threads. **/
     using BlockVisit = std::function<void(int b)>;
     /** realize(), calcResidual() and calcStepErrors() in one pass over the blocks.
     @param place   writes the q, u and u̇ of a block
-    @param finish  a block's part of r is there
+    @param finish  called when a block's part of r is complete
     @pre canEvaluateByBlocks() **/
     void evaluate(double time, MotionLevel level, const NewtonFactors& factors,
                   const BlockVisit& place, const BlockVisit& finish, const double* q,
@@ -133,9 +131,9 @@ public:
                           double* g);
     /** Power of applied loads, damping, working constraints and prescribed motions [W]. **/
     double calcPower(const double* q, const double* u, const double* uDot, const double* lambda);
-    /** False if calcPower() is zero wherever bodies are. **/
+    /** False if calcPower() is always zero. **/
     bool canHavePower() const;
-    /** The residual without what trees know the derivatives of, and without multipliers. **/
+    /** The residual without multipliers and without the terms that trees can differentiate. **/
     void calcUnknownForces(const double* q, const double* u, const double* uDot, double* r);
     /** See TimedLoads. **/
     void calcTimedLoads(double time, const NewtonFactors& factors, const double* q, const double* u,
@@ -145,30 +143,30 @@ public:
                   double* zDot);
     /**@}**/
 
-    /** J and G. Inertia is that of the last calcResidual(): at this point, or near it in a
-    projection, whose norm it is.
-    @param dense  with everything that depends on a block's own q and u: gyroscopic and
-    centrifugal terms, and what its motion changes in loads on it (AttachmentForces and
-    DistributedLoads, by differences)
-    @param level  Position: only rows of holonomic constraints and only coordinates whose q is
-    prescribed take part; Velocity: all but what is prescribed of accelerations only. **/
+    /** Forms J and G. Inertia is that of the last calcResidual(), at this point, or near it in a
+    projection, where it defines the norm.
+    @param dense  includes all terms that depend on a block's own q and u: gyroscopic and
+    centrifugal terms, and the derivatives of loads on it (AttachmentForces and DistributedLoads, by
+    differences)
+    @param level  Position: only rows of holonomic constraints and coordinates with prescribed q;
+    Velocity: all but prescribed accelerations. **/
     void formNewtonSystem(const NewtonFactors& factors, bool dense, const double* q,
                           const double* u, const double* uDot, NewtonSystem& system,
                           MotionLevel level = MotionLevel::Acceleration);
 
     /** @name After calcResidual() **/
     /**@{**/
-    /** J = M.
-    @param level  as in formNewtonSystem(); friction has no part below Acceleration **/
+    /** Forms J = M.
+    @param level  as in formNewtonSystem(); friction is left out below Acceleration **/
     void formMassSystem(NewtonSystem& system, MotionLevel level = MotionLevel::Acceleration);
-    /** Adds −ΔM u̇, what Simbody's mass matrix lacks of the flexible bodies'. **/
+    /** Adds −ΔM u̇, the part of flexible bodies' inertia missing from Simbody's mass matrix. **/
     void addInCouplingForces(const double* uDot, SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                              SimTK::Vector& mobilityForces);
     /**@}**/
 
     /** See SimbodyBridge. **/
     void takeVariables(const std::vector<SimTK::DiscreteVarKey>& keys, const SimTK::State& from);
-    /** What the next evaluation takes over from the last one. **/
+    /** Saves or restores what the next evaluation depends on. **/
     void visit(Checkpoint& checkpoint);
 
 private:
@@ -178,8 +176,8 @@ private:
     void requireUsable(const double* q, const double* u) const;
     [[noreturn]] void refusePoint(int block) const;
 
-    /** Batches worked on by one thread, one after another, and what of their neighbourhood belongs
-    to them alone: joints between their blocks, and blocks that have no other joints. **/
+    /** Batches processed by one thread in sequence, with the joints between their blocks and the
+    blocks that have no other joints. **/
     struct Group {
         int firstBatch, endBatch;
         std::vector<int> joints, blocks;
@@ -187,24 +185,24 @@ private:
 
     explicit Evaluation(TopologyBuilder::Result parts);
     void makeGroups();
-    /** @throws std::logic_error if the evaluation has not come so far. **/
+    /** @throws std::logic_error if the evaluation has not reached this stage. **/
     void require(Stage stage, const char* method) const;
     void realizeBlocks(const double* q, const double* u);
     void clearFrictionRows(double* rows) const;
     void realizeBatch(int batch, const double* q, const double* u);
-    /** Places the blocks of a batch; `unusable` receives one that stands nowhere. **/
+    /** Places the blocks of a batch; `unusable` receives a block at an unusable point. **/
     void placeBatch(int batch, const BlockVisit& place, const double* q, const double* u,
                     std::atomic<int>& unusable) const;
-    /** Without what comes from joints, Simbody and force elements. **/
+    /** Excludes joints, Simbody and force elements. **/
     void calcBatchResidual(int batch, const double* q, const double* u, const double* uDot,
                            double* r);
-    /** One pass over the blocks: each thread has a group in its cache until all is done to it. What
-    joins groups comes after them.
-    @param onBatch, onJoint, onBlock  called with a number; a joint after all batches that it
-        joins, a block after all its joints **/
+    /** One pass over the blocks, in which each thread completes a group while it is in cache;
+    joints between groups follow.
+    @param onBatch, onJoint, onBlock  called with an index; a joint after all its batches, a block
+        after all its joints **/
     template <class OnBatch, class OnJoint, class OnBlock>
     void visitGroups(const OnBatch& onBatch, const OnJoint& onJoint, const OnBlock& onBlock) const;
-    /** Functions of time stand there, and nothing is known of positions. **/
+    /** Sets the time of all functions of time, and invalidates positions. **/
     void moveTo(double time);
     void calcUnclearedResidual(const double* q, const double* u, const double* uDot,
                                const double* lambda, double* r);
@@ -221,10 +219,10 @@ private:
     TimedLoads m_timedLoads;
     std::unique_ptr<ErrorNorm> m_errorNorm;
     Stage m_stage = Stage::Nothing;
-    bool m_hasInertia = false;  ///< of any point
+    bool m_hasInertia = false;  ///< of some point
     std::vector<double> m_scratch;
     std::vector<Group> m_groups;
-    std::vector<int> m_jointsBetween, m_blocksBetween;  ///< of no group
+    std::vector<int> m_jointsBetween, m_blocksBetween;  ///< in no group
 };
 
 }  // namespace simflex

@@ -18,8 +18,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** Products of one block of a batch, which live as long as the batch is worked on: they are kept
-from call to call, by thread, so that nothing is allocated and they stay in cache. **/
+/** Products of one block of a batch, kept per thread from call to call, so that nothing is
+allocated and they stay in cache. **/
 FlexibleBodyData& updProducts(int place, const FlexibleBodyModel& model) {
     thread_local FlexibleBodyData products[FlexibleBlock::LargestBatch];
     products[place].fit(model);
@@ -108,7 +108,7 @@ void FlexibleBlock::realize(const EvaluationContext&, const double* q, const dou
                                                           : m_curves[size_t(curve)].atXi);
         const FrameMotion motion =
             calcFrameMotion(m_poses[k], m_body, calcFrameSums(int(k), m_shapesXiDot, u + 6));
-        frames[k].X = motion.X;  // accelerations are asked for elsewhere
+        frames[k].X = motion.X;  // accelerations are computed elsewhere
         frames[k].V = motion.V;
     }
 }

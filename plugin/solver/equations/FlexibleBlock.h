@@ -14,56 +14,57 @@ class FlexibleBlock : public Block {
 public:
     enum class Modes {
         All,
-        None  ///< all of them are held at zero: n_f = 0 here
+        None  ///< all held at zero: n_f = 0 here
     };
 
     FlexibleBlock(const FlexibleBodySubsystem::Guts& guts, FlexibleBodyIndex index,
                   const SimTK::State& state, Modes modes = Modes::All);
 
     const FlexibleBodyModel& getModel() const { return m_model; }
-    /** True if modes that the body has are no speeds of the block. **/
+    /** True if the body has modes that are not speeds of the block. **/
     bool hasHeldModes() const { return !m_held.empty(); }
     const Eigen::VectorXd& getDamping() const { return m_constants->damping; }
-    /** Takes over what does not change of a block like this one, if it is: a thousand bodies of one
-    part read it once. **/
+    /** Shares constant data with `other` if they are equal, so that a thousand bodies of one part
+    store it once. **/
     void shareConstants(const FlexibleBlock& other);
-    /** True if some frame's shapes change with ξ (geometric stiffening): no part can share them.
-     * **/
+    /** True if some frame's shapes change with ξ (geometric stiffening), so that they cannot be
+    shared by a part. **/
     bool hasCurvedFrames() const { return !m_curves.empty(); }
     const FrameShapes* getShapes(int frame) const { return m_frames[size_t(frame)].shapes.get(); }
     const FlexibleFrame& getFrame(int frame) const { return m_frames[size_t(frame)]; }
-    /** Of a frame whose shapes change with ξ, those of which getShapes() are the tangent; or null.
-     * **/
+    /** For a frame whose shapes change with ξ, the shapes of which getShapes() are the tangent;
+    otherwise null. **/
     const FrameShapes* findCurvature(int frame) const {
         const int curve = m_curveOf[size_t(frame)];
         return curve < 0 ? nullptr : m_curves[size_t(curve)].shapes.get();
     }
-    /** Of the last realize(). **/
+    /** Body frame at the last realize(). **/
     const BodyFrame& getBody() const { return m_body; }
     const FlexibleFramePose& getPose(int frame) const { return m_poses[size_t(frame)]; }
 
-    /** The mode–mode diagonal of the arrow, the same for all bodies of one part and damping. **/
+    /** Writes the mode–mode diagonal of the arrow, the same for all bodies of one part and
+    damping. **/
     void calcDiagonal(const NewtonFactors& factors, double* diagonal) const;
 
     /** Adds a frame of this body; returns its index in `frames`. **/
     int addFrame(const FlexibleFrame& frame);
 
-    /** Where the scales of the body's loads stand among TimeValues. **/
+    /** Sets the first index of the scales of the body's loads in TimeValues. **/
     void setFirstScale(int first) { m_firstScale = size_t(first); }
 
-    /** Most blocks in one call of the products below. **/
+    /** Largest number of blocks in one call of the products below. **/
     static constexpr int LargestBatch = 8;
 
-    /** Products of the part's interface shapes with q and u of several blocks of one part, before
-    realize().
+    /** Computes products of the part's interface shapes with q and u of several blocks of one part,
+    before realize().
     @param q, u  of the whole system **/
     static void calcShapeProducts(const std::vector<FlexibleBlock*>& blocks, const double* q,
                                   const double* u);
-    /** Of the interface shapes with accelerations, before calcFrameAcceleration(). **/
+    /** Computes those with accelerations, before calcFrameAcceleration(). **/
     static void calcAccelerationProducts(const std::vector<FlexibleBlock*>& blocks,
                                          const double* uDot);
-    /** calcResidual() of several blocks of one part, which share their products with its
-    invariants.
+    /** calcResidual() for several blocks of one part, with products with the part's invariants
+    computed together.
     @param q, u, uDot, r  of the whole system **/
     static void calcResiduals(const std::vector<FlexibleBlock*>& blocks,
                               const EvaluationContext& context, const double* q, const double* u,
@@ -80,7 +81,7 @@ public:
     void subtractSimbodyForces(const SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                                const SimTK::Vector& mobilityForces, double* r) override;
     void addInRow(int frame, const SimTK::SpatialVec& d, double* row) const override;
-    /** The same row through the frame's shapes: 6 rigid entries and 6 coefficients, written. **/
+    /** Writes the same row through the frame's shapes: 6 rigid entries and 6 coefficients. **/
     void calcColumn(int frame, const SimTK::SpatialVec& d, double* rigid,
                     double* coefficients) const;
     SimTK::SpatialVec calcFrameAcceleration(int frame, const double* u,
@@ -120,18 +121,18 @@ private:
     /** @pre data has the products with ξ and ξ̇. **/
     void calcResidual(const EvaluationContext& context, FlexibleBodyData& data, const double* q,
                       const double* u, const double* uDot, double* r);
-    /** Nξ of the last residual, 3n. Found when it is asked for, by one thread at a time: it is
-    three times as long as ξ, and few residuals are followed by a new matrix. **/
+    /** Nξ of the last residual, 3n. Computed on demand, by one thread at a time: it is three times
+    as long as ξ, and few residuals are followed by a new matrix. **/
     const double* findNXi();
     /** Cᵀ = −Nξ, n×3, of the last residual. **/
     auto findCTransposed() {
         return -Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>>(findNXi(), m_n, 3);
     }
-    /** Head and coupling of the arrow, mass entries divided by the mass factor. **/
+    /** Writes head and coupling of the arrow, mass entries divided by the mass factor. **/
     void formArrow(double mass, NewtonSystem::Block& block);
-    /** The arrow as a full matrix but for its diagonal tail, for a block without part. **/
+    /** Writes the arrow as a full matrix except for its tail, for a block without a part. **/
     void formFullArrow(double mass, NewtonSystem::Block& block);
-    /** Sums of a frame: from the products with the interfaces' shapes, or its own for a node. **/
+    /** Sums of a frame: from the products with interface shapes, or for a node from its own. **/
     FrameSums calcFrameSums(int frame, const Eigen::VectorXd& products,
                             const double* coordinates) const;
     double calcModalDisplacement(const double* modes) const;
@@ -148,12 +149,12 @@ private:
     std::shared_ptr<const Constants> m_constants;
     bool m_hasDampingCoupling = false;
     std::vector<int> m_stateQ, m_stateU;  ///< indices of ξ and ξ̇ in Simbody's vectors
-    std::vector<double> m_held;           ///< zeros, one for each mode that is held
+    std::vector<double> m_held;           ///< zeros, one per held mode
     int m_stateFrameU = 0;
     size_t m_firstScale = 0;
 
-    /** An interface that moves to second order: its shapes, and the tangent ones at ξ, which its
-    frames have. **/
+    /** An interface with second-order motion: its shapes, and their tangent at ξ, used by its
+    frames. **/
     struct Curve {
         std::shared_ptr<const FrameShapes> shapes;
         std::shared_ptr<FrameShapes> tangent;

@@ -6,9 +6,9 @@ With f the generalized force of an element, in Simbody's speeds u_j that it depe
 
     A = −(γ ∂f/∂q·N + ∂f/∂u),    ½(A + Aᵀ) = Σ_i σ_i d_i d_iᵀ,    σ_i = ±1
 
-column j by one central difference along q += h·N e_j, u += h/γ·e_j. Inside of one rigid block the
-Newton matrix takes A as it is. Elsewhere it takes terms of rank one (see ForceElement); the
-antisymmetric part, of follower forces and friction, has no place there. **/
+column j by one central difference along q += h·N e_j, u += h/γ·e_j. Within one rigid block the
+Newton matrix uses all of A. Elsewhere it uses rank-one terms (see ForceElement), which cannot
+represent the antisymmetric part of follower forces and friction. **/
 
 #include <Eigen/Dense>
 #include <vector>
@@ -18,14 +18,14 @@ antisymmetric part, of follower forces and friction, has no place there. **/
 
 namespace simflex {
 
-// SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
-// meant.
+// SimTK declares a class Eigen, which makes the name ambiguous for clang after
+// `using namespace SimTK`.
 namespace Eigen = ::Eigen;
 
 /** A force element to differentiate, or all of Simbody's. **/
 struct ForceSelection {
     SimTK::Force force;  ///< empty handle: all force elements and contact subsystems together
-    /** It acts on these and depends on them; none: found by trying. **/
+    /** Bodies that it acts on and depends on; empty: found by probing. **/
     std::vector<SimTK::MobilizedBodyIndex> bodies;
 
     /** "force element 3 (MyForce)" **/
@@ -34,7 +34,7 @@ struct ForceSelection {
 
 class ForceDifferences {
 public:
-    /** A speed of Simbody's and what a unit of it moves. **/
+    /** One of Simbody's speeds, and the displacement per unit. **/
     struct Speed {
         SimTK::MobilizedBodyIndex body;
         int u = 0;           ///< Simbody's index
@@ -43,7 +43,7 @@ public:
     };
 
     /** @param candidates  speeds of all bodies
-    @param state  what stands in it besides q, u and z is kept
+    @param state  variables other than q, u and z are kept
     @throws std::invalid_argument if the element is another system's or a body does not exist. **/
     ForceDifferences(const SimTK::MultibodySystem& system, const ForceSelection& selection,
                      const std::vector<Speed>& candidates, const SimTK::State& state);
@@ -58,7 +58,7 @@ public:
     /** Differences about `state`'s q, u and time.
     @throws std::runtime_error naming element and body where a force is not a finite number. **/
     void calcTerms(const SimTK::State& state, double gamma);
-    /** The same, and no terms made of it: all of A, by getSpeeds(). **/
+    /** The same without rank-one terms: all of A, by getSpeeds(). **/
     const Eigen::MatrixXd& calcMatrix(const SimTK::State& state, double gamma);
     double getSign(int term) const { return m_signs[term]; }
     /** d_i, by getSpeeds(). **/
@@ -69,7 +69,7 @@ private:
     /** Generalized force at m_moved's q and u.
     @throws std::runtime_error naming the element that threw **/
     const SimTK::Vector& calcForce();
-    /** Moves one coordinate from where `state` is. **/
+    /** Moves one coordinate from its value in `state`. **/
     void move(const SimTK::State& state, const Speed& speed, double dq, double du);
 
     const SimTK::MultibodySystem& m_system;
@@ -77,7 +77,7 @@ private:
     std::vector<Speed> m_speeds;
     int m_numTerms = 0;
     SimTK::State m_moved;
-    /** Where contact subsystems act alone, if one element is differentiated. **/
+    /** State in which only contact subsystems act, if one element is differentiated. **/
     SimTK::State m_without;
     SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;
     SimTK::Vector m_mobilityForces, m_force, m_unit, m_qDot;

@@ -11,17 +11,17 @@ using SimTK::Vec3;
 
 namespace {
 
-/** Slower than this a contact is at rest where a run begins [m/s, rad/s]. **/
+/** Rate below which a contact is at rest where a run begins [m/s, rad/s]. **/
 constexpr double RestingRate = 1e-8;
-/** By so much more than its limit a force makes a contact slide: round-off does not. **/
+/** Relative excess over the limit at which a contact slips, above round-off. **/
 constexpr double Excess = 1e-9;
-/** By so much a sliding contact's force may differ from what its load makes, relative to it, and to
-the largest multiplier. **/
+/** Largest difference of a sliding contact's force from that due to its load, relative to it, and
+to the largest multiplier. **/
 constexpr double Unsettled = 1e-3, RoundOff = 1e-9;
-/** Changes of mind within a step. **/
+/** Largest number of mode changes within a step. **/
 constexpr int MostChanges = 12;
-/** Of contacts that stick, relative to what their rows have in S: those that hold the same share
-it, and do not creep, as their rates are driven to zero all the same. **/
+/** Compliance of sticking contacts relative to their rows' entry in S: contacts that constrain the
+same motion share the load, without creep, since their rates are still driven to zero. **/
 constexpr double Softness = 1e-9;
 
 const SpatialVec NoVector(Vec3(0), Vec3(0));
@@ -186,7 +186,7 @@ bool FrictionTerms::decide(By by, double* lambda) {
             contact.direction = force.normalized();
             ++contact.numChanges;
         } else if (contact.mode == Mode::Slip) {
-            // What is at rest leaves the way it is accelerated.
+            // A contact at rest starts in the direction of its acceleration.
             const bool isLeaving = by == By::Accelerations && contact.rates.norm() <= RestingRate;
             const Vector& motion = isLeaving ? contact.accelerations : contact.rates;
             const double speed = motion.norm();
@@ -230,7 +230,8 @@ void FrictionTerms::follow(double* lambda) {
         updateLoad(k, lambda);
         if (contact.mode == Mode::Stick) continue;
         const double speed = contact.rates.norm();
-        // What slid the other way when the step began turns round within it; what stuck does not.
+        // A contact that slid the other way at the step's beginning reverses within it; one that
+        // stuck does not.
         const bool hasTurned =
             contact.kept == Mode::Slip && contact.keptDirection.dot(contact.direction) < 0;
         const bool isItsOwn = speed > 0 && (hasTurned || contact.rates.dot(contact.direction) > 0);
@@ -260,7 +261,7 @@ bool FrictionTerms::isOutdated(const Contact& contact) {
         now += contact.loadSlope[k] * contact.loadSlope[k];
         then += contact.formedSlope[k] * contact.formedSlope[k];
     }
-    // Where nothing pressed, it was formed without.
+    // Without load, the matrix was formed without it.
     return now > 0 && (then == 0 || product < Turned * std::sqrt(now * then));
 }
 
@@ -356,7 +357,7 @@ void FrictionTerms::form(By by, NewtonSystem& system) {
         contact.formedMode = contact.mode;
         contact.formedDirection = contact.direction;
         contact.formedSlope = contact.loadSlope;
-        // Viscous friction alone has no part in accelerations.
+        // Viscous friction alone does not affect accelerations.
         contact.hasColumns = contact.mode != Mode::Released && (by == By::Rates || isDry(contact));
         if (contact.mode != Mode::Slip || by == By::Accelerations) continue;
         const FrictionCoefficients& own = contact.equations->getCoefficients();

@@ -1,22 +1,22 @@
 #pragma once
 /** @file
-Friction of joints in the equations of motion (private header). Its forces are multipliers: with the
-gradients w of the sliding rates v and the load P that the joint's own multipliers λ make,
+Joint friction in the equations of motion (private header). Friction forces are multipliers: with
+the gradients w of the sliding rates v and the load P due to the joint's own multipliers λ,
 
-    r += w (s + c v),    sticking:  v = 0,  |s| ≤ μ_s P    s is what it takes
+    r += w (s + c v),    sticking:  v = 0,  |s| ≤ μ_s P    s is a reaction
                          sliding:   s = μ P(λ) d           d = v/|v|
 
-Which of the two a contact does is part of what Newton's method looks for: it begins as the last
-step ended, and changes where s exceeds its limit or v turns against d. A contact that sticks has a
-row of G as a joint has, so that it does not creep; one that slides has the derivatives of s in its
-rows, those by λ in a coupling of the NewtonSystem.
+The mode of a contact is an unknown of Newton's method: it starts as at the end of the last step,
+and changes where s exceeds its limit or v reverses relative to d. A sticking contact has a row of G
+like a joint, so that it does not creep; a sliding one has the derivatives of s in its rows, those
+with respect to λ in a coupling of the NewtonSystem.
 
-A step over such a switch is not smooth, and leaves speeds wrong by the jump of accelerations times
-its length. Where that is too much, contacts are held to what they did at the step's beginning; the
-switch is the root of calcMargin() within the smooth step, which ends there.
+A step across such a switch is not smooth, and leaves speeds wrong by the jump of accelerations
+times its length. Where that is too much, contacts are held in the modes of the step's beginning;
+the switch is the root of calcMargin() within the smooth step, which is cut there.
 
-Rows, for each rate i: forceRow(i), whose column is w_i and whose multiplier is s_i; slopeRow(i), by
-which ∂(s_i + c v_i)/∂v·w and ∂s_i/∂λ enter, as the second row of a pair does. **/
+Rows, for each rate i: forceRow(i), with column w_i and multiplier s_i; slopeRow(i), for
+∂(s_i + c v_i)/∂v·w and ∂s_i/∂λ, like the second row of a pair. **/
 
 #include <vector>
 
@@ -31,76 +31,76 @@ public:
 
     bool isEmpty() const { return m_contacts.empty(); }
 
-    /** Gradients and rates where the blocks are. @pre joints have their Jacobians. **/
+    /** Computes gradients and rates where the blocks are realized. @pre joints have their
+    Jacobians. **/
     void update();
 
-    /** @name What contacts do **/
+    /** @name Modes of contacts **/
     /**@{**/
-    /** Until then none acts, as in assemblies and equilibria. Those sliding that move, the others
-     * sticking, where the blocks are. **/
+    /** Activates friction, which is inactive before, as in assemblies and equilibria. Contacts that
+    move slide, the others stick, where the blocks are realized. **/
     void start();
-    /** A step of length h is taken: what contacts do at its end is what the next one begins with.
-    0: the newest point is begun anew. **/
+    /** Accepts a step of length h: the modes at its end are those at the next one's beginning.
+    0: restarts at the newest point. **/
     void keep(double h);
-    /** Back to that. **/
+    /** Restores the kept modes. **/
     void recall();
-    /** A point between steps is looked at: until it goes, what contacts do is of that point. **/
+    /** Scope of evaluations at a point between steps, with modes of its own. **/
     class Look;
     enum class By {
-        Rates,         ///< of a step
-        Accelerations  ///< at one moment; rates matter only where they are not zero
+        Rates,         ///< within a step
+        Accelerations  ///< at one instant; rates matter only where nonzero
     };
-    /** Decides for these multipliers, and writes the forces of those that slide among them.
+    /** Decides the modes for these multipliers, and writes the forces of sliding contacts into
+    them.
     @returns true if the last matrix is of no use for that **/
     bool decide(By by, double* lambda);
-    /** Whether decide() would leave what contacts do as it is. **/
+    /** Whether decide() would leave the modes unchanged. **/
     bool isSettled(const double* lambda);
-    /** Writes the forces of a stage of a step, as decided for its end. **/
+    /** Writes the forces at a stage of a step, in the modes decided for its end. **/
     void follow(double* lambda);
     class Hold;
-    /** How long the contacts have done the same, by dry friction, that stick or slide otherwise
-    than at the last step's end: the longest [s]; 0: none does, or they have switched right there.
-    **/
+    /** Longest time for which contacts with dry friction that switched in this step had kept their
+    mode [s]; 0: none has switched, or they have switched at its beginning. **/
     double calcEndedPhase() const;
-    /** How far a contact is from ceasing to do what it did at the last step's end, where the blocks
-    are: its speed along its direction [m/s, rad/s], or by how much a force that holds is below its
-    limit [N, N m]. Negative beyond; infinite where there is no dry friction. **/
+    /** Distance of a contact from leaving the mode that it had at the last step's end, where the
+    blocks are realized: its speed along its direction [m/s, rad/s], or the reserve of a sticking
+    force below its limit [N, N m]. Negative beyond; infinite without dry friction. **/
     double calcMargin(int contact, const double* lambda);
-    /** The last step ends where this contact switches.
-    @param isAtRest  it has no speed there but round-off **/
+    /** Marks the end of the last step as a switch of this contact.
+    @param isAtRest  its speed is zero there but for round-off **/
     void noteSwitch(int contact, bool isAtRest);
-    /** Until it is left, the newest point is where a contact switches: start() lets the others go
-    on as they did. **/
+    /** True until forgetSwitch() if the newest point is a switch: start() then keeps the modes of
+    the other contacts. **/
     bool isAtSwitch() const;
     void forgetSwitch();
-    /** It stuck at the last step's end. **/
+    /** Whether it stuck at the last step's end. **/
     bool wasSticking(int contact) const { return m_contacts[size_t(contact)].kept == Mode::Stick; }
-    /** Size of its rates, where the blocks are [m/s, rad/s]. **/
+    /** Magnitude of its rates where the blocks are realized [m/s, rad/s]. **/
     double getSpeed(int contact) const { return m_contacts[size_t(contact)].rates.norm(); }
     int size() const { return int(m_contacts.size()); }
-    /** A contact that has changed its mind too often, or −1. **/
+    /** A contact that has switched too often within a step, or −1. **/
     int findUndecided() const;
-    /** By dry friction. **/
+    /** Whether it slides with dry friction. **/
     bool isSliding(int contact) const {
         return m_contacts[size_t(contact)].mode == Mode::Slip && isDry(m_contacts[size_t(contact)]);
     }
     /**@}**/
 
-    /** @name For what they do **/
+    /** @name In the current modes **/
     /**@{**/
-    /** Rates of those that stick; zero in the other rows. **/
+    /** Rates of sticking contacts; zero in the other rows. **/
     void calcErrors(double* c) const;
-    /** The same of accelerations. @pre JointTerms::calcErrorDotDots() **/
+    /** The same for accelerations. @pre JointTerms::calcErrorDotDots() **/
     void calcErrorDots(const double* u, const double* uDot, double* gDotDot);
-    /** r += w (s + c v). **/
     void addInForces(const double* lambda, double* r) const;
-    /** Columns and couplings; after J and the columns of joints.
-    @param by  what the unknowns are: speeds or accelerations **/
+    /** Forms columns and couplings; after J and the columns of joints.
+    @param by  whether the unknowns are speeds or accelerations **/
     void form(By by, NewtonSystem& system);
-    /** The same where none acts. **/
+    /** The same with all contacts inactive. **/
     void formReleased(NewtonSystem& system) const;
     void addInPower(const double* lambda, double& power) const;
-    /** How much s of a contact changes with multiplier k of its joint, at most, per μ. **/
+    /** Largest change of s of a contact with multiplier k of its joint, per μ. **/
     double getLoadSlope(int contact, int k) const {
         return m_contacts[size_t(contact)].loadSlope[size_t(k)];
     }
@@ -116,18 +116,18 @@ private:
         const FrictionEquations* equations;
         int numRates;
         FrameRef F, M;
-        SimTK::SpatialVec D[2][MaxRates];       ///< w, of F and M
+        SimTK::SpatialVec D[2][MaxRates];       ///< w, for F and M
         SimTK::SpatialVec slopes[2][MaxRates];  ///< Σ_k ∂s_i/∂v_k w_k
         Vector rates = Vector::Zero(), accelerations = Vector::Zero();
         double load = 0;
-        std::vector<double> loadSlope;  ///< ∂P/∂λ, of the joint's multipliers
+        std::vector<double> loadSlope;  ///< ∂P/∂λ, by the joint's multipliers
         Mode mode = Mode::Released, kept = Mode::Released;
         Vector direction = Vector::Zero(), keptDirection = Vector::Zero();  ///< d
         int numChanges = 0;
-        double phase = SimTK::Infinity;           ///< time since it switched, or since the start
+        double phase = SimTK::Infinity;           ///< time since its last switch or the start
         bool switches = false, isAtRest = false;  ///< at the newest point
 
-        /** What the last matrix was formed with. **/
+        /** Mode and values with which the last matrix was formed. **/
         Mode formedMode = Mode::Released;
         Vector formedDirection = Vector::Zero();
         bool hasColumns = false;
@@ -137,15 +137,15 @@ private:
     void writeForce(int contact, const Vector& force, double* lambda) const;
     Vector calcSlidingForce(const Contact& contact, const Vector& direction) const;
     static bool isOutdated(const Contact& contact);
-    /** It does not do what it did at the last step's end. **/
+    /** Whether its mode differs from that at the last step's end. **/
     static bool hasSwitched(const Contact& contact);
     static bool isDry(const Contact& contact);
-    /** What sticks by this force does no longer. **/
+    /** Whether a sticking contact slips at this force. **/
     static bool tearsOff(const Contact& contact, const Vector& force);
-    /** By how much the force that holds it is below its limit. **/
+    /** Reserve of a sticking force below its limit. **/
     static double calcReserve(const Contact& contact, const Vector& force);
     Vector getForce(int contact, const double* lambda) const;
-    /** What slides moves, or is accelerated, against its direction. **/
+    /** Whether a sliding contact moves, or is accelerated, against its direction. **/
     static bool turnsBack(const Contact& contact, const Vector& motion);
     /** s + c v of a rate. **/
     double calcForce(int contact, int rate, const double* lambda) const;
@@ -172,7 +172,7 @@ private:
     std::vector<Contact> m_contacts;  ///< those of the steps
 };
 
-/** While it is on, contacts do what they did at the last step's end, whatever it takes. **/
+/** While on, contacts keep the modes of the last step's end regardless of forces. **/
 class FrictionTerms::Hold {
 public:
     explicit Hold(FrictionTerms& frictions) : m_frictions(frictions) {}

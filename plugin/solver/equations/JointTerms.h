@@ -1,7 +1,7 @@
 #pragma once
 /** @file
 Joints in the equations of motion (private header): errors g, ġ and g̈ and their rows of G, from
-the motions of the frames that they hold together. **/
+the motions of the connected frames. **/
 
 #include <string>
 #include <vector>
@@ -15,26 +15,26 @@ class JointTerms {
 public:
     JointTerms(const Topology& topology, const Blocks& blocks, const FunctionsOfTime& functions);
 
-    /** The frames have moved. **/
+    /** Invalidates errors after the frames have moved. **/
     void forgetJacobians() { m_hasJacobians = false; }
     void updateJacobians();
-    /** Jacobian and errors of this level of one joint whose frames have moved. After all of them:
-    noteJacobians(). **/
+    /** Computes Jacobian and errors at this level for one joint whose frames have moved. Call
+    noteJacobians() after all of them. **/
     void update(int joint, MotionLevel level, double* errors);
     void noteJacobians() { m_hasJacobians = true; }
-    /** Whether errors and derivatives are those for axes far from their place, see JointEquations;
-    for assembly. **/
+    /** Selects errors and derivatives for strongly misaligned axes, see JointEquations; for
+    assembly. **/
     void setAligning(bool isAligning) {
         m_isAligning = isAligning;
         m_hasJacobians = false;
     }
 
     void calcErrors(double* g) const;
-    /** Of one joint; not while aligning. **/
+    /** For one joint; not while aligning. **/
     void calcErrors(int joint, double* g) const;
     void calcErrorDots(double* gDot) const;
     void calcErrorDotDots(const double* u, const double* uDot, double* gDotDot);
-    /** Errors of those that depend on time, at another one. **/
+    /** Errors of time-dependent joints at another time. **/
     void calcErrorsAt(const TimeValues& values, double* g) const;
 
     /** @name After updateJacobians(), for one block **/
@@ -44,14 +44,14 @@ public:
     void formColumns(int b, NewtonSystem::Block& block) const;
     /**@}**/
 
-    /** Adds the power of the motions that joints prescribe [W]. **/
+    /** Adds the power of motions prescribed by joints [W]. **/
     void addInPower(const double* lambda, double& power) const;
-    /** Largest angle that a joint's axes are away from their place [rad]. **/
+    /** Largest misalignment of a joint's axes [rad]. **/
     double calcMisalignment() const;
     /** Name of a joint that is assembled on the wrong branch, or null. **/
     const std::string* findFlipped() const;
 
-    /** Rows of a joint's second side. After updateJacobians(). **/
+    /** Rows of a joint's second side. @pre updateJacobians(). **/
     const SimTK::SpatialVec* getJacobianOfM(int joint) const {
         return m_D.data() + m_workspaces[size_t(joint)].firstD +
                size_t(m_topology.joints[size_t(joint)].numRows());
@@ -86,8 +86,8 @@ private:
     std::vector<SimTK::SpatialVec>
         m_D;                    ///< joint after joint: rows of the first side, then of the next …
     std::vector<Side> m_sides;  ///< block after block
-    std::vector<int> m_firstSide;            ///< by block; the number of all last
-    std::vector<int> m_timed;                ///< joints that depend on time
+    std::vector<int> m_firstSide;            ///< by block; total number last
+    std::vector<int> m_timed;                ///< time-dependent joints
     std::vector<FrameMotion> m_accelerated;  ///< of one joint's sides
     std::vector<const FrameMotion*> m_acceleratedFrames;
     bool m_hasJacobians = false;

@@ -105,7 +105,7 @@ void LoadTerms::realize() {
 
 void LoadTerms::calcForcesAt(int e, const Array_<FrameMotion>& motions, Forces& forces) const {
     calcForces(e, m_functions.get(), motions, forces);
-    // What has a stiffness is no load.
+    // Elements with stiffness are no loads.
     const double fraction = m_blocks.context.loadFraction;
     if (fraction != 1 && m_topology.elements[size_t(e)].isLoad())
         for (SpatialVec& force : forces) force *= fraction;
@@ -224,7 +224,7 @@ void LoadTerms::addInJacobian(const Topology::LoadedBlock& loaded, const NewtonF
     const double *ownQ = q + own.firstQ, *ownU = u + own.firstU;
     auto& [own_, movedQ, wholeQ, wholeU, r, r0] = m_scratch;
     block.form = NewtonSystem::Block::Form::General;
-    // While the block still stands at q.
+    // While the block is still at q.
     std::fill_n(r.begin(), n, 0.0);
     for (size_t j = 0; j < n; ++j) {
         double* moved = movedQ.data() + j * nq;
@@ -245,7 +245,7 @@ void LoadTerms::addInJacobian(const Topology::LoadedBlock& loaded, const NewtonF
         for (size_t i = 0; i < n; ++i)
             block.matrix[i + j * n] += factors.stiffness / h * (r[i] - r0[i]);
     }
-    calcResidual(loaded, q, u, r0.data());  // back to where it stood
+    calcResidual(loaded, q, u, r0.data());  // back to its position
 }
 
 void LoadTerms::addInJacobians(const NewtonFactors& factors, const double* q, const double* u,

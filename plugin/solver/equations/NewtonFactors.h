@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-How a speed moves its derivative and its position in one implicit step (private header):
+Derivatives of u̇ and q with respect to u in one implicit step (private header):
 
     u̇ = (u − u_hist)/mass,    δq = stiffness·N(q) δu,    J = M/mass − ∂f/∂u − stiffness ∂f/∂q N
 

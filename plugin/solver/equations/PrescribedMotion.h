@@ -2,12 +2,12 @@
 /** @file
 Locked mobilizers and Simbody's Motions in the equations of motion (private header).
 
-A prescribed speed is known, not an unknown: u_i and u̇_i are set before Newton's iteration, row and
-column i of J become the identity's, row i of Gᵀ and r_i become zero. A prescribed coordinate q_i
-is set after q is integrated. What `lock()` or Motion::Steady hold is constant and kept here; other
-Motions' values are asked of Simbody: once for every time if they depend on nothing else (all
-position-level and Sinusoid ones), else at every evaluation. The generalized force that moves the
-coordinate is the residual of its row. **/
+A prescribed speed is not an unknown: u_i and u̇_i are set before Newton's iteration, row and column
+i of J become those of the identity, and row i of Gᵀ and r_i zero. A prescribed coordinate q_i is
+set after q is integrated. Values of `lock()` and Motion::Steady are constant and stored here; those
+of other Motions are evaluated by Simbody, once per time if they depend on nothing else (all
+position-level and Sinusoid ones), otherwise in every evaluation. The generalized force that moves
+the coordinate is the residual of its row. **/
 
 #include <vector>
 
@@ -21,14 +21,14 @@ class Checkpoint;
 
 class PrescribedMotion {
 public:
-    /** Where a mobilizer's coordinates stand in the solver's vectors. **/
+    /** Indices of a mobilizer's coordinates in the solver's vectors. **/
     struct Mobilizer {
         SimTK::MobilizedBodyIndex body;
         bool isFlexibleFrame = false;  ///< solver's q, u: quaternion, p_GB; ω_B, v_G
         int q0 = 0, nq = 0, u0 = 0, nu = 0;
     };
 
-    /** True if the mobilizer is locked or moved by a Motion in this State, at whatever level. **/
+    /** True if the mobilizer is locked or moved by a Motion in this State, at any level. **/
     static bool isPrescribed(const SimTK::MobilizedBody& mobod, const SimTK::State& state);
     /** True if it is to be moved by Motion::Fast. **/
     static bool isUnsupported(const SimTK::MobilizedBody& mobod, const SimTK::State& state);
@@ -45,41 +45,41 @@ public:
     bool hasAccelerationMotions() const { return m_hasAccelerationMotions; }
     /** True if a Motion's values may depend on q or u. **/
     bool dependsOnState() const { return m_dependsOnState; }
-    /** True if speeds other than zero are prescribed. **/
+    /** True if nonzero speeds are prescribed. **/
     bool canWork() const { return m_canWork; }
 
-    /** Takes the Motions' q and u at the time and free coordinates of `state`: sets them there.
-    On return it is realized to Stage::Position (Stage::Dynamics if accelerations are prescribed:
-    they are read then). **/
+    /** Takes the Motions' q and u at the time and free coordinates of `state`, and sets them there.
+    On return the State is realized to Stage::Position (Stage::Dynamics if accelerations are
+    prescribed, which are read then). **/
     void updateFromSimbody(SimTK::State& state);
     /** Takes the Motions' u̇. @pre state realized to Stage::Dynamics. **/
     void updateAccelerations(const SimTK::State& state);
 
-    /** Writes the known q and u. With `uHist`, speeds of prescribed accelerations become
-     * u_hist + γu̇. **/
+    /** Writes the known q and u. With `uHist`, prescribed accelerations give u_hist + γu̇. **/
     void apply(double gamma, const double* uHist, double* q, double* u) const;
     /** Writes the known u̇. **/
     void applyAccelerations(const double* q, double* uDot) const;
 
-    /** Writes −factor·u̇ where a Motion prescribes no more than u̇. **/
+    /** Writes −factor·u̇ where a Motion prescribes u̇ only. **/
     void subtractAccelerations(double factor, const double* q, double* r) const;
 
     /** Sets r_i of all prescribed speeds to zero. **/
     void clearResidual(double* r) const;
     /** Power of the forces that move the coordinates, from the residual before it is cleared. **/
     double calcPower(const double* r, const double* u) const;
-    /** Zeroes what is known exactly in errors of q and u. **/
+    /** Zeroes exactly known entries in errors of q and u. **/
     void clearErrors(double* errorQ, double* errorU) const;
 
-    /** Turns prescribed rows and columns of a block with own columns into the identity's; a held
-    mode of an arrow keeps its entry of the part's diagonal, as its row of r is zero.
-    @param level  what must be known: at Position, only speeds whose q is prescribed too **/
+    /** Turns prescribed rows and columns of a block with its own columns into those of the
+    identity; a held mode of an arrow keeps its entry of the part's diagonal, since its row of r is
+    zero.
+    @param level  at Position, only speeds with prescribed q **/
     void mask(MotionLevel level, int firstU, NewtonSystem::Block& block) const;
     bool touches(int firstU, int numU) const;
-    /** True if this speed is prescribed at the level or a deeper one. **/
+    /** True if this speed is prescribed at this level or a deeper one. **/
     bool isKnown(MotionLevel level, size_t u) const;
 
-    /** The values known now. **/
+    /** Values at the current time. **/
     void visit(Checkpoint& checkpoint);
 
 private:

@@ -68,7 +68,7 @@ RigidTree::RigidTree(const SimbodyMatterSubsystem& matter,
     m_needsSimbody = m_hasUnknownTurning || !agreesWithSimbody(matter, state);
     if (m_needsSimbody) checkVelocities(matter, state);
 
-    // A long chain's weights cost more than a step.
+    // The weights of a long chain cost more than a step.
     constexpr double WorthAStep = 32;  // terms for each body
     double terms = 0;
     for (const RigidBody& body : m_bodies)
@@ -334,7 +334,7 @@ void RigidTree::addInTransposed(int index, const SpatialVec& F_G, double* r) con
 }
 
 void RigidTree::addInForces(double* r) {
-    // Every body stands after its parent.
+    // Every body follows its parent.
     for (size_t b = m_bodies.size(); b-- > 0;) {
         const RigidBody& body = m_bodies[b];
         const SpatialVec& F = m_forces[b];
@@ -417,7 +417,7 @@ void RigidTree::formMassMatrix(double factor, NewtonSystem::Block& block) {
         const RigidBody& body = m_bodies[b];
         const Composite& own = m_composites[b];
         for (int k = 0; k < body.nu; ++k) {
-            // Force that accelerates the composite body along speed k, carried towards the root.
+            // Force that accelerates the composite body along speed k, propagated to the root.
             const SpatialVec& H = body.H[k];
             SpatialVec F(own.inertia * H[0] + own.moment % H[1],
                          own.mass * H[1] - own.moment % H[0]);
@@ -473,7 +473,7 @@ std::optional<Vector> RigidTree::askForQDot(const EvaluationContext& context,
 
 void RigidTree::integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                            const double* u, double* q) const {
-    // Newton's iteration brings q and the State's together.
+    // Newton's method makes q and the State's q agree.
     const std::optional<Vector> simbodyQDot = askForQDot(context, u);
     for (const RigidBody& body : m_bodies) {
         const double *history = qHist + body.q0, *speeds = u + body.u0;

@@ -4,16 +4,16 @@ A tree of ordinary Simbody bodies rooted at Ground, or several of them between w
 act, as one block of the Newton system (private header).
 
 q and u are Simbody's own. Weld, Pin, Slider, Cylinder, Screw, Universal, Planar, BendStretch,
-Gimbal, Bushing, Translation, Ball and Free mobilizers are evaluated by our own recursion, which is
-compared with Simbody's once; a tree with any other mobilizer (reversed, custom, …) takes poses and
-Jacobians from Simbody. q̇ = N(q)u is our own for all of
-Simbody's mobilizers; a custom one with an N of its own asks Simbody.
+Gimbal, Bushing, Translation, Ball and Free mobilizers are evaluated by simflex's own recursion,
+which is checked against Simbody once; a tree with any other mobilizer (reversed, custom, …) takes
+poses and Jacobians from Simbody. q̇ = N(q)u is evaluated here for all of Simbody's mobilizers;
+custom ones with their own N use Simbody.
 
     A_B = shift(A_P) + H_B u̇_B + bias,   r = Σ_B J_Bᵀ F_inertial(A_B),   M = Σ_B J_Bᵀ M_B J_B
 
 J_B, the columns H of B and its ancestors shifted to B's origin, is never formed: accelerations
-pass outwards and forces inwards in O(n), M by composite bodies in O(n·depth), and the
-derivatives of r with respect to u and q are known body by body (RigidTreeTangent.cpp). **/
+propagate outwards and forces inwards in O(n), M follows from composite bodies in O(n·depth), and
+the derivatives of r with respect to u and q are known body by body (RigidTreeTangent.cpp). **/
 
 #include <optional>
 
@@ -24,9 +24,9 @@ namespace simflex {
 
 class RigidTree : public Block {
 public:
-    /** Takes over base bodies (children of Ground) and everything outboard of them.
+    /** Builds the tree of base bodies (children of Ground) and everything outboard of them.
     @param state  realized to Stage::Velocity
-    @throws std::invalid_argument if a mobilizer's velocities are not the rates of its positions **/
+    @throws std::invalid_argument if a mobilizer's speeds are not the rates of its positions **/
     RigidTree(const SimTK::SimbodyMatterSubsystem& matter,
               const std::vector<SimTK::MobilizedBodyIndex>& roots, const SimTK::State& state);
 
@@ -35,17 +35,16 @@ public:
 
     bool contains(SimTK::MobilizedBodyIndex body) const;
 
-    /** Where a body's coordinates and speeds stand in the block. **/
+    /** Indices of a body's coordinates and speeds in the block. **/
     struct Slots {
         int q0, nq, u0, nu;
     };
     Slots findSlots(SimTK::MobilizedBodyIndex body) const;
 
     /** True if poses and Jacobians come from Simbody, so that realize() needs
-     * EvaluationContext::state. **/
+    EvaluationContext::state. **/
     bool needsSimbody() const { return m_needsSimbody; }
-    /** True if the Newton block can have the exact derivatives of all forces that calcResidual()
-    has. **/
+    /** True if the Newton block can have the exact derivatives of all forces in calcResidual(). **/
     bool knowsDerivatives() const { return !m_needsSimbody; }
 
     /** Writes q and u of this block into Simbody's vectors. **/
@@ -68,7 +67,7 @@ public:
                          const EvaluationContext& context, const double* q, const double* u,
                          const double* uDot, NewtonSystem::Block& block) override;
     void formMassBlock(NewtonSystem::Block& block) override;
-    /** M body by body, where the tree is. **/
+    /** Writes M by bodies, at the realized point. **/
     void formInertia(BasicTreeMatrix<double>& tree) const;
     void integrateQ(const EvaluationContext& context, const double* qHist, double gamma,
                     const double* u, double* q) const override;
@@ -76,15 +75,16 @@ public:
                   double* qDot) const override;
     void displaceQ(const EvaluationContext& context, const double* delta, double* q) const override;
     void moveQ(const EvaluationContext& context, const double* delta, double* q) const override;
-    /** True if Simbody is asked for N(q). **/
+    /** True if N(q) of some mobilizer comes from Simbody. **/
     bool asksForN() const { return m_hasUnknownTurning; }
     void followPose() override;
     void visit(Checkpoint& checkpoint) override;
-    /** Writes N W N⁺ δq, what a difference of coordinates is by Simbody's weights W of the speeds.
-    Where only Simbody knows N, the largest weight of a mobilizer stands for all of its own. **/
+    /** Writes N W N⁺ δq, a coordinate difference weighted by Simbody's weights W of the speeds.
+    Where only Simbody knows N, the largest weight of a mobilizer is used for all its coordinates.
+    **/
     void weighQ(const double* q, const double* uWeights, const double* deltaQ,
                 double* weighed) const;
-    /** Takes this block's part of a vector by Simbody's speeds. **/
+    /** Copies this block's part of a vector over Simbody's speeds. **/
     void takeSpeeds(const SimTK::Vector& simbody, double* u) const;
     void turnAlong(const double* fromQ, const double* toQ, double* u) const override;
     bool isUsable(const double* q, const double* u) const override;
@@ -94,12 +94,12 @@ public:
     void getDisplacements(double* ofSpeeds) const override;
     double calcQDisplacement(const double* deltaQ) const override;
     double calcUDisplacement(const double* deltaU, double h) const override;
-    /** What belongs to one base body, in the block. **/
+    /** Coordinates and speeds of one base body and its outboard bodies, in the block. **/
     struct Root {
         int firstQ, numQ, firstU, numU;
     };
     const std::vector<Root>& getRoots() const { return m_roots; }
-    /** The same of one root's bodies. **/
+    /** The same for the bodies of one root. **/
     double calcDisplacement(const Root& root, const double* delta) const;
     double calcQDisplacement(const Root& root, const double* deltaQ) const;
     double calcDampingPower(const double*) const override { return 0; }
@@ -126,14 +126,14 @@ private:
         Free,
         Other
     };
-    /** What the first coordinates of a mobilizer are; the others have q̇ = u. **/
+    /** Meaning of the first coordinates of a mobilizer; the others have q̇ = u. **/
     enum class Turning {
         None,               ///< q̇ = u throughout
         Quaternion,         ///< 4 q; 3 u: ω of M in F, expressed in F
         LineQuaternion,     ///< 4 q; 2 u: ω_x, ω_y expressed in M
         BodyXYZ,            ///< 3 q, body-fixed angles; u as for Quaternion
         LineBodyXYZ,        ///< 3 q; u as for LineQuaternion
-        KnownToSimbodyOnly  ///< N(q) is asked of Simbody
+        KnownToSimbodyOnly  ///< N(q) comes from Simbody
     };
 
     struct RigidBody {
@@ -152,7 +152,7 @@ private:
         SimTK::SpatialVec H[6];  ///< (ω, v) of B's origin in Ground per speed of its mobilizer
     };
 
-    /** A body with everything outboard of it frozen to it, about its origin in Ground. **/
+    /** A body with everything outboard of it rigidly attached, about its origin, in Ground. **/
     struct Composite {
         SimTK::Real mass = 0;
         SimTK::Vec3 moment{0};  ///< mass times centre of mass
@@ -164,20 +164,20 @@ private:
         SimTK::Transform X_BF;
     };
 
-    /** @name Derivatives: RigidTreeTangent.cpp has the equations **/
+    /** @name Derivatives: equations in RigidTreeTangent.cpp **/
     /**@{**/
-    /** A body, about a resting point. **/
+    /** Quantities of a body about a point at rest. **/
     struct BodyTangent {
         SimTK::Vec3 reference{0};  ///< that point
         SimTK::SpatialVec V, A;
-        SimTK::Real mass = 0;  ///< I: mass, mass times its centre, and inertia
+        SimTK::Real mass = 0;  ///< I: mass, first moment of mass, and inertia
         SimTK::Vec3 moment{0};
         SimTK::Mat33 inertia{0};
         SimTK::Mat33 gyration{0};  ///< D: moments; forces are −2 momentum × ν
         SimTK::Vec3 momentum{0};
         SimTK::Mat33 byGravity{0};  ///< I (· × g): moments; forces are −weight × ω
         SimTK::Vec3 weight{0};
-        SimTK::SpatialVec force;  ///< F, of all bodies outboard too
+        SimTK::SpatialVec force;  ///< F, including all outboard bodies
     };
     struct SpeedTangent {
         SimTK::SpatialVec S, alpha, beta;
@@ -186,8 +186,8 @@ private:
     struct ScrewRates;
     static void calcScrewRates(const RigidBody& body, const double* q, const double* u,
                                ScrewRates& rates);
-    /** A screw of a body's mobilizer, from F's axes and origin to Ground's axes and the resting
-    point. **/
+    /** Transforms a screw of a body's mobilizer from F's axes and origin to Ground's axes and the
+    reference point. **/
     SimTK::SpatialVec carryFromF(const RigidBody& body, const SimTK::SpatialVec& screw) const;
     void calcTangents(const EvaluationContext& context, const double* q, const double* u,
                       const double* uDot);
@@ -207,23 +207,22 @@ private:
     static int numTurningU(const RigidBody& body) {
         return numTurningQ(body) - (body.nq - body.nu);
     }
-    /** N(q) of a body from what its turning is supposed to be. **/
+    /** Multiplies by N(q) of a body, according to its turning. **/
     static void multiplyByN(const RigidBody& body, const double* q, const double* u, double* qDot);
-    /** All of Simbody's q̇ = N u, N at the State's q; nothing if every turning is known here. **/
+    /** All of Simbody's q̇ = N u, N at the State's q; empty if every turning is known here. **/
     std::optional<SimTK::Vector> askForQDot(const EvaluationContext& context,
                                             const double* u) const;
-    /** @throws std::invalid_argument if a mobilizer's velocities are not the rates of its
-     * positions.
-     * **/
+    /** @throws std::invalid_argument if a mobilizer's speeds are not the rates of its
+    positions. **/
     void checkVelocities(const SimTK::SimbodyMatterSubsystem& matter,
                          const SimTK::State& state) const;
-    /** Finds out what each body's q and u are, against Simbody's N at an arbitrary state. **/
+    /** Classifies each body's q and u by comparison with Simbody's N at an arbitrary state. **/
     void classifyTurning(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
     void addBody(const SimTK::SimbodyMatterSubsystem& matter, SimTK::MobilizedBodyIndex index,
                  int parent, const SimTK::State& state);
     bool agreesWithSimbody(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state);
-    /** A speed's weight: the worst displacement it causes at a body's centre of mass or radius of
-     * gyration. **/
+    /** Computes each speed's weight: the largest displacement it causes at a body's centre of mass
+    or radius of gyration. **/
     void calcWeights();
     void realizeBody(RigidBody& body, const double* q, const double* u) const;
     void realizeBodyFromSimbody(RigidBody& body, const SimTK::State& state) const;
@@ -233,9 +232,9 @@ private:
     void formMassMatrix(double factor, NewtonSystem::Block& block);
     /** r += Jᵀ F for a force at one body's origin. **/
     void addInTransposed(int body, const SimTK::SpatialVec& F_G, double* r) const;
-    /** The same for forces at all bodies' origins, m_forces; uses them up. **/
+    /** The same for m_forces at all bodies' origins; overwrites them. **/
     void addInForces(double* r);
-    /** displaceQ() of one body's own coordinates, whose N(q) is known here. **/
+    /** displaceQ() for one body whose N(q) is known here. **/
     void displaceQ(const RigidBody& body, const double* delta, double* q) const;
 
     /** "speed 2 of 6 of mobilized body 3". **/
@@ -247,7 +246,7 @@ private:
     std::vector<Root> m_roots;
     std::vector<Frame> m_frameData;
     std::vector<Composite> m_composites;
-    std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, of one pass
+    std::vector<SimTK::SpatialVec> m_forces, m_motions;  ///< by body, within one pass
     std::vector<BodyTangent> m_tangents;
     std::vector<SpeedTangent> m_speedTangents;
     std::vector<double> m_treeWorkspace;

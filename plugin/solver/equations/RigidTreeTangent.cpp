@@ -1,5 +1,5 @@
-// What motions of a rigid tree change in its forces of inertia, in gravity and in linear forces on
-// its mobilities: exact, in closed form, O(n) body by body.
+// Derivatives of a rigid tree's inertial forces, gravity and linear mobility forces: exact, in
+// closed form, O(n) body by body.
 //
 // Motions (ω, v) and forces (n, f) about one resting point near the tree; S are the screws of a
 // body's mobilizer, c its Ṡu in its own frame F:
@@ -7,8 +7,8 @@
 //     V_B = V_P + S u,   A_B = A_P + S u̇ + V_P × S u + c,
 //     F_B = I_B (A_B − g) + V_B ×* I_B V_B,   r = Sᵀ Σ F of all bodies outboard
 //
-// A displacement along S_j turns all that is outboard, and what it adds is the same for all bodies
-// there; so is what a change of u_j does:
+// A displacement along S_j rotates everything outboard and has the same effect on all bodies there,
+// as has a change of u_j:
 //
 //     δV = S_j × V + ν_j,   δA = S_j × A + ν_j × V + α_j,
 //     δF = S_j ×* F + I α_j + D ν_j + I (S_j × g),   ∂F/∂u_j = I β_j + D S_j,
@@ -46,7 +46,7 @@ const SpatialVec ZeroMotion{Vec3(0), Vec3(0)};
 
 }  // namespace
 
-/** How the screws of a mobilizer change along its own speeds, in F. **/
+/** Derivatives of the screws of a mobilizer along its own speeds, in F. **/
 struct RigidTree::ScrewRates {
     bool areZero = true;
     SpatialVec along[6][6];  ///< [k][l]: of S_k along l
@@ -208,7 +208,7 @@ void RigidTree::calcTangents(const EvaluationContext& context, const double* q, 
         own.force = SpatialVec(own.inertia * own.A[0] + h % a, m * a - h % own.A[0]) +
                     crossForce(own.V, SpatialVec(n, own.momentum));
     }
-    // Every body stands after its parent.
+    // Every body follows its parent.
     for (size_t b = m_bodies.size(); b-- > 0;)
         if (m_bodies[b].parent >= 0)
             m_tangents[size_t(m_bodies[b].parent)].force += m_tangents[b].force;

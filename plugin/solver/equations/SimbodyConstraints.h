@@ -7,9 +7,10 @@ motion (private header):
     nonholonomic    v(q, u, t) = 0   error v in the speed equations, none in projections
     acceleration    a(q, u, u̇, t) = 0
 
-Every one is asked through Simbody's generic methods, on a State in which only these constraints
-are enabled. A row of G is the forces of a unit multiplier: Simbody's M u̇ + Gᵀλ = f is ours. Rows
-of one constraint stand together: holonomic, nonholonomic, acceleration. **/
+All are evaluated by Simbody's generic methods, on a State in which only these constraints are
+enabled. A row of G consists of the forces of a unit multiplier, so that signs are those of
+Simbody's M u̇ + Gᵀλ = f. Rows of one constraint are consecutive: holonomic, nonholonomic,
+acceleration. **/
 
 #include <string>
 #include <utility>
@@ -19,7 +20,7 @@ of one constraint stand together: holonomic, nonholonomic, acceleration. **/
 
 namespace simflex {
 
-/** What a constraint row or a prescribed coordinate is about: Position implies the other two. **/
+/** Level of a constraint row or prescribed coordinate; Position implies the other two. **/
 enum class MotionLevel { Position, Velocity, Acceleration };
 
 class SimbodyConstraints {
@@ -61,11 +62,11 @@ public:
     void addInForces(const SimTK::State& state, const double* lambda,
                      SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
                      SimTK::Vector& mobilityForces) const;
-    /** Power of the forces −Gᵀλ [W]; zero but for working constraints. **/
+    /** Power of the forces −Gᵀλ [W]; zero except for working constraints. **/
     double calcPower(const SimTK::State& state, const double* lambda) const;
     /**@}**/
 
-    /** A constraint's number, kind and bodies in words. **/
+    /** A constraint's number, kind and bodies, for messages. **/
     static std::string describe(const SimTK::Constraint& constraint);
 
 private:

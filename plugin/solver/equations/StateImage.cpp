@@ -26,7 +26,7 @@ bool visitPlain(Checkpoint& checkpoint, AbstractValue& value) {
     return true;
 }
 
-/** Vector_<T>, Array_<T>: of any length. **/
+/** Vector_<T>, Array_<T>, of any length. **/
 template <class Collection, class T>
 bool visitCollection(Checkpoint& checkpoint, AbstractValue& value) {
     if (!Value<Collection>::isA(value)) return false;
@@ -54,7 +54,7 @@ bool visitText(Checkpoint& checkpoint, AbstractValue& value) {
     return true;
 }
 
-/** @returns false for a type that is not known here. **/
+/** @returns false for an unknown type. **/
 bool visitValue(Checkpoint& c, AbstractValue& value) {
     return visitPlain<bool>(c, value) || visitPlain<int>(c, value) || visitPlain<long>(c, value) ||
            visitPlain<float>(c, value) || visitPlain<Real>(c, value) ||
@@ -89,7 +89,7 @@ void visitAnyLength(Checkpoint& c, Vector& values) {
     if (size > 0) c.visitBytes(&values[0], size * sizeof(Real));
 }
 
-/** The same, of a length that the State has. **/
+/** The same, of the length in the State. **/
 void visitVariables(Checkpoint& c, const Vector& now, const char* what, Vector& values) {
     values = now;
     visitAnyLength(c, values);
@@ -102,7 +102,7 @@ void visitVariables(Checkpoint& c, const Vector& now, const char* what, Vector& 
 
 bool StateImage::isOpaque(const State& state, const DiscreteVarKey& key) const {
     const AbstractValue& value = state.getDiscreteVariable(key.first, key.second);
-    // Simbody's own bookkeeping of locks and disabled constraints is asked for through its API.
+    // Simbody's own bookkeeping of locks and disabled constraints is accessed through its API.
     const bool isBookkeeping = key.first == m_system.getMatterSubsystem().getMySubsystemIndex() &&
                                std::string(value.getTypeName()).compare(0, 2, "SB") == 0;
     return !isBookkeeping && !isKnown(value);
@@ -258,7 +258,7 @@ State makeFreshState(const MultibodySystem& system, const State& state) {
     system.realizeModel(fresh);
     fresh.invalidateAll(Stage::Instance);
     if (state.getSystemStage() < Stage::Instance) return fresh;
-    // Weights of constraint errors are made with the constraints.
+    // Weights of constraint errors are allocated with the constraints.
     system.realize(fresh, Stage::Instance);
     fresh.updQErrWeights() = state.getQErrWeights();
     fresh.updUErrWeights() = state.getUErrWeights();

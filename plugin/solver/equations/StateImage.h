@@ -1,10 +1,10 @@
 #pragma once
 /** @file
-What stands in a SimTK::State, in a checkpoint (private header): t, q, u, z, weights of z, locks,
+Contents of a SimTK::State in a checkpoint (private header): t, q, u, z, weights of z, locks,
 disabled Motions, constraints and forces, the choice of quaternions, and discrete variables of
 numbers and of the usual collections of them. Discrete variables of other types (a force element's
-or constraint's parameters, say) are opaque: they are taken from the State given for reading, and a
-change of one since the integration started cannot be written. **/
+or constraint's parameters, say) are opaque: they are copied from the State given for reading, and
+changes of them since the start of the integration cannot be written. **/
 
 #include <string>
 #include <vector>
@@ -18,7 +18,7 @@ class StateImage {
 public:
     explicit StateImage(const SimTK::MultibodySystem& system) : m_system(system) {}
 
-    /** Remembers how often opaque variables were changed. **/
+    /** Records the versions of opaque variables. **/
     void startFrom(const SimTK::State& state);
     /** @throws std::runtime_error that names an opaque variable that changed since startFrom(). **/
     void requireWritable(const SimTK::State& state) const;
@@ -41,19 +41,19 @@ private:
     std::vector<OpaqueVariable> m_opaque;
 };
 
-/** Variables that are updated at the ends of steps: contacts, cables' last paths, Measure::Delay.
+/** Variables updated at the ends of steps: contacts, cables' last paths, Measure::Delay.
 @param state  realized to Stage::Instance **/
 std::vector<SimTK::DiscreteVarKey> listAutoUpdates(const SimTK::State& state);
 
-/** Variables that no more than motions and forces depend on: all but those of Stage::Instance and
+/** Variables on which only motions and forces depend: all but those of Stage::Instance and
 before. **/
 std::vector<SimTK::DiscreteVarKey> listLaterVariables(const SimTK::State& state);
 
-/** Writes these variables of one State into another of the same system. **/
+/** Copies these variables from one State to another of the same system. **/
 void copyVariables(const std::vector<SimTK::DiscreteVarKey>& keys, const SimTK::State& from,
                    SimTK::State& to);
 
-/** copyState() with what Stage::Instance computes anew. **/
+/** copyState() with the results of Stage::Instance recomputed. **/
 SimTK::State makeFreshState(const SimTK::MultibodySystem& system, const SimTK::State& state);
 
 }  // namespace simflex

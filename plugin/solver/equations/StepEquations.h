@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The equations of one implicit step (private header): with u and λ, what a StepFormula makes of them
+The equations of one implicit step (private header) in the unknowns u and λ, by a StepFormula:
 
     q(u),  u̇(u),    r = M u̇ + b − f + Gᵀλ,    c = ġ  or  g/stiffness **/
 
@@ -15,24 +15,23 @@ class StepEquations {
 public:
     explicit StepEquations(Evaluation& equations);
 
-    /** Writes q and u̇ that follow from u, and u where it is prescribed; brings the equations there
-    and writes position errors to system.c. **/
+    /** Writes the q and u̇ that follow from u, and prescribed u; realizes the equations there and
+    writes position errors to system.c. **/
     void arrive(const StepFormula& formula, std::vector<double>& u, std::vector<double>& q,
                 std::vector<double>& uDot, NewtonSystem& system);
 
-    /** The same, and evaluates there: writes r and c.
+    /** The same, and evaluates r and c there.
     @param level   of c: Velocity or Position, see Evaluation::calcStepErrors()
-    @param finish  called for each block when its part of r is there, from several threads **/
+    @param finish  called for each block when its part of r is complete, from several threads **/
     void evaluate(const StepFormula& formula, MotionLevel level, const std::vector<double>& lambda,
                   const std::vector<double>& z, const Evaluation::BlockVisit& finish,
                   std::vector<double>& u, std::vector<double>& q, std::vector<double>& uDot,
                   NewtonSystem& system);
 
     /** @name evaluate() in two steps
-    between which z may be corrected, where the equations have states. **/
+    z may be corrected in between, if the equations have states. **/
     /**@{**/
-    /** Writes q that follows from u, and u where it is prescribed, and brings the equations there.
-     * **/
+    /** Writes the q that follows from u, and prescribed u, and realizes the equations there. **/
     void realize(const StepFormula& formula, const std::vector<double>& z, std::vector<double>& u,
                  std::vector<double>& q);
     /** Writes u̇, r and c. **/
@@ -42,7 +41,7 @@ public:
                       std::vector<double>& uDot, NewtonSystem& system);
     /**@}**/
 
-    /** (u − u_hist)/mass, or what is prescribed. **/
+    /** (u − u_hist)/mass, or the prescribed value. **/
     void calcUDot(const StepFormula& formula, const std::vector<double>& q,
                   const std::vector<double>& u, std::vector<double>& uDot) const;
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-One implicit step as an integration scheme writes it down (private header):
+One implicit step in the form given by an integration scheme (private header):
 
     u̇ = (u − u_hist)/mass
     q = q_hist + stiffness N(q) u                  (QRule::Linear)

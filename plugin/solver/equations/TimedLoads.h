@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-How loads and motions depend on time alone, all else as at the last evaluation (private header). Of
-Simbody's forces and constraints those that may: Force::Custom, Constraint::Custom and
-Constraint::PrescribedMotion. **/
+Dependence of loads and motions on time alone, with everything else as at the last evaluation
+(private header). Of Simbody's forces and constraints, these are Force::Custom, Constraint::Custom
+and Constraint::PrescribedMotion. **/
 
 #include <memory>
 #include <vector>
@@ -21,14 +21,14 @@ public:
     bool hasLoads() const { return m_hasLoads; }
     bool hasMotions() const;
 
-    /** What may depend on time, elsewhere zero.
-    @param[out] r  forces in the equations' sign; of prescribed accelerations, what they add to
-        speeds in a step
-    @param[out] g  errors of constraints in positions; of those of speeds and accelerations, what a
-        step makes of them **/
+    /** Computes all terms that may depend on time, zero elsewhere.
+    @param[out] r  forces with the sign of the equations; for prescribed accelerations, the change
+    of speeds in a step
+    @param[out] g  position errors of constraints; velocity and acceleration errors integrated over
+    a step **/
     void calc(double time, const NewtonFactors& factors, const double* q, const double* u,
               const double* uDot, const JointTerms& joints, LoadTerms& loads, double* r, double* g);
-    /** Writes the q and u that Motions prescribe at another time. **/
+    /** Writes the q and u prescribed by Motions at another time. **/
     void calcMotions(double time, double* q, double* u);
 
     void takeVariables(const std::vector<SimTK::DiscreteVarKey>& keys, const SimTK::State& from);
@@ -40,7 +40,7 @@ private:
     FunctionsOfTime& m_functions;
     bool m_hasLoads = false, m_hasConstraints = false;
     std::vector<const SimTK::Force::Custom::Implementation*> m_forces;
-    SimTK::State m_state;  ///< on which Simbody evaluates these
+    SimTK::State m_state;  ///< on which Simbody evaluates them
     SimTK::Vector_<SimTK::SpatialVec> m_bodyForces;
     SimTK::Vector m_mobilityForces;
     SimTK::Vector_<SimTK::Vec3> m_particleForces;

@@ -1,9 +1,8 @@
 #pragma once
 /** @file
-What does not change while equations of motion are evaluated (private header): the blocks of a
-system, where their coordinates and speeds stand, the rows and columns of constraints and forces,
-which blocks are evaluated together and which share a part. A TopologyBuilder makes it; from then on
-it is constant. **/
+Structure of a system's equations of motion, constant during evaluation (private header): blocks,
+the indices of their coordinates and speeds, the rows and columns of constraints and forces, which
+blocks are evaluated together and which share a part. Built by TopologyBuilder. **/
 
 #include <array>
 #include <memory>
@@ -27,75 +26,74 @@ struct FrameRef {
 struct Topology {
     enum class Setting {
         Implicit,   ///< bodies that are rigid in the State have no modal speeds
-        Linearize,  ///< the same with all of Simbody's speeds
-        Native      ///< within a realization of Simbody's own
+        Linearize,  ///< the same, but with all of Simbody's speeds
+        Native      ///< within Simbody's own realization
     };
 
     struct Joint {
         const JointRecord* record;
         int firstRow;
-        int drive;                    ///< among TimeValues
-        std::vector<FrameRef> sides;  ///< F, M; of a coupler those of every coordinate
+        int drive;                    ///< index among TimeValues
+        std::vector<FrameRef> sides;  ///< F, M; for a coupler, those of every coordinate
 
         int numRows() const { return record->equations->getNumEquations(); }
     };
-    /** A contact of a joint's friction. A force has two rows each for what it does, first of all:
-    the force's own, which is one of the multipliers, and one that stays zero. **/
+    /** A contact of a joint's friction. Each rate has two rows: that of the friction force, which
+    is one of the multipliers, and one whose multiplier stays zero. **/
     struct Friction {
-        int joint;    ///< among `joints`
-        int contact;  ///< of its FrictionEquations
+        int joint;    ///< index in `joints`
+        int contact;  ///< index in its FrictionEquations
         int firstRow, numRates;
         const FrictionEquations& getEquations(const Topology& topology) const {
             return *topology.joints[size_t(joint)].record->friction;
         }
         int numRows() const { return 2 * numRates; }
-        /** Of the force along a rate, and the one beside it. **/
+        /** Rows of the force along a rate, and of its slopes. **/
         int forceRow(int rate) const { return firstRow + rate; }
         int slopeRow(int rate) const { return firstRow + numRates + rate; }
     };
     struct Element {
         const ForceElement* element;
         std::vector<FrameRef> frames;
-        int timedForce;  ///< among TimeValues
+        int timedForce;  ///< index among TimeValues
         int firstRow;    ///< of its Jacobian, after those of all constraints
-        int numTerms;    ///< of the Jacobian, a row each
+        int numTerms;    ///< of the Jacobian, one row each
         int numPairs;    ///< two rows each
 
         int numRows() const { return numTerms + 2 * numPairs; }
         bool isLoad() const { return numRows() == 0; }
     };
-    /** A joint's or force element's side that acts on a block, and its columns of the block's Gᵀ.
-     * **/
+    /** A side of a joint or force element acting on a block, and its columns of the block's Gᵀ. **/
     struct BlockSide {
         int owner, side;
         int firstColumn;
-        int partFrame = 0;  ///< of the block's part, if it has one
+        int partFrame = 0;  ///< index in the block's part, if it has one
     };
-    /** The Jacobian of foreign forces; its terms in a block are columns of Gᵀ there. **/
     struct StateEquationRef {
         const StateEquation* equation;
         std::vector<FrameRef> frames;
     };
+    /** Jacobian of foreign forces; its terms in a block are columns of Gᵀ there. **/
     struct DifferencedForce {
         int firstRow, numTerms;
-        /** Blocks that it acts on: their first column for it, their speeds among its own. **/
+        /** A block that it acts on: first column there, and the speeds that it depends on. **/
         struct Side {
             int block, firstColumn;
             std::vector<int> speeds;
         };
         std::vector<Side> sides;
-        /** A rigid block that all of it acts in, which its matrix is added to; −1: none. **/
+        /** Rigid block that contains the whole force, whose matrix it is added to; −1: none. **/
         int ownBlock = -1;
-        std::vector<int> ownRows;  ///< of that block, for each of its speeds
+        std::vector<int> ownRows;  ///< rows of that block, for each of its speeds
     };
-    /** A block with loads that its own motion can change. **/
+    /** A block with loads that depend on its own motion. **/
     struct LoadedBlock {
         int block;
-        std::vector<int> elements;  ///< on frames of its own
-        std::vector<double> steps;  ///< for differences, of each speed
+        std::vector<int> elements;  ///< on its own frames
+        std::vector<double> steps;  ///< difference steps, by speed
     };
-    /** Flexible blocks of one part and damping that are held at the same places, or nearly so, and
-    the shapes that their joints and forces act through. **/
+    /** Flexible blocks of the same part and damping with nearly the same attachment points, and the
+    shapes through which their joints and forces act. **/
     struct PartGroup {
         int firstBlock;
         std::vector<const FrameShapes*> frames;
@@ -113,14 +111,14 @@ struct Topology {
     Setting setting = Setting::Implicit;
 
     int numQ = 0, numU = 0, numMultipliers = 0;
-    int numZ = 0;                          ///< those of `states` among them
-    std::vector<StateEquationRef> states;  ///< consecutive in z, from firstZ on
+    int numZ = 0;                          ///< including those of `states`
+    std::vector<StateEquationRef> states;  ///< consecutive in z from firstZ on
     int firstZ = 0;
-    /** Whether Newton's method solves for it. **/
+    /** Whether Newton's method solves for this z. **/
     bool isCoupled(int z) const {
         return hasCoupledStates && z >= firstZ && z < firstZ + int(states.size());
     }
-    /** Numbers among z of those that do not follow the motion.
+    /** Returns the indices of z that do not follow the motion.
     @throws std::runtime_error if one is held between events. **/
     std::vector<int> listOwnStates() const;
     bool hasForeignZ() const { return numZ > int(states.size()); }
@@ -134,70 +132,69 @@ struct Topology {
     std::vector<std::vector<int>> batches;
     std::vector<std::vector<int>> blockRows;  ///< constraint row of each block's columns
     std::vector<PartGroup> parts;
-    std::vector<char>
-        hasOwnColumns;             ///< by block: its constraints do not act through a part's shapes
-    std::vector<int> partOfBlock;  ///< −1: none
+    std::vector<char> hasOwnColumns;  ///< by block: constraints do not act through a part's shapes
+    std::vector<int> partOfBlock;     ///< −1: none
 
     std::vector<Joint> joints;
     std::vector<std::vector<BlockSide>> blockSides;  ///< of joints, by block
-    std::vector<std::pair<int, double>> periods;     ///< rows of couplers that have one
+    std::vector<std::pair<int, double>> periods;     ///< row and period of periodic couplers
 
     std::vector<Friction> frictions;
     std::vector<std::vector<BlockSide>> frictionSides;  ///< by block
-    int firstFrictionRow = 0;                           ///< after those of Simbody
+    int firstFrictionRow = 0;                           ///< after Simbody's rows
 
     int firstSimbodyRow = 0;
     std::vector<SimbodyRow> simbodyRows;
-    /** Columns of Gᵀ that Simbody's constraints have in each block: constraint row, column. **/
+    /** Columns of Simbody's constraints in each block: constraint row, column. **/
     std::vector<std::vector<std::pair<int, int>>> simbodyColumns;
-    /** Bodies that one of Simbody's constraints joins, and its rows. **/
+    /** Bodies connected by one of Simbody's constraints, and its rows. **/
     std::vector<std::pair<std::array<FrameRef, 2>, int>> constrainedPairs;
-    std::vector<char> isPrescribed;  ///< speeds that a lock or Motion prescribes, at whatever level
+    std::vector<char> isPrescribed;  ///< speeds prescribed by a lock or Motion, at any level
 
     std::vector<Element> elements;
     std::vector<std::vector<BlockSide>> elementSides;  ///< of their Jacobians, by block
     std::vector<DifferencedForce> differenced;
-    int numElementRows = 0;  ///< of elements and differenced forces
+    int numElementRows = 0;  ///< rows of elements and differenced forces
     std::vector<LoadedBlock> loadedBlocks;
 
-    bool hasForeignForces = false;   ///< of Simbody's elements that the blocks do not apply
-    bool hasMobilityForces = false;  ///< of Simbody's elements that rigid trees apply
-    /** Of Simbody's elements other than gravity. **/
+    bool hasForeignForces = false;   ///< Simbody's force elements not applied by the blocks
+    bool hasMobilityForces = false;  ///< Simbody's force elements applied by rigid trees
+    /** Whether Simbody's elements other than gravity act. **/
     bool hasSimbodyForces() const { return hasForeignForces || hasMobilityForces; }
-    bool areForcesHeld = false;    ///< which change with their variables only
-    bool needsSimbody = false;     ///< N(q) or forces are asked of Simbody
-    bool needsKinematics = false;  ///< and more than forces
+    bool areForcesHeld = false;    ///< foreign forces change only with their variables
+    bool needsSimbody = false;     ///< N(q) or forces come from Simbody
+    bool needsKinematics = false;  ///< as does more than forces
 
     int numBlocks() const { return int(blockSizes.size()); }
     bool hasModes() const;
     int findBlock(SimTK::MobilizedBodyIndex body) const { return blockOfBody[size_t(body)]; }
 
-    /** A Newton system of this topology, zero. **/
+    /** Returns a zero Newton system of this topology. **/
     NewtonSystem makeNewtonSystem() const;
 
     /** First multiplier of a Simbody constraint, after those of all joints, and their number; none
-    if it is disabled or a joint's own. **/
+    if it is disabled or belongs to a joint. **/
     std::pair<int, int> findRows(SimTK::ConstraintIndex constraint) const;
-    /** First multiplier of a joint; −1 if it is released: its Constraint is disabled. **/
+    /** First multiplier of a joint; −1 if its Constraint is disabled. **/
     int findFirstRow(JointIndex joint) const;
     /** First row of a joint's friction, −1 if it has none. **/
     int findFirstFrictionRow(JointIndex joint) const;
-    /** Level at which a constraint row holds; joints hold positions, and friction speeds. **/
+    /** Level at which a constraint row holds: position for joints, velocity for friction. **/
     MotionLevel getRowLevel(int row) const;
-    /** Name of the joint, its friction's too, or Simbody constraint that owns a multiplier. **/
+    /** Name of the joint (also for its friction) or Simbody constraint that owns a multiplier. **/
     const std::string& getJointName(int row) const;
     /** "joint 'gudgeon pin'", or a Simbody constraint's kind and bodies. **/
     std::string describeConstraint(int row) const;
-    /** "equation 4 of 'gudgeon pin'": a constraint row for people. **/
+    /** "equation 4 of 'gudgeon pin'": a constraint row in messages. **/
     std::string describeRow(int row) const;
 
-    /** True if position errors of a step that began without are so large a part of a coupler's
-    period that the next step, twice as long, might come out a whole period (a gear's tooth) off.
+    /** True if a step that began without position errors has so large an error, relative to a
+    coupler's period, that the next step, twice as long, could slip by a period (a gear's tooth).
     @param scale  errors are g·scale **/
     bool mayLoseCount(const double* g, double scale = 1) const;
 
-    /** Whether some states count turns, and whether there are others: Newton's method solves for
-    all of them then. **/
+    /** Whether some states count turns, and whether there are others; if so, Newton's method solves
+    for all of them. **/
     bool countsTurns = false, hasCoupledStates = false;
 };
 

@@ -17,13 +17,13 @@ using namespace SimTK;
 
 namespace {
 
-/** Of CoordinateScales' steps: contacts and steep springs change within micrometres. **/
+/** Relative to CoordinateScales' steps: contacts and steep springs change within micrometres. **/
 constexpr double DifferenceStep = 3e-3;
 
-/** Frames of a PartGroup for each that one of its bodies uses. **/
+/** Largest number of frames of a PartGroup per frame used by one of its bodies. **/
 constexpr size_t LargestShare = 2;
 
-/** The shapes' place in the list. **/
+/** Index of the shapes in the list. **/
 int addOnce(std::vector<const FrameShapes*>& list, const FrameShapes* shapes) {
     const auto found = std::find(list.begin(), list.end(), shapes);
     const int index = int(found - list.begin());
@@ -132,7 +132,7 @@ void TopologyBuilder::preparePrivateStates(const State& state) {
         matter.getConstraint(joint.record->constraint).disable(m_simbody.m_private);
     if (m_topology.guts) m_topology.guts->setNativeForcesEnabled(m_simbody.m_private, false);
     m_system.realize(m_simbody.m_private, Stage::Instance);
-    // What nobody will look at need not be kept: a flexible body takes some 60 kB of a State.
+    // Unneeded private States are dropped: a flexible body takes some 60 kB of a State.
     if (!m_topology.needsSimbody && !m_simbody.m_constraints && !m_simbody.m_prescribed &&
         !m_topology.hasForeignZ() && !m_topology.areForcesHeld)
         m_simbody.m_private.clear();
@@ -159,7 +159,7 @@ void TopologyBuilder::refuseUnsupported(const State& state) const {
         const Constraint& constraint = matter.getConstraint(i);
         if (constraint.isDisabled(state)) continue;
         if (own.count(i)) continue;
-        // A carrier's body stands still in Ground: only its coordinates can be constrained.
+        // A modal mobilizer's body is fixed in Ground: only its coordinates can be constrained.
         for (ConstrainedBodyIndex b(0); b < constraint.getNumConstrainedBodies(); ++b) {
             const MobilizedBodyIndex body =
                 constraint.getMobilizedBodyFromConstrainedBody(b).getMobilizedBodyIndex();
@@ -179,9 +179,9 @@ void TopologyBuilder::collectGravityAndForces(const State& state,
     m_topology.hasForeignForces = m_topology.setting == Topology::Setting::Native;
     if (m_topology.hasForeignForces) return;
     m_topology.areForcesHeld = differentiated.empty();
-    // Rates of z follow from Simbody's accelerations, those of all its forces.
+    // ż follows from Simbody's accelerations, which depend on all its forces.
     const bool isGravitySimbodys = !m_topology.guts && state.getNZ() > 0;
-    // Rigid trees apply them; a force that is to be differentiated stays where it is.
+    // Rigid trees apply mobility forces; a force to be differentiated stays Simbody's.
     const bool takesMobilityForces = m_topology.setting == Topology::Setting::Implicit &&
                                      differentiated.empty() &&
                                      (!m_topology.guts || m_topology.guts->bodies().empty());
@@ -232,7 +232,7 @@ bool TopologyBuilder::takeMobilityForce(const Force& force) {
                isSpring = Force::MobilityLinearSpring::isInstanceOf(force),
                isDamper = Force::MobilityLinearDamper::isInstanceOf(force);
     if (!isGlobal && !isSpring && !isDamper) return false;
-    // Where it acts, and a GlobalDamper's constant, only the force itself can tell.
+    // Only the force itself knows its mobility, and a GlobalDamper's constant.
     State trial = copyState(m_simbody.m_private);
     trial.updU() = Real(1);
     constexpr Real Far = 1e6;
@@ -277,7 +277,7 @@ void TopologyBuilder::makeBlocks(const State& state) {
             m_blocks.all.push_back(std::move(block));
         }
     }
-    // Forces between trees have their derivatives inside of a block.
+    // Forces between trees of one block have exact derivatives.
     constexpr int LargestBlock = 72;  // beyond, factoring it costs more than Simbody's forces
     const bool isOneBlock = m_topology.setting == Topology::Setting::Implicit &&
                             m_blocks.flexible.empty() && m_topology.hasForeignForces &&
@@ -530,7 +530,7 @@ void TopologyBuilder::makeBatches() {
 }
 
 int TopologyBuilder::findPart(int b, const std::vector<const FrameShapes*>& used) {
-    // Products are with all frames of a group: few more than the body has itself.
+    // Products are formed with all frames of a group, so it may have only few more than the body.
     const auto suits = [&](const Topology::PartGroup& part) {
         if (!sharesPart(b, part.firstBlock)) return false;
         std::vector<const FrameShapes*> all = part.frames;
@@ -640,7 +640,7 @@ void TopologyBuilder::makeLoadedBlocks() {
     for (int b = 0; b < m_topology.numBlocks(); ++b) {
         const Block& block = *m_blocks.all[size_t(b)];
         if (elements[size_t(b)].empty() && !block.hasLoads()) continue;
-        // Where Simbody's State gives the kinematics, the block cannot be moved by itself.
+        // Where Simbody's State gives the kinematics, the block cannot be moved separately.
         const int tree = b - m_topology.numFlexible;
         if (tree >= 0 && m_blocks.rigid[size_t(tree)]->needsSimbody()) continue;
         Topology::LoadedBlock loaded;
@@ -689,7 +689,7 @@ void TopologyBuilder::makeForceDifferences(const std::vector<ForceSelection>& se
         forces.firstRow = m_topology.numMultipliers + m_topology.numElementRows;
         forces.numTerms = differences.getNumTerms();
         if (differences.getSpeeds().empty()) {
-            // Modes that are held feel no stiffness.
+            // Held modes have no stiffness.
             if (std::any_of(m_blocks.flexible.begin(), m_blocks.flexible.end(),
                             [](const FlexibleBlock* block) { return block->hasHeldModes(); }))
                 continue;

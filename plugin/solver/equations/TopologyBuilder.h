@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Analyses a Simbody system once, before any evaluation (private header). It and the SimbodyBridge
-alone know the system. **/
+Analyses a Simbody system once, before any evaluation (private header). Only this class and
+SimbodyBridge depend on the system. **/
 
 #include <memory>
 #include <string>
@@ -17,7 +17,7 @@ namespace simflex {
 
 class TopologyBuilder {
 public:
-    /** What an Evaluation is made of. **/
+    /** The parts of an Evaluation. **/
     struct Result {
         std::shared_ptr<const Topology> topology;
         std::unique_ptr<Blocks> blocks;
@@ -26,9 +26,9 @@ public:
         std::unique_ptr<ErrorNorm> errorNorm;
     };
 
-    /** @param state  gives instance variables (gravity, disabled elements, locks) and is copied
-    @param differentiated  foreign forces whose Jacobian is wanted
-    @throws std::invalid_argument that names what cannot be supported. **/
+    /** @param state  copied; gives instance variables (gravity, disabled elements, locks)
+    @param differentiated  foreign forces whose Jacobian is needed
+    @throws std::invalid_argument that names an unsupported element. **/
     static Result build(const SimTK::MultibodySystem& system, const SimTK::State& state,
                         Topology::Setting setting,
                         const std::vector<ForceSelection>& differentiated);
@@ -41,7 +41,7 @@ private:
     void refuseUnsupported(const SimTK::State& state) const;
     void collectGravityAndForces(const SimTK::State& state,
                                  const std::vector<ForceSelection>& differentiated);
-    /** Lets the blocks apply one of Simbody's force elements, if they can. **/
+    /** Makes the blocks apply one of Simbody's force elements, if they can. **/
     bool takeGravity(const SimTK::Force& force);
     bool takeMobilityForce(const SimTK::Force& force);
     void makeBlocks(const SimTK::State& state);
@@ -53,7 +53,7 @@ private:
     void makeFrictions();
     void makePrescribedMotion();
     void makeForceElements();
-    /** The private States without what is evaluated by blocks. **/
+    /** Builds the private States, without elements evaluated by blocks. **/
     void preparePrivateStates(const SimTK::State& state);
     void makeLoadedBlocks();
     void makeForceDifferences(const std::vector<ForceSelection>& selections);
@@ -61,17 +61,17 @@ private:
 
     FrameRef makeFrame(const Attachment& attachment);
     PrescribedMotion::Mobilizer findMobilizer(SimTK::MobilizedBodyIndex body) const;
-    /** Simbody's speeds and what they move. **/
+    /** Simbody's speeds and the displacements that they cause. **/
     std::vector<ForceDifferences::Speed> listSimbodySpeeds() const;
     /** Simbody's speeds of a differenced force, as rows of its own block. **/
     std::vector<int> listOwnRows(const ForceDifferences& differences, int block) const;
-    /** True if a differenced force acts on the block in a way that an arrow has no columns for:
-    on its modes, or where no frame of its part stands for the columns. **/
+    /** True if a differenced force acts on the block in a way for which an arrow has no columns: on
+    its modes, or where no frame of its part provides them. **/
     bool hasDifferencedModes(int block) const;
     /** True for the modes of a body that is rigid: they have no speeds here. **/
     bool isHeld(SimTK::MobilizedBodyIndex body) const;
     bool sharesPart(int block, int other) const;
-    /** The part of a block that needs these shapes, a new one if none suits. **/
+    /** Returns the group of a block with these shapes, a new one if none is suitable. **/
     int findPart(int b, const std::vector<const FrameShapes*>& used);
 
     const SimTK::MultibodySystem& m_system;

@@ -1,10 +1,10 @@
 #pragma once
 /** @file
-∂r/∂u and ∂r/∂q·N of rigid trees (private header). The trees know those of inertia, of gravity and
-of linear forces on mobilities (RigidTree::knowsDerivatives()); what else acts, and trees whose
-mobilizers only Simbody knows, go by differences, two evaluations for each speed: forces of any
-kind, unsymmetric as they are. Forces of constraints are left out: near singular positions they grow
-without bound, and the matrix is the norm of projections too. **/
+∂r/∂u and ∂r/∂q·N of rigid trees (private header). The trees differentiate inertia, gravity and
+linear forces on mobilities (RigidTree::knowsDerivatives()). All other forces, unsymmetric ones
+included, and trees with mobilizers known to Simbody only, are differenced, at two evaluations per
+speed. Constraint forces are left out: they grow without bound near singular positions, and the
+matrix also defines the norm of projections. **/
 
 #include <vector>
 
@@ -20,17 +20,18 @@ class TreeDerivatives {
 public:
     TreeDerivatives(const Topology& topology, const Blocks& blocks);
 
-    /** Of what the trees know.
-    @param dense  everything that can be had is wanted **/
+    /** Terms that the trees can differentiate.
+    @param dense  with all available terms **/
     BlockDerivatives choose(bool dense) const;
-    /** True if every step wants a new Newton matrix, which costs no more than an evaluation or two.
-    In long chains an old one is soon of no use: M⁻¹ΔM is large where M's condition is. **/
+    /** True if every step needs a new Newton matrix, which costs no more than one or two
+    evaluations. In long chains an old one is soon useless: M⁻¹ΔM is large where M is
+    ill-conditioned. **/
     bool renewMatrices(bool dense) const {
         return m_areLong && choose(dense) == BlockDerivatives::ByBodies;
     }
-    /** True if there is something to be differenced. **/
+    /** True if some terms need differences. **/
     bool canCalc() const { return !m_trees.empty(); }
-    /** The dense form of the Newton matrix has the differences from now on.
+    /** Updates the differences in the dense form of the Newton matrix.
     @pre the last evaluation was at this q and u, where it is left
     @returns false if a force is not a finite number nearby **/
     bool calc(Evaluation& equations, const double* q, const double* u, const double* uDot);
@@ -49,9 +50,9 @@ private:
     };
     bool m_areWanted = false;
     bool m_areLong = false;
-    bool m_areAlwaysWanted = false;  ///< in the form that is not dense too
-    bool m_mayBeByBodies = false;    ///< nothing else is written into the matrices then
-    bool m_hasLoads = false;         ///< which the dense form differences
+    bool m_areAlwaysWanted = false;  ///< in all forms, not only the dense one
+    bool m_mayBeByBodies = false;    ///< if nothing else is added to the matrices
+    bool m_hasLoads = false;         ///< differenced in the dense form
     std::vector<Tree> m_trees;
     std::vector<double> m_metres;  ///< displacement per unit of each speed
     bool m_areKnown = false;

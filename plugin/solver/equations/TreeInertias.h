@@ -1,12 +1,12 @@
 #pragma once
 /** @file
-M of rigid trees at several places (private header). In joint coordinates M of a long chain is
-ill-conditioned: small turns change it little and M⁻¹ΔM much. A matrix of one place then corrects
-forces at another badly, and accelerations well: these are
+M of rigid trees at several positions (private header). In joint coordinates M of a long chain is
+ill-conditioned: small rotations change it little but M⁻¹ΔM much. A Newton matrix from one position
+then corrects forces at another poorly, but accelerations well. Forces are therefore transformed by
 
     r ← M₀ M_i⁻¹ r
 
-with M₀ of the matrix's place, each product in O(n). **/
+with M₀ at the matrix's position, each product in O(n). **/
 
 #include <vector>
 
@@ -19,7 +19,7 @@ class TreeInertias {
 public:
     explicit TreeInertias(int numPlaces) : m_places(size_t(numPlaces)) {}
 
-    /** The trees' M where they are now, at this place from now on. **/
+    /** Stores the trees' current M under this index. **/
     void take(int place, const Blocks& blocks);
     /** r ← M(to) M(from)⁻¹ r of the trees. **/
     void carry(int from, int to, const Blocks& blocks, double* r);

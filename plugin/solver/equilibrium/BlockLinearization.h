@@ -5,8 +5,8 @@ blocks:
 
     M δ̈ + D δ̇ + K δ + Gᵀδλ = 0,   G δ = 0
 
-in O(N) for N bodies at rest, or with twists that are constant (see SteadyMotion.h). Where the
-speeds of the steady motion depend on where other bodies are, or Simbody has a say, there is a block
+in O(N) for N bodies at rest, or with constant twists (see SteadyMotion.h). Where the speeds of the
+steady motion depend on the positions of other bodies, or Simbody evaluates forces, there is a block
 for each pair of bodies. **/
 
 #include <functional>
@@ -20,15 +20,15 @@ namespace simflex {
 
 class BlockLinearization {
 public:
-    /** The equations at one moment of the motion. **/
+    /** The equations at one instant of the motion. **/
     struct Instant {
         SolutionPoint point;  ///< with the accelerations of the motion: zero at rest
         SteadyMotion motion;
-        Eigen::VectorXd moreUDot;  ///< what the State accelerates besides
+        Eigen::VectorXd moreUDot;  ///< accelerations of the State other than the motion's
         std::optional<BlockMass> mass;
         std::optional<BlockMatrix<double>> K;
-        std::optional<BlockMatrix<double>> D;  ///< none if nothing damps, and nothing moves
-        /** ω² of modes by themselves: the lowest, and the largest of all coordinates. **/
+        std::optional<BlockMatrix<double>> D;  ///< none without damping and motion
+        /** ω² of individual modes: the lowest, and the largest of all coordinates. **/
         double softest = 0, stiffest = 0;
         Eigen::VectorXd scale;  ///< of speeds, for elimination: zero where they are held
     };
@@ -37,16 +37,16 @@ public:
     BlockLinearization(const SimTK::MultibodySystem& system, const SimTK::State& state,
                        std::function<void()> observer);
 
-    /** Why it does not do; empty if it does. **/
+    /** Why this method is not applicable; empty if it is. **/
     const std::string& getObstacle() const { return m_obstacle; }
 
     /** At the State. **/
     void calcNow(Instant& now);
-    /** The same motion a radian later. @returns why there is none; empty if there is **/
+    /** The same motion a radian later. @returns why there is none, or empty **/
     std::string calcLater(const Instant& now, Instant& later);
 
-    /** Where the forces lead that accelerate bodies besides the motion, held by springs and
-    inertia; and what joints bear of them. **/
+    /** Displacement caused by forces other than those of the motion, against springs and inertia;
+    and the joint reactions to them. **/
     void calcDeparture(const Instant& instant, Eigen::VectorXd& delta,
                        Eigen::VectorXd& multipliers) const;
 

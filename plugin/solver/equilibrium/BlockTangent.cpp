@@ -43,7 +43,7 @@ BlockGraph::BlockGraph(const Evaluation& equations, Links links) {
         std::sort(list.begin(), list.end());
         list.erase(std::unique(list.begin(), list.end()), list.end());
     }
-    // The first group in which no block has a neighbour of this block's.
+    // Find the first group in which no block shares a neighbour with this one.
     std::vector<std::vector<char>> isTaken;
     for (int b = 0; b < count; ++b) {
         const auto clashes = [&](const std::vector<char>& taken) {
@@ -244,10 +244,10 @@ template struct BlockMatrix<std::complex<double>>;
 
 namespace {
 
-/** Of a block's modes: so few shapes are worth coordinates of their own. **/
+/** Largest number of shapes, relative to a block's modes, for which shape coordinates pay off. **/
 constexpr double ShareOfShapes = 0.7;
 
-/** Of all frames of a block, each once. **/
+/** All frames of a block, without duplicates. **/
 std::vector<const FrameShapes*> listShapes(const FlexibleBlock& block) {
     std::vector<const FrameShapes*> shapes;
     for (int frame = 0; frame < int(block.frames.size()); ++frame)
@@ -256,7 +256,7 @@ std::vector<const FrameShapes*> listShapes(const FlexibleBlock& block) {
     return shapes;
 }
 
-/** Of blocks whose modes are many more than the shapes that they act through. **/
+/** Shape coordinates of blocks with many more modes than shapes. **/
 BlockMatrix<double>::Modes listModes(Evaluation& equations, const BlockMass& mass) {
     const Topology& topology = equations.getTopology();
     BlockMatrix<double>::Modes all(size_t(topology.numBlocks()));
@@ -281,7 +281,7 @@ BlockMatrix<double>::Modes listModes(Evaluation& equations, const BlockMass& mas
     return all;
 }
 
-/** What a unit of each force and torque on a frame, in Ground, does to its block: n×6. **/
+/** Effect of a unit of each force and torque on a frame, in Ground, on its block: n×6. **/
 MatrixXd calcFrameRows(const Evaluation& equations, int inBlock, int frame,
                        const BlockMatrix<double>& of) {
     const size_t b = size_t(inBlock);
@@ -304,14 +304,14 @@ MatrixXd calcFrameRows(const Evaluation& equations, int inBlock, int frame,
     return rows;
 }
 
-/** What holds or pushes some frames: their forces, for displacements of the flexible bodies that
-they are on. A frame on one of these moves by its turning, its place and the two sums of its shapes,
-twelve coordinates y; its part of r is Yᵀρ, and y = Yδ. A frame on a rigid body turns and moves in
+/** Tangent of the forces on some frames with respect to displacements of their flexible bodies.
+Such a frame moves by the body's rotation and position and two sums of its shapes, twelve
+coordinates y; its part of r is Yᵀρ, and y = Yδ. A frame on a rigid body rotates and moves in
 Ground, and ρ is the force there. **/
 class FrameTangent {
 public:
     using Forces = SimTK::Array_<SimTK::SpatialVec>;
-    /** Writes what stands in r for each frame: Gᵀλ, or the opposite of what pushes it. **/
+    /** Writes the terms of each frame in r: Gᵀλ, or the negative of an applied force. **/
     using Law = std::function<void(const SimTK::Array_<FrameMotion>& motions, Forces& forces)>;
 
     FrameTangent(const Evaluation& equations, const std::vector<FrameRef>& frames, Law law)
@@ -376,7 +376,7 @@ public:
         }
     }
 
-    /** Columns and what has no slope along them. **/
+    /** Columns, and rows without a slope along them. **/
     const std::vector<std::pair<int, Kink>>& getKinks() const { return m_kinks; }
     /** Whether it is the force on a frame, as that is displaced. **/
     bool isForce(int column, int row) const {
@@ -392,7 +392,7 @@ public:
         return moves && pushes;
     }
 
-    /** Adds the columns of one side's block, but for what rigid trees have among themselves. **/
+    /** Adds the columns of one side's block, except those among rigid trees. **/
     void addInColumns(const Evaluation& equations, int column, BlockMatrix<double>& K) const {
         const Side& from = m_sides[size_t(column)];
         const MatrixXd right = calcCoordinates(equations, from, K);
@@ -510,7 +510,7 @@ FrameTangent makeElementTangent(const Evaluation& equations, int e) {
                         });
 }
 
-/** Those of joints and force elements where the equations were realized last. **/
+/** Tangents of joints and force elements where the equations were last realized. **/
 std::vector<FrameTangent> listFrameTangents(Evaluation& equations,
                                             const std::vector<double>& lambda) {
     const Topology& topology = equations.getTopology();
@@ -537,7 +537,7 @@ std::vector<FrameTangent> listFrameTangents(Evaluation& equations,
     return tangents;
 }
 
-/** Nothing of what is held; modes that are have no shapes. **/
+/** Clears rows and columns of held speeds; held modes have no shapes. **/
 void clearHeld(const Topology& topology, BlockMatrix<double>& A) {
     const BlockGraph& graph = *A.graph;
     for (int b = 0; b < topology.numBlocks(); ++b)
@@ -553,7 +553,7 @@ void clearHeld(const Topology& topology, BlockMatrix<double>& A) {
         }
 }
 
-/** What an element's frames make of their speeds: of each frame's six, its forces on all. **/
+/** Forces of an element on all its frames by the six speeds of each frame. **/
 class SpeedTangent {
 public:
     SpeedTangent(const Evaluation& equations, int e, const CoordinateScales& scales) {
@@ -598,7 +598,7 @@ public:
     std::vector<std::pair<int, Kink>> kinks;  ///< of columns
 };
 
-/** Adds what a block's own loads change as it moves; it is left elsewhere. **/
+/** Adds the derivatives of a block's own loads; leaves the block at another position. **/
 void differentiateLoads(Evaluation& equations, const CoordinateScales& scales, FlexibleBlock& block,
                         const SolutionPoint& point, MatrixXd& K) {
     std::vector<double> delta(size_t(block.numU), 0), moved;
@@ -710,7 +710,7 @@ BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateSca
         if (!D.hasShapes(size_t(b))) own.diagonal().tail(n) += block.getDamping();
         if (coupling.size() > 0 && n > 0) own.bottomRightCorner(n, n) += coupling;
     }
-    // Of frames: their forces by their speeds.
+    // Forces on frames by their speeds.
     for (size_t e = 0; e < topology.elements.size(); ++e) {
         const std::vector<FrameRef>& frames = topology.elements[e].frames;
         const SpeedTangent tangent(equations, int(e), scales);
@@ -744,7 +744,7 @@ std::vector<KinkedElement> listKinkedElements(Evaluation& equations, const Coord
     for (int e = 0; e < int(topology.elements.size()); ++e) {
         KinkedElement own{topology.elements[size_t(e)].element->describe(), false, 0, 0, false};
         double largest = -1;
-        // A force by a displacement says more than a torque by a turning.
+        // A force by a displacement is more informative than a torque by a rotation.
         const auto take = [&](const Kink& kink, bool isForce) {
             const double change = std::abs(kink.after - kink.before);
             own.isJump |= kink.isJump;
@@ -827,7 +827,7 @@ BlockMass::BlockMass(Evaluation& equations)
         }
         MatrixXd all(n, block.numColumns());
         system.expandGt(block, all.data());
-        // A row may have several columns; those beyond constraints' stand for force elements.
+        // A row may have several columns; those beyond the constraints' belong to force elements.
         std::vector<int>& list = rows[size_t(b)];
         list = block.rows;
         std::sort(list.begin(), list.end());

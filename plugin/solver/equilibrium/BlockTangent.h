@@ -1,9 +1,9 @@
 #pragma once
 /** @file
-Tangent matrices in blocks (private header). The residual of a block depends on where the block and
-its neighbours are: those that a joint or force element joins it to. Blocks without a common
-neighbour are displaced together, so that all of ∂r/∂q·N takes as many evaluations as for a few
-blocks, however many there are. **/
+Tangent matrices in blocks (private header). The residual of a block depends on the positions of the
+block and its neighbours, to which joints or force elements connect it. Blocks without a common
+neighbour are displaced together, so that ∂r/∂q·N takes as many evaluations as for a few blocks,
+whatever their number. **/
 
 #include "simflex/solver/equilibrium/TangentMatrices.h"
 
@@ -11,24 +11,24 @@ namespace simflex {
 
 struct BlockGraph {
     enum class Links {
-        OfJoints,   ///< and force elements; all blocks if there are forces or constraints of
-                    ///< Simbody's
+        OfJoints,   ///< by joints and force elements; between all blocks with Simbody's forces or
+                    ///< constraints
         Everywhere  ///< between all blocks
     };
     BlockGraph(const Evaluation& equations, Links links);
 
     std::vector<int> firstU, sizes;            ///< of blocks
-    std::vector<std::vector<int>> neighbours;  ///< of each block, itself among them, ascending
-    std::vector<std::vector<int>> groups;      ///< of blocks without a common neighbour
+    std::vector<std::vector<int>> neighbours;  ///< of each block, including itself, ascending
+    std::vector<std::vector<int>> groups;      ///< blocks without a common neighbour
 };
 
 struct BlockMass;
 
-/** Modes of a block, its last coordinates, that act on each other and on the rest through few
-shapes W, but for a diagonal: the block has coordinates (its first ones, Wᵀξ) instead. **/
+/** Modes of a block, its last coordinates, that are coupled only through a few shapes W, apart from
+a diagonal: the block then has coordinates (first ones, Wᵀξ). **/
 template <class Scalar>
 struct BlockModes {
-    Eigen::Matrix<Scalar, Eigen::Dynamic, 1> diagonal;  ///< of all modes; empty: as they are
+    Eigen::Matrix<Scalar, Eigen::Dynamic, 1> diagonal;  ///< of all modes; empty: no shapes
     /** W, modes×shapes; the last three columns are those of the mass matrix. **/
     Eigen::MatrixXd shapes;
 };
@@ -42,7 +42,7 @@ template <class Scalar>
 struct BlockMatrix {
     using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
     using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-    using Modes = std::vector<BlockModes<Scalar>>;  ///< by block; none at all: as they are
+    using Modes = std::vector<BlockModes<Scalar>>;  ///< by block; empty: no shapes
 
     /** Zero. **/
     explicit BlockMatrix(const BlockGraph& graph, Modes modes = {});
@@ -50,13 +50,13 @@ struct BlockMatrix {
     Vector multiply(const Vector& x) const;
     Vector getDiagonal() const;
     BlockMatrix transpose() const;
-    /** The largest entry of scale·(A − Aᵀ)·scale; more, where there are shapes. **/
+    /** The largest entry of scale·(A − Aᵀ)·scale; an upper bound if there are shapes. **/
     double findSkew(const Eigen::VectorXd& scale) const;
-    /** Of a block's coordinates in `columns`: what entries of scale·A·scale are at most. **/
+    /** Bounds of the entries of scale·A·scale for a block's coordinates in `columns`. **/
     Eigen::VectorXd calcCoordinateScale(const Eigen::VectorXd& scale, size_t block) const;
-    /** A block by speeds: that of a column's k-th neighbour. **/
+    /** Block of a column's k-th neighbour, in terms of speeds. **/
     Matrix expand(size_t column, size_t k) const;
-    /** The same with all modes as they are. **/
+    /** The same matrix without shapes. **/
     BlockMatrix expandModes() const;
     void addMass(const BlockMass& mass, Scalar factor);
     /** @pre neither has shapes, and both have this graph **/
@@ -67,7 +67,7 @@ struct BlockMatrix {
     bool hasShapes(size_t block) const {
         return block < modes.size() && modes[block].diagonal.size() > 0;
     }
-    /** Coordinates of a block in `columns`, and how many of them are its first ones. **/
+    /** Number of coordinates of a block in `columns`, and of its first ones. **/
     int countCoordinates(size_t block) const {
         return countFirst(block) + (hasShapes(block) ? int(modes[block].shapes.cols()) : 0);
     }
@@ -78,18 +78,18 @@ struct BlockMatrix {
 
     const BlockGraph* graph;
     Modes modes;
-    std::vector<std::vector<Matrix>> columns;  ///< of a block, for each of its neighbours
+    std::vector<std::vector<Matrix>> columns;  ///< by block, for each of its neighbours
 };
 
-/** ∂r/∂δ of the free speeds as differentiateByQ() has it.
-@param firstBlock  columns of the blocks before are left zero **/
+/** ∂r/∂δ of the free speeds, as differentiateByQ() computes it.
+@param firstBlock  columns of earlier blocks are left zero **/
 BlockMatrix<double> differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph, double t,
     const std::vector<double>& q, const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate,
     int firstBlock = 0, KinkedSpeeds* kinks = nullptr, const Eigen::VectorXd& terms = {});
 
-/** ∂r/∂u at a point, by differences of all of it.
+/** ∂r/∂u at a point, by differences throughout.
 @param observer  called before every evaluation of r **/
 BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScales& scales,
                                      const BlockGraph& graph, const SolutionPoint& point,
@@ -97,9 +97,9 @@ BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScal
                                      KinkedSpeeds* kinks = nullptr,
                                      const Eigen::VectorXd& terms = {});
 
-/** The same; at rest, u = u̇ = 0, what flexible bodies' coordinates change is found where they act,
-in the frames of joints and force elements, whatever the number of modes, and in loads of their own.
-Rigid trees, and all where Simbody has a say, by differences of r.
+/** The same; at rest, u = u̇ = 0, derivatives with respect to coordinates of flexible bodies are
+formed in the frames of joints and force elements, whatever the number of modes, and for the body's
+own loads. Rigid trees, and everything in systems evaluated by Simbody, by differences of r.
 @param mass  at the point **/
 BlockMatrix<double> calcStiffness(
     Evaluation& equations, const CoordinateScales& scales, const BlockGraph& graph,
@@ -107,9 +107,8 @@ BlockMatrix<double> calcStiffness(
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& r)>& evaluate,
     KinkedSpeeds* kinks = nullptr);
 
-/** ∂r/∂u at a point, zero in columns of prescribed speeds: of modes by themselves, and what force
-elements do in their frames; where something moves, Simbody has a say, or friction, by differences
-of r.
+/** ∂r/∂u at a point, zero in columns of prescribed speeds: modal damping, and force elements in
+their frames; by differences of r for systems that move, are evaluated by Simbody, or have friction.
 @param mass  at the point
 @param observer  called before every evaluation of r **/
 BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateScales& scales,
@@ -118,25 +117,25 @@ BlockMatrix<double> calcDampingBlocks(Evaluation& equations, const CoordinateSca
                                       const std::function<void()>& observer,
                                       KinkedSpeeds* kinks = nullptr);
 
-/** A force element whose force has no slope where the blocks were realized last. **/
+/** A force element without a derivative where the blocks were last realized. **/
 struct KinkedElement {
     std::string name;      ///< "force 'stop'"
-    bool isForce;          ///< by a displacement or speed; else a turning, or a torque
-    double before, after;  ///< slopes on both sides
+    bool isForce;          ///< force by displacement or speed; else by rotation, or a torque
+    double before, after;  ///< slopes on either side
     bool isJump;
 };
-/** Those along positions, or along speeds. **/
+/** Lists those with respect to positions, or to speeds. **/
 std::vector<KinkedElement> listKinkedElements(Evaluation& equations, const CoordinateScales& scales,
                                               MotionLevel level);
-/** Why forces cannot be linearised where the blocks were realized last, and what helps. **/
+/** Why forces cannot be linearised where the blocks were last realized, and a remedy. **/
 std::string describeKinks(Evaluation& equations, const CoordinateScales& scales,
                           const KinkedSpeeds& kinks);
 
-/** Of one block: an arrow, whose modes have unit mass or nearly and turn with the body, or full.
- * **/
+/** Mass matrix of one block: an arrow, with modes of nearly unit mass coupled to the rotation, or a
+full matrix. **/
 struct BodyMass {
-    Eigen::MatrixXd head;      ///< 6×6 of an arrow, n×n
-    Eigen::MatrixXd coupling;  ///< f×3: of modes with the body's turning
+    Eigen::MatrixXd head;      ///< 6×6 of an arrow, else n×n
+    Eigen::MatrixXd coupling;  ///< f×3: modes with the body's rotation
     Eigen::VectorXd tail;      ///< f
 
     Eigen::Index size() const { return head.rows() + tail.size(); }

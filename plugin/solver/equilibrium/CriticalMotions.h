@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-Motions of little stiffness along a path of equilibria, and where it passes zero (private header).
+Motions of small stiffness along a path of equilibria, and zeros of the stiffness (private header).
 
     K x + Gᵀν = κ M x,   G x = 0,   xᵀM x = 1
 
-with κ next to zero. They are the largest of θ = 1/κ, on both sides, of x ← A⁻¹M x along the joints:
-block Lanczos with all of M's inner products, so that a multiple κ, as of a column that may bend in
-two planes, is found as often as it is there. Between two places of the path κ is Hermite's cubic of
-its values and slopes. What that cubic cannot be trusted to say is reported as unknown: a shorter
-step tells. **/
+with κ next to zero: the largest θ = 1/κ, of both signs, of x ← A⁻¹M x on the null space of G, by
+block Lanczos iteration with full M-orthogonalisation, so that multiple κ, as of a column that may
+buckle in two planes, are found with their multiplicity. Between two points of the path κ is the
+Hermite cubic of its values and slopes. Cases that this cubic does not decide reliably are reported
+as unknown, and need a shorter step. **/
 
 #include <Eigen/Core>
 #include <functional>
@@ -26,35 +26,35 @@ struct CriticalMotion {
 
 using ApplyToSpeeds = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
 
-/** The few of least |κ|.
+/** Returns the few of least |κ|.
 @param multiplyMass  M x
-@param invert  A⁻¹f along the joints
+@param invert  A⁻¹f on the null space of G
 @param scale  of the speeds; zero where they are held **/
 std::vector<CriticalMotion> calcCriticalMotions(const Eigen::VectorXd& scale,
                                                 const ApplyToSpeeds& multiplyMass,
                                                 const ApplyToSpeeds& invert);
 
-/** The one that is most like `motion`, if any is. **/
+/** Returns the motion most similar to `motion`, or null if none is similar. **/
 const CriticalMotion* findSameMotion(const CriticalMotion& motion,
                                      const std::vector<CriticalMotion>& among);
 
-/** A motion that gains (−1) or loses (+1) stability on the way from one place to another. **/
+/** A motion that gains (−1) or loses (+1) stability between two points. **/
 struct StabilityChange {
     CriticalMotion start, end;
-    double at;  ///< about where, from 0 to the width
+    double at;  ///< approximate position, from 0 to the width
     int getSign() const { return start.stiffness > 0 ? 1 : -1; }
 };
 
-/** All on a way of this width. Empty: it is not known; also if their signs do not add up to
-`change`, by which the number of negative κ differs. **/
+/** Finds all changes over this width. Empty if unknown, also if their signs do not add up to
+`change`, the difference of the numbers of negative κ. **/
 std::optional<std::vector<StabilityChange>> findStabilityChanges(
     const std::vector<CriticalMotion>& start, const std::vector<CriticalMotion>& end, double width,
     int change);
 
-/** The zero between those two of the samples (place, value) that are next to each other and differ
-in sign, by the parabola through them and one not far from them. @pre there are such two
-@param first  set to the index of the first of the two, in the order of places
-@param weights  set to those of all samples in anything smooth at that place **/
+/** Locates a zero between two neighbouring samples (position, value) of different sign, by the
+parabola through them and a third one nearby. @pre there are two such samples
+@param first  receives the index of the first of the two, in the order of positions
+@param weights  receives the samples' weights for interpolating any smooth quantity there **/
 double interpolateZero(const std::vector<std::pair<double, double>>& sorted, size_t& first,
                        std::vector<double>& weights);
 

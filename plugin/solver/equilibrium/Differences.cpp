@@ -14,26 +14,26 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** Levels of steps, and the factor from one to the next; the first but one at which a function is
-sampled where it seems smooth. **/
+/** Ratio of successive steps, number of levels, and the level beyond the first that is sampled
+where a function seems smooth. **/
 constexpr double StepRefinement = 1.0 / 16;
 constexpr int NumLevels = 7, ProbedLevel = 4;
-/** Of a function's change over a step: what differences of higher order may be, and by how much
-slopes of two steps may differ, where it is smooth. **/
+/** Relative to a function's change over a step: largest higher differences, and difference of
+slopes at two steps, of a smooth function. **/
 constexpr double SmoothShare = 1e-6;
-/** Of what it is made of, the part of a function that may be round-off; so little of a slope may be
-round-off where it is compared with others. **/
+/** Round-off relative to a function's terms; round-off of a slope, relative to it, up to which it
+can be compared with others. **/
 constexpr double RoundOffShare = 4 * std::numeric_limits<double>::epsilon(), KnownSlope = 0.01;
-/** What changes less, of itself, does not change. **/
+/** Relative change below which a value is constant. **/
 constexpr double SameValue = 64 * std::numeric_limits<double>::epsilon();
-/** A kink is one if slopes change by more, of the largest; it does so alike at three levels, by a
-factor of less. At a jump the value changes alike. **/
+/** A kink is a change of slope by more than SeenKink, relative to the steepest, that is the same at
+three levels within the factor AlikeKink. At a jump the change of value is the same. **/
 constexpr double SeenKink = 1e-3, AlikeKink = 3, AlikeJump = 0.1;
-/** A jump is no round-off if it is more than this part of what the value changes over a step of any
-column, and of what any value does: stiff springs may act across a coordinate. **/
+/** Least jump, relative to the change of the value over a step of any column, and to the change of
+any value: stiff springs may act across a coordinate. **/
 constexpr double LeastJump = 1e-5, AnyNoise = 1e-9;
 
-/** What is known of one column. **/
+/** Samples and slopes of one column. **/
 class ColumnSearch {
 public:
     /** Values at −2h, −h, h, 2h. **/
@@ -107,16 +107,16 @@ private:
         return level.roughness[i] <=
                SmoothShare * level.calcSteepness(i) + calcSlopeNoise(i, level.h);
     }
-    /** Of slopes of steps h. **/
+    /** Round-off of slopes at step h. **/
     double calcSlopeNoise(Index i, double h) const { return m_noise[i] / h + m_slopeNoise[i]; }
-    /** Whether slopes can be told from round-off there. **/
+    /** Whether slopes exceed round-off at this level. **/
     bool isKnown(Index i, const Level& level) const {
         double steepest = 0;
         for (const Level& one : m_levels)
             if (isFinite(i, one)) steepest = std::max(steepest, one.calcSteepness(i));
         return isFinite(i, level) && m_noise[i] / level.h <= KnownSlope * steepest;
     }
-    /** The finest level known; −1: none. **/
+    /** The finest such level; −1: none. **/
     int findFinest(Index i) const {
         int finest = int(m_levels.size()) - 1;
         while (finest >= 0 && !isKnown(i, m_levels[size_t(finest)])) --finest;
@@ -198,7 +198,7 @@ void ColumnSearch::choose(Index i) {
         m_slopes[i] = at(level).slope[i];
         return;
     }
-    // Of a kink slopes change alike at all levels; of round-off they do not.
+    // At a kink slopes change equally at all levels; round-off does not.
     const bool isSeen = finest > 2 && sharp.roughness[i] > SeenKink * sharp.calcSteepness(i);
     const auto isAlike = [&](const Level& level) {
         return level.roughness[i] <= AlikeKink * sharp.roughness[i] &&
@@ -211,7 +211,7 @@ void ColumnSearch::choose(Index i) {
         m_kinks.push_back({int(i), level.before[i], level.after[i], false});
         return;
     }
-    // Where two steps agree best.
+    // The step at which two levels agree best.
     double least = std::numeric_limits<double>::infinity();
     for (int level = 0; level < finest; ++level) {
         const double change = std::abs(at(level).slope[i] - at(level + 1).slope[i]);

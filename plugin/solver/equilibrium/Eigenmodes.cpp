@@ -27,11 +27,11 @@ namespace {
 
 constexpr double RoundOff = 1e-11;  // of scaled matrices, whose entries are of order 1
 constexpr double ZeroRate = 1e-12;  // the same, of ν
-/** |ν| of its eigenvalues, which are defective: roots of round-off. **/
+/** |ν| of zero eigenvalues, which are defective: roots of round-off. **/
 constexpr double NearestZero = 1e-6;
-/** Where a few modes are not found among all of them: so many speeds, and as many for each. **/
+/** Least number of speeds, in total and per mode, for block elimination. **/
 constexpr int LeastSpeeds = 300, LeastSpeedsOfMode = 6;
-/** What resists a motion that may be free. **/
+/** Relative stiffness of a motion that may be free. **/
 constexpr double SoftDirection = 1e-6;
 
 /** λ²M + λD + K in coordinates y with λ = s·ν, where all matrices have entries of order 1 or less.
@@ -52,8 +52,8 @@ MatrixXd select(const Matrix& from, const std::vector<int>& rows, const std::vec
     return to;
 }
 
-/** The square of a rate that modes of interest compare with: of the softest mode of a flexible
- * part, or of a rigid system's stiffest or fastest coordinate. **/
+/** Squared rate of reference for the modes of interest: of the softest mode of a flexible part, or
+of a rigid system's stiffest or fastest coordinate. **/
 double chooseReference(const MatrixXd& M, const MatrixXd& D, const MatrixXd& K,
                        const std::vector<char>& isModal) {
     double lowest = 0, largest = 0;
@@ -181,7 +181,7 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs)
     return true;
 }
 
-/** Whether nothing but round-off restores a motion. **/
+/** Whether only round-off restores a motion. **/
 bool isFree(const ReducedPencil& pencil, const VectorXcd& y) {
     if (pencil.numStates > 0) {
         // Nor may states change: all equations are looked at.
@@ -196,14 +196,14 @@ bool isFree(const ReducedPencil& pencil, const VectorXcd& y) {
     return work <= RoundOffOfSum * parts + pencil.zero * modalMass;
 }
 
-/** Directions among which are all that nothing restores. **/
+/** Directions that span all free motions. **/
 MatrixXd findSoftDirections(const ReducedPencil& pencil) {
     const double largest = pencil.K.rowwise().norm().maxCoeff();
     return largest > 0 ? calcColumnSpace(pencil.K.transpose(), SoftDirection / largest).complement
                        : MatrixXd::Identity(pencil.K.rows(), pencil.K.rows());
 }
 
-/** Motions that nothing restores: of the softest directions those of least stiffness over mass. **/
+/** Free motions: of the softest directions, those of least stiffness over mass. **/
 std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
     std::vector<VectorXcd> motions;
     const MatrixXd V = findSoftDirections(pencil);

@@ -24,12 +24,12 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** What may be left of the right-hand side; and after how many corrections it is given up. **/
+/** Residual relative to the right-hand side, and the largest number of corrections. **/
 constexpr double HarmonicResidual = 1e-9;
 constexpr int HarmonicCorrections = 12;
-/** How many times a response may change within its own frequency. **/
+/** Largest relative sensitivity of a response to frequency. **/
 constexpr double SharpestResonance = 1e7;
-/** Of the softest vibration's ω²: what nothing holds may fall so fast. **/
+/** Growth of free motions, relative to the softest vibration's ω², that counts as round-off. **/
 constexpr double LeastFall = 1e-9;
 constexpr double LeastSize = 1e-300;
 /** Scaled motion, as a part of the scaled forces, below which it is no more than their round-off:
@@ -38,21 +38,20 @@ constexpr double LeastMotion = 1e-6;
 /** Of scaled entries, what differences leave of symmetry and of what is not coupled; and what may
 couple modes of a part that are eliminated one by one: corrections see to it. **/
 constexpr double SmallSkew = 1e-9, SmallModeCoupling = 1e-3;
-/** Of scaled equations. **/
+/** In scaled equations. **/
 constexpr double MultiplierCompliance = 1e-12, LeastTailPivot = 1e-12;
-/** Of the softest vibration's ω², below which inertia is too little to be a pivot: corrections take
-what is too much of it back. **/
+/** Least inertia for a pivot, relative to the softest vibration's ω²; corrections remove the
+excess. **/
 constexpr double LeastPivotInertia = 1e-10;
-/** Of the softest vibration's rate, what holds free motions. **/
+/** Rate that restrains free motions, relative to the softest vibration's. **/
 constexpr double HarmonicInertiaHold = 1e-3;
-/** Accelerations of what is at rest, for its size [1/s²]. **/
+/** Accelerations that count as rest, relative to size [1/s²]. **/
 constexpr double SlowestDeparture = 1e-6;
 
 }  // namespace
 
-/** The matrices of a flexible body at rest: an arrow, whose head are its rigid motions and whose
-tail are its modes, each beside the others but for what preloads couple. Others have a head alone.
-**/
+/** A matrix of a flexible body at rest: an arrow with its rigid motions as head and its modes as
+tail, uncoupled except by preloads. Other bodies have a head only. **/
 struct ArrowMatrix {
     MatrixXd head, right, below;  ///< h×h, h×f, f×h
     VectorXd tail;                ///< f: of the diagonal
@@ -79,9 +78,7 @@ struct ArrowMatrix {
     }
 };
 
-/** Of two bodies that a force element, or a joint's own forces, couple: r of `row` by δ of
- * `column`.
- * **/
+/** Two bodies coupled by a force element or a joint's own forces: ∂r of `row` by δ of `column`. **/
 struct CoupledPair {
     int row, column;
     MatrixXd K, D;
@@ -327,8 +324,8 @@ std::vector<VectorXd> FrequencyResponse::Contents::takeColumns(const Matrix& col
     return all;
 }
 
-/** The equations at one frequency after the other: tails of arrows are divided out body by body,
-heads and multipliers eliminated multifrontally. **/
+/** Solves the equations at one frequency after another: tails of arrows are eliminated body by
+body, heads and multipliers multifrontally. **/
 class FrequencyResponse::Contents::Solver {
 public:
     explicit Solver(const Contents& contents) : m_contents(contents), m_fronts(makePattern()) {

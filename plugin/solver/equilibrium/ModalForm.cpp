@@ -23,13 +23,14 @@ using SimTK::Matrix;
 namespace {
 
 constexpr double PoleRoundOff = std::numeric_limits<double>::epsilon();
-/** Of themselves: poles that differ by less are not told apart. **/
+/** Relative distance below which poles are not separated. **/
 constexpr double SamePole = 1e-6;
-/** Real ones, or nearly so: of a mode damped nearly critically, one alone means nothing. **/
+/** The same for real or nearly real poles: of a nearly critically damped mode, one alone is
+meaningless. **/
 constexpr double NearRealPole = 0.5, NearReal = 0.01;
-/** Of a mode, the part that an input reaches or an output sees. **/
+/** Least relative part of a mode that is controllable or observable. **/
 constexpr double ReachedPart = 1e-8;
-/** Of a pole: what grows by more is unstable. **/
+/** Growth rate, relative to a pole, above which it is unstable. **/
 constexpr double SlowGrowth = 1e-7;
 
 /** Scales, powers of two, by which rows and columns of S⁻¹A S have like sums. **/
@@ -91,7 +92,7 @@ struct OrderedSchur {
     }
 };
 
-/** Poles that are not told apart, from `begin` on along the diagonal. **/
+/** Poles that are not separated, from `begin` on along the diagonal. **/
 struct PoleCluster {
     Eigen::Index begin = 0, size = 0;
     bool isReal = false;  ///< together with each pole its conjugate is in it
@@ -160,7 +161,7 @@ std::vector<std::vector<Eigen::Index>> gatherPoles(const VectorXcd& poles, doubl
     return members;
 }
 
-/** One mode, or several that are not told apart: ẋ = A x + B p, a part C x of what is observed. **/
+/** One mode, or several that are not separated: ẋ = A x + B p, with the contribution C x to y. **/
 struct ModeBlock {
     MatrixXd A, B, C;
     Complex pole;
@@ -197,8 +198,8 @@ MatrixXd reachSpace(const MatrixXd& A, const MatrixXd& B) {
     return space;
 }
 
-/** Takes out what no input reaches and no output sees. @param B, C  of size 1 where all of an input
-or output is in this mode. **/
+/** Removes uncontrollable and unobservable parts. @param B, C  of size 1 where an input or output
+is entirely in this mode. **/
 void keepReached(ModeBlock& mode, const MatrixXd& reached, const MatrixXd& seen) {
     const auto restrict = [](ModeBlock& whole, const MatrixXd& space) {
         whole.A = (space.transpose() * whole.A * space).eval();

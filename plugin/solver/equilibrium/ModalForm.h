@@ -1,20 +1,20 @@
 #pragma once
 /** @file
-A StateSpace in the coordinates of its own modes,
+A StateSpace in modal coordinates,
 
-    A = diag(A₁, A₂ …),   A_k = [σ ω; −ω σ] of a pair of poles σ ± iω, [σ] of a real one
+    A = diag(A₁, A₂ …),   A_k = [σ ω; −ω σ] for a pair of poles σ ± iω, [σ] for a real one
 
-by ascending |λ|. Poles that cannot be told apart, such as those of a free body (two zeros and one
-vector) or of a symmetric rotor, share a block, which is triangular but for such pairs; so do real
-ones within a factor of two, as of a mode that is damped nearly critically.
+by ascending |λ|. Poles that cannot be separated, such as those of a free body (two zeros and one
+vector) or of a symmetric rotor, share a block, which is triangular except for such pairs, as do
+real poles within a factor of two, such as those of a nearly critically damped mode.
 
     const StateSpace low = calcModalForm(space, {ModalForm::Kind::Modal, 12});
 
-Fast modes that are left out answer as springs do: C_k(−A_k)⁻¹B_k is added to D, so that what slow
-inputs do stays as it was.
+Truncated fast modes are replaced by their static response: C_k(−A_k)⁻¹B_k is added to D, so that
+the response to slow inputs is unchanged.
 
-Balancing (Parlett and Reinsch 1969), a complex Schur form, ordered (Golub and Van Loan, 7.6.2) and
-divided by Sylvester's equations (Bavely and Stewart 1979): O(n³). **/
+Balancing (Parlett and Reinsch 1969), an ordered complex Schur form (Golub and Van Loan, 7.6.2),
+block diagonalisation by Sylvester's equations (Bavely and Stewart 1979): O(n³). **/
 
 #include "simflex/solver/StateSpace.h"
 
@@ -22,17 +22,17 @@ namespace simflex {
 
 struct ModalForm {
     enum class Kind {
-        Full,    ///< as it is
+        Full,    ///< unchanged
         Modal,   ///< all modes
-        Minimal  ///< without modes that inputs do not reach or outputs do not see
+        Minimal  ///< without uncontrollable and unobservable modes
     } kind = Kind::Full;
-    /** Kept, the slowest ones, and all that share a block with them; two poles are a mode. Zeros
-    and what is unstable stay. 0: all. **/
+    /** Number of slowest modes to keep, with all that share a block with them; two poles count as a
+    mode. Zero and unstable poles are always kept. 0: all. **/
     int modes = 0;
-    SimTK::Real highest = 0;  ///< |λ| that is kept [rad/s]; 0: all
+    SimTK::Real highest = 0;  ///< highest |λ| to keep [rad/s]; 0: all
 };
 
-/** @throws std::runtime_error if the modes cannot be told apart. **/
+/** @throws std::runtime_error if the modes cannot be separated. **/
 StateSpace calcModalForm(const StateSpace& space, const ModalForm& form);
 
 }  // namespace simflex

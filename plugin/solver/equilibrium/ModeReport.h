@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-How eigenmodes are told (private header): in units of modal mass, the largest displacement real and
-positive. **/
+Form in which eigenmodes are returned (private header): unit modal mass, the largest displacement
+real and positive. **/
 
 #include <Eigen/Core>
 
@@ -9,24 +9,24 @@ positive. **/
 
 namespace simflex {
 
-/** Of a sum's parts: what differences of forces leave of a motion that nothing holds. **/
+/** Error of force differences in a free motion, relative to the terms of the sum. **/
 constexpr double RoundOffOfSum = 1e-10;
-/** Of the fastest speed: what is slower in a steady motion, a matter of differences too, is free.
- * **/
+/** Rate below which a mode of a steady motion, also from differences, is free, relative to the
+fastest speed. **/
 constexpr double SlowestMotion = 1e-5;
-/** Of the rate that a pencil is scaled by: eigenvalues, which are defective, of what is free, as
-noise in differences leaves them. **/
+/** Eigenvalues of free motions, which are defective, due to noise of differences; relative to the
+rate that scales the pencil. **/
 constexpr double NearZero = 1e-4;
-/** Of the stiffest motion's frequency: the root of round-off in λ². **/
+/** Relative to the frequency of the stiffest motion: the root of round-off in λ². **/
 constexpr double LeastFrequency = 1e-7;
 
 /** @param x, momentum  shape and M x, Simbody's numbering of u
-@param metres  displacement that a unit of each causes **/
+@param metres  displacement per unit of each [m] **/
 Eigenmode makeEigenmode(SimTK::Complex lambda, const Eigen::VectorXcd& x,
                         const Eigen::VectorXcd& momentum, const SimTK::Vector& metres);
 
-/** Whether a motion turns what it is carried along from: a shape, and what it is a radian later.
- * **/
+/** Whether the motion rotates a shape while carrying it along; the shape now and a radian
+later. **/
 bool isTurned(const Eigen::VectorXcd& x, const Eigen::VectorXcd& later,
               const SimTK::Vector& metres);
 
@@ -34,7 +34,8 @@ bool isTurned(const Eigen::VectorXcd& x, const Eigen::VectorXcd& later,
 [[noreturn]] void refuseImbalance(const std::string& imbalance);
 /** @throws std::invalid_argument **/
 [[noreturn]] void refuseUnsteadiness(const std::string& unsteady);
-/** Of an unsteady motion: a frequency, and the one with the mean of coefficients over a radian. **/
+/** Describes an unsteady motion: a frequency, and that with coefficients averaged over a
+radian. **/
 std::string describeChange(double frequency, double later);
 
 }  // namespace simflex

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Eigenpairs of small dense pencils λ²M + λD + K (private header), the slowest of which come out
-sharpest:
+Eigenpairs of small dense pencils λ²M + λD + K (private header), the slowest of which are the most
+accurate:
 
     μ²(M + D + K) + μ(D + 2M) + M = 0,   μ = 1/(ν − 1)
 
@@ -26,7 +26,7 @@ struct InvertedPencil {
 InvertedPencil invertSecondOrder(const Eigen::MatrixXd& M, const Eigen::MatrixXd& D,
                                  const Eigen::MatrixXd& K);
 
-/** What has mass, both of each conjugate pair, by ascending |ν|.
+/** Returns all pairs of nonzero mass, both of each conjugate pair, by ascending |ν|.
 @param n  size of y
 @throws std::runtime_error if the QR iteration does not converge. **/
 std::vector<PencilMode> solveInverted(const InvertedPencil& inverted, Eigen::Index n);

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Dense matrices of Simbody's, which public headers have, and of Eigen's, which algebra is done with
+Conversion between Simbody's dense matrices, used in public headers, and Eigen's, used for algebra
 (private header). **/
 
 #include <SimTKcommon.h>

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-From the solver's speeds to Simbody's (private header): u_S = T u, T orthogonal. Flexible frames
-have ω in B in the solver and in Ground in Simbody; the rest is another order. **/
+Conversion of the solver's speeds to Simbody's (private header): u_S = T u, T orthogonal. ω of
+flexible frames is in B in the solver and in Ground in Simbody; the rest is a permutation. **/
 
 #include "simflex/solver/equilibrium/TangentMatrices.h"
 
@@ -21,8 +21,8 @@ inline Eigen::MatrixXd calcSimbodyNumbering(const Evaluation& equations, const d
     return T;
 }
 
-/** The solver's speeds, or rates of them, of Simbody's: Tᵀu, in O(n).
-@param state  where; its speeds are changed **/
+/** Converts Simbody's speeds or their rates to the solver's: Tᵀu, in O(n).
+@param state  gives the position; its speeds are changed **/
 inline Eigen::VectorXd takeFromSimbody(const Evaluation& equations, SimTK::State& state,
                                        const SimTK::Vector& u) {
     std::vector<double> q(size_t(equations.getTopology().numQ));

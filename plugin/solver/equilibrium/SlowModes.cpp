@@ -21,25 +21,25 @@ using TangentSymmetry = TangentElimination<double>::Symmetry;
 
 namespace {
 
-/** Of ω²: what is as good as free, and the least shift that stands out from round-off. **/
+/** Relative ω² of free motions, and the least shift that exceeds round-off. **/
 constexpr double ZeroOfSoftest = 1e-12, LeastModeShift = 1e-9;
 constexpr int MostRigidMotions = 6;
 constexpr int KrylovBlock = 4, DampedBlock = 16, NumDecades = 12, MostKrylovRounds = 12,
               MostDampedRounds = 12, MostCounts = 6;
-/** Of displacements, in the norm of K + σM. **/
+/** Errors of displacements, in the norm of K + σM. **/
 constexpr double ModeAccuracy = 1e-8, DampedAccuracy = 1e-7;
-/** Of a rate, what it may change when it has not moved, and where it may be another one's. **/
+/** Relative change of a converged rate, and distance at which it may be another one's. **/
 constexpr double SameRate = 1e-9, NearRate = 1e-5;
-/** Accelerations of what is at rest without a doubt, for its size [1/s²]; and, of the softest
-mode's ω², what holds free motions where there is one. **/
+/** Accelerations that count as rest, relative to size [1/s²]; restraint of free motions, relative
+to the softest mode's ω². **/
 constexpr double SlowestChange = 1e-6, HeldBesides = 1e-9;
-/** Of a steady motion's rate: the shift of its pencil. **/
+/** Shift of a steady motion's pencil, relative to its rate. **/
 constexpr double ShiftOfRate = 0.1;
-/** Of scaled matrices: damping and follower forces that count, and those for which K is not
-symmetric, which differences leave a little of. **/
+/** Relative to scaled matrices: least damping and follower forces; asymmetry of K above the noise
+of differences. **/
 constexpr double LeastDamping = 1e-11, LeastSkew = 1e-8;
 
-/** Rows of tall matrices that are multiplied at a time. **/
+/** Number of rows of tall matrices multiplied at a time. **/
 constexpr Eigen::Index TallPiece = 4096;
 
 /** AᵀB of tall matrices, in pieces that are summed in order. **/
@@ -90,17 +90,17 @@ private:
 
     void refuseImbalance();
     void findMetres();
-    /** K + σM, of which the symmetric part counts. **/
+    /** Factors K + σM, of which the symmetric part is used. **/
     void factor(double shift);
-    /** K + sD + s²M. **/
+    /** Factors K + sD + s²M. **/
     void factor(const Blocks& K, const Blocks& D, double rate);
-    /** Eigenvalues ω² below this one. **/
+    /** Number of eigenvalues ω² below this one. **/
     int count(double omegaSquared);
-    /** Eigenvalues below zero of H(ω). **/
+    /** Number of negative eigenvalues of H(ω). **/
     int count(const Blocks& K, const Blocks& D, double omega);
-    /** The same of its projection onto the space. **/
+    /** The same for its projection onto the space. **/
     int countInSpace(const Blocks& K, const Blocks& D, double omega) const;
-    /** What was factored, inverted along the joints, times f. **/
+    /** Solves with the current factors on the null space of G. **/
     MatrixXd solve(MatrixXd F) {
         m_elimination->solveEach(F);
         return F;
@@ -114,7 +114,7 @@ private:
                     [&](int j) { product.col(j) = A.multiply(X.col(j)); });
         return product;
     }
-    /** Directions that look like none. **/
+    /** Pseudo-random directions. **/
     MatrixXd makeFresh(double phase, int step) const {
         MatrixXd X(m_now.scale.size(), KrylovBlock);
         for (Eigen::Index j = 0; j < X.cols(); ++j)
@@ -123,13 +123,13 @@ private:
                     m_now.scale[i] * std::cos(phase * double((i + step) * (j + 1)) + double(j));
         return X;
     }
-    /** Adds what is new in X, orthonormal in M. **/
+    /** Adds the new directions in X, M-orthonormalised. **/
     void extend(MatrixXd X);
     auto V() const { return m_space.leftCols(m_count); }
     auto KV() const { return m_stiff.leftCols(m_count); }
     /** Ritz pairs in the space, of the symmetric part of K. **/
     void project();
-    /** Of each column, in which modes and their corrections are measured: xᵀKx and xᵀMx.
+    /** Squared norms of columns, for modes and their corrections: xᵀKx plus weighted xᵀMx.
     @param weight  of the latter **/
     VectorXd calcNorms(const MatrixXd& X, const MatrixXd& KX, const MatrixXd& MX,
                        double weight) const {
@@ -142,27 +142,27 @@ private:
     VectorXd calcNorms(const MatrixXd& X) const {
         return calcNorms(X, multiply(*m_now.K, X), multiplyM(X), m_shift);
     }
-    /** Roots of round-off: of what is free there are two. **/
+    /** True for roots of round-off, of which a free motion has two. **/
     bool isAboutZero(Complex lambda) const {
         return m_now.motion.isAtRest() ? std::norm(lambda) <= 1e-2 * m_shift
                                        : std::abs(lambda) <= NearZero * m_now.motion.getRate();
     }
-    /** By about the slowest ω²; returns how many are less than `zero`. **/
+    /** Chooses the shift near the slowest ω²; returns how many are less than `zero`. **/
     int chooseShift(double zero, double least);
-    /** Krylov's space, of as many directions. @param X  those to go on with **/
+    /** Extends the Krylov space to this size. @param X  directions to continue with **/
     void span(Eigen::Index target, MatrixXd& X);
     void findUndamped(int wanted);
     /** Keeps the slowest Ritz vectors. **/
     void keepSlowest(int wanted);
-    /** Modes of λ²M + λD + K in the space, which is widened until they are. @pre factor(), of
-    something near
+    /** Finds modes of λ²M + λD + K in the space, extending it until they converge. @pre factor() at
+    a nearby rate
     @param rate  about that of the slowest **/
     void refine(const Blocks& K, const Blocks& D, double rate, int wanted,
                 std::vector<PencilMode>& modes);
     std::vector<Eigenmode> calcAtRest(int wanted);
-    /** Of what moves, or is pushed by forces that turn along. **/
+    /** For systems that move, or have co-rotating forces. **/
     std::vector<Eigenmode> calcGeneral(int wanted);
-    /** Compares with the equations a radian later, and tells which modes turn along.
+    /** Compares with the equations a radian later, and determines which modes co-rotate.
     @param shapes  real and imaginary parts of the last modes
     @throws std::invalid_argument if the motion is not steady **/
     void requireSteadiness(const MatrixXd& shapes, std::vector<Eigenmode>& modes);

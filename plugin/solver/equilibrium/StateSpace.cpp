@@ -22,26 +22,26 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** A coupling of modes that is less of its parts is round-off, or the noise of differences. **/
+/** Relative coupling of modes that is round-off or noise of differences. **/
 constexpr double SmallCoupling = 1e-10;
-/** How far a drive may be missed, of itself. **/
+/** Largest relative error of a drive. **/
 constexpr double MissedDrive = 1e-8;
-/** Of a size that an observed number has, what may be round-off. **/
+/** Round-off of an output, relative to its size. **/
 constexpr double SameNumber = 64 * std::numeric_limits<double>::epsilon();
 constexpr double RelativeStep = 1e-4;  // of states
-/** So many are differenced without asking whether any of them counts. **/
+/** Up to this number, coordinates are differenced without testing for an effect. **/
 constexpr Eigen::Index FewCoordinates = 8;
-/** Of the slowest vibration's ω², for what nothing holds. **/
+/** Inertia that restrains free motions, relative to the slowest vibration's ω². **/
 constexpr double InertiaHold = 1e-3;
 
-/** Of the largest multiplier. **/
+/** Relative to the largest multiplier. **/
 constexpr double MultiplierStep = 1e-3;
-/** How close to a pole a transfer function is known, s of the difference. **/
+/** Largest relative sensitivity of a transfer function to s; beyond it s is at a pole. **/
 constexpr double SharpestPole = 1e7;
-/** Of a pole: what grows by more is unstable. **/
+/** Growth rate, relative to a pole, above which it is unstable. **/
 constexpr double SlowestGrowth = 1e-7;
 
-/** Differences of a function along coordinates, some of which change nothing. **/
+/** Differences of a function along coordinates, some of which have no effect. **/
 class SparseDifferences {
 public:
     using Values = std::vector<double>;
@@ -65,12 +65,11 @@ public:
             Eigen::Map<const VectorXd>(m_middle.data(), m_derivative.rows()), m_columns);
     }
     const MatrixXd& get() const { return m_derivative; }
-    /** Numbers of the values that have no derivative. **/
+    /** Indices of the values without a derivative. **/
     const std::set<int>& getKinks() const { return m_kinks; }
 
 private:
-    /** @returns whether it counts that coordinates from `first` on are displaced, to either side
-     * **/
+    /** @returns whether displacing coordinates from `first` on, to either side, has an effect **/
     bool depends(Eigen::Index first, Eigen::Index end) const {
         VectorXd displacement = VectorXd::Zero(m_steps.size());
         for (Eigen::Index i = first; i < end; ++i)
@@ -146,7 +145,7 @@ ModalBasis calcModalBasis(const Linearization& linear) {
     return basis;
 }
 
-/** XᵀKX without the noise beside the ω². **/
+/** XᵀKX without noise off the diagonal of ω². **/
 MatrixXd calcModalStiffness(const ModalBasis& basis, const MatrixXd& K) {
     const MatrixXd sizes = basis.X.cwiseAbs();
     const MatrixXd parts = sizes.transpose() * (K.cwiseAbs() * sizes);
@@ -168,7 +167,7 @@ void requireShape(const Matrix& matrix, int rows, int columns, const char* name)
                                 "×" + std::to_string(columns));
 }
 
-/** The motions by which constraints follow drives, apart from modes. **/
+/** The motions by which constraints follow drives, orthogonal to the modes. **/
 MatrixXd calcDriven(const Linearization& linear, const MatrixXd& M, const MatrixXd& X,
                     const MatrixXd& drives) {
     const Eigen::Index n = M.rows();
@@ -284,7 +283,7 @@ int StateSpace::countUnstable() const {
     const GeneralEigen eigen = calcGeneralEigen(a);
     if (!eigen.hasConverged)
         throw std::runtime_error("the poles of the linear model are not found");
-    // Two zeros of one vector are seen as the root of round-off.
+    // Double zeros with one eigenvector appear as the square root of round-off.
     const double zero = 10 * std::sqrt(std::numeric_limits<double>::epsilon() * a.norm());
     return int(std::count_if(eigen.values.begin(), eigen.values.end(), [&](const Complex& pole) {
         return pole.real() > zero && pole.real() > SlowestGrowth * std::abs(pole);
@@ -383,7 +382,7 @@ Matrix_<Complex> StateSpace::calcTransfer(Complex s) const {
     Eigen::MatrixXcd y = (toDense(D).cast<Complex>() + s * toDense(D1).cast<Complex>() +
                           s * s * toDense(D2).cast<Complex>());
     if (size > 0) {
-        // What changes by itself within a ten-millionth of s is round-off.
+        // At a pole the response is too sensitive to s.
         const Eigen::MatrixXcd response = solveEach(x, b), change = solveEach(x, response);
         if (!response.allFinite() || std::abs(s) * change.norm() > SharpestPole * response.norm())
             throw std::runtime_error(

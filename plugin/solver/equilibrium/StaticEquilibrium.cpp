@@ -31,73 +31,73 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double StepLimit = 0.3;  // of a body's size
-constexpr double Nearby = 1e-3;    // the same
-/** Where loops may be assembled otherwise: steps so short, of a body's size, that the way is the
-system's own, for how many speeds and how far it is followed. **/
+constexpr double StepLimit = 0.3;  ///< relative to a body's size
+constexpr double Nearby = 1e-3;    ///< relative to a body's size
+/** Following the damped motion where loops may have other assemblies: step, relative to a body's
+size, short enough to stay on the system's own path; largest number of speeds and of steps. **/
 constexpr double LongestCreep = 0.1;
 constexpr int MostSpeedsFollowed = 1000, MostFollowingSteps = 300;
 constexpr int NearbyIterations = 8;
-constexpr double ZeroStiffness = 1e-12;  ///< of the softest mode's
-/** Of a force's parts: what the residual along a free motion may be by round-off; and the strain of
-a body's size by which springs may push against each other. **/
+constexpr double ZeroStiffness = 1e-12;  ///< relative to the softest mode's
+/** Residual along a free motion that counts as round-off, relative to the force components; strain
+of a body's size by which springs may be preloaded against each other. **/
 constexpr double ZeroForce = 1e-9, HiddenStrain = 1e-6;
-/** The same along a steady motion, which is known to differences of forces. **/
+/** The same along a steady motion, limited by the accuracy of force differences. **/
 constexpr double LoadedSpin = 1e-6;
 constexpr int MostMotionIterations = 20;
 constexpr double SmallestLoadStep = 1.0 / 64;
-/** σ of K + σ·softest·M: the least, so small that it matters to next to nothing. **/
+/** σ of K + σ·softest·M; the least one is negligible in nearly all directions. **/
 constexpr double LeastShift = 1e-9, LargestShift = 1e6, ShiftGrowth = 30;
 /** Skew part of the scaled stiffness beyond which Newton's iteration needs it. **/
 constexpr double WholeSkew = 1e-3;
 constexpr double SlowestOfRate = 1e-3, SameMotion = 1e-4;
-/** ω² of what is as slow as nothing [1/s²]. **/
+/** Smallest significant ω² [1/s²]. **/
 constexpr double LeastStiffness = 1e-10;
-/** Part of the work of a correction that the shift does where something may be free. **/
+/** Fraction of the work of a correction done by the shift above which a motion may be free. **/
 constexpr double FreeShare = 1e-3;
-/** Of more soft motions than the most, a few are looked for. **/
+/** If there are more soft motions than the most, only a few are computed. **/
 constexpr int MostSoftMotions = 96, FewSoftMotions = 6, MoreDirections = 4;
 constexpr int NumSubspacePasses = 6, NumFreePasses = 3, MaxGmresSteps = 30;
-/** A step of which less is allowed is taken with more inertia, at least so many times as much; the
-next one begins with less. **/
+/** A step that is limited to less than LeastPart is repeated with a shift at least LeastStiffening
+times as large; the next step starts with a shift divided by ShiftDecay. **/
 constexpr double LeastPart = 0.3, LeastStiffening = 4, ShiftDecay = 10;
-/** Part of the step allowed below which there is too much of it. **/
+/** Part of the allowed step below which the shift is too large. **/
 constexpr double ShortStep = 0.01;
 constexpr int MostTrials = 8;
-/** Of a correction's work at its beginning, what may be left at its end; else less of it is gone,
-by so many trials. **/
+/** Work of a correction at its end, relative to that at its start, above which the step is
+shortened, in up to MostLineTrials trials. **/
 constexpr double LineSlack = 0.5;
 constexpr int MostLineTrials = 10;
-/** Of a strongly damped motion: the first and the last σ, iterations of a step and steps; how far a
-step goes, of a body's size, and how sharp it is. **/
+/** First, last and largest σ of the strongly damped motion; CreepAccuracy is that of a step,
+relative to a body's size. **/
 constexpr double FirstDamping = 1, LastDamping = 1e-8, LargestDamping = 1e12;
-/** Of a path: iterations to a point, how much longer its way may be than foreseen, the shortest
-step of the one asked for; and how sharply, and in how many trials, a place between two points is
-found.
-**/
+/** Path following: iterations per point; largest ratio of the actual to the predicted length; least
+step relative to the requested one; tolerance and trials for locating a point within a step. **/
 constexpr int MostPathIterations = 8, MostPathTrials = 40, MostPointsToLimit = 200;
 constexpr double MostPathCurve = 1.5, LeastPathStep = 1e-6, PathSharpness = 1e-6;
-/** By how much the loads may grow otherwise than the slopes at both ends of a step foretell, of
-what the steeper one alone does; and how flat it may be, of the steepest so far, to count so. **/
+/** Largest deviation of the load increment from that predicted by the slopes at both ends, relative
+to that of the steeper one; least slope used for this, relative to the steepest so far. **/
 constexpr double LargestSurprise = 0.05, FlatPath = 0.05;
-/** Where all loads would turn bodies by less than this [rad], or move them by less, of their sizes,
-the loads lead along a path; where else they have to, how much more may be turned until bodies lead
-again; turning beside moves that is no round-off. **/
+/** Turning [rad] or relative displacement by all loads below which the path is parametrised by
+load; factor to that of a point from which it has to be; turning relative to displacement that is no
+round-off. **/
 constexpr double LeastTurning = 1e-7, MoreTurning = 2, LeastTurn = 1e-6;
-/** Of a path's step: over which stiffness is differenced; by which a bifurcation is at its end,
-where no direction is known; about a bifurcation, the first and the last way to places on both
-sides; and how far, of the step asked for, it is shortened to tell what changes sign within. **/
+/** Relative to a path's step: increment for differencing stiffness; distance of a bifurcation from
+the step's end at which no direction is known; first and last distance of the samples on both sides
+of a bifurcation. ShortestLook, relative to the requested step, is the shortest step for separating
+sign changes. **/
 constexpr double SlopePart = 0.02, AtBifurcation = 1e-6, FirstAside = 0.03, LastAside = 3e-4,
                  ShortestLook = 1e-5;
-/** Of the softest mode's: what stiffness changes by round-off. **/
+/** Change of stiffness by round-off, relative to the softest mode's. **/
 constexpr double StiffnessNoise = 1e-8;
-/** Of the loads: how exactly a bifurcation is sought, and within what two are one. **/
+/** Relative to the loads: tolerance for locating a bifurcation, and distance within which two are
+the same. **/
 constexpr double BifurcationSharpness = 1e-9, SameLoad = 1e-7;
 constexpr int MostBifurcationTrials = 6, MostAsides = 5;
 constexpr int MostCreepIterations = 12, MostCreepSteps = 6000;
 constexpr double CreepAccuracy = 1e-6;
 
-/** @throws std::runtime_error naming a constraint that moves apart. **/
+/** @throws std::runtime_error naming a constraint that the speeds pull apart. **/
 void refuseUnsteady(const Evaluation& equations, const std::vector<double>& u,
                     const std::vector<double>& errors) {
     double fastest = 0;
@@ -112,7 +112,7 @@ void refuseUnsteady(const Evaluation& equations, const std::vector<double>& u,
     }
 }
 
-/** Gram and Schmidt's, twice; columns that depend on others are left out. **/
+/** Gram–Schmidt, twice; drops dependent columns. **/
 void orthonormalize(MatrixXd& V) {
     constexpr double Dependent = 1e-8;
     Eigen::Index count = 0;
@@ -127,7 +127,7 @@ void orthonormalize(MatrixXd& V) {
     V.conservativeResize(Eigen::NoChange, count);
 }
 
-/** λ of least norm with Gᵀλ = −r. **/
+/** Returns the λ of least norm with Gᵀλ = −r. **/
 Vector calcMultipliers(Evaluation& equations, const VectorXd& r) {
     const int m = equations.getTopology().numMultipliers;
     Vector multipliers(m);
@@ -151,7 +151,7 @@ Vector calcMultipliers(Evaluation& equations, const VectorXd& r) {
 
 }  // namespace
 
-/** Newton's iteration of one system. **/
+/** Newton's method for one system. **/
 class StaticEquilibrium::Search {
 public:
     Search(const StaticEquilibrium& settings, Evaluation& equations, const State& assembled,
@@ -159,7 +159,7 @@ public:
         : m_settings(settings),
           m_equations(equations),
           m_scales(equations.getBlocks()),
-          // The speeds of a steady motion may depend on where all bodies are.
+          // The speeds of a steady motion may depend on the positions of all bodies.
           m_graph(equations,
                   motion.isLocal() ? BlockGraph::Links::OfJoints : BlockGraph::Links::Everywhere),
           m_isHeld(equations.getTopology().isPrescribed),
@@ -187,22 +187,22 @@ public:
 
     /** Raises the loads to their full size. @throws as solve(). **/
     void run();
-    /** Of a steady motion: the one next to where it begins, which may be no minimum of energy.
-    @returns false if there is none near **/
+    /** Finds the steady motion next to the start, which need not be a minimum of energy.
+    @returns false if there is none nearby **/
     bool runToMotion();
-    /** At such a one: in how many ways stiffness drives it on. **/
+    /** After runToMotion(): number of negative eigenvalues of the stiffness. **/
     int numNegative = 0;
-    /** One of least energy. @returns false if none is found **/
+    /** Finds a steady motion of least energy. @returns false if there is none **/
     bool runLower();
-    /** "'rod'" of the body that moves most in a motion δ. **/
+    /** "'rod'": the body that moves most in a motion δ. **/
     std::string nameMostMoved(const VectorXd& delta) const;
-    /** @returns whether it is where it began, all but **/
+    /** @returns whether an equilibrium next to the start was found **/
     bool runNearby();
 
-    /** As StaticEquilibrium::followPath(); visits points in their order. **/
+    /** See StaticEquilibrium::followPath(); visits points in their order. **/
     using Kind = PathPoint::Kind;
     enum class Next { GoOn, Stop };
-    /** Of a PathPoint, all but the point itself. **/
+    /** A PathPoint without state and multipliers. **/
     struct PathMark {
         double fraction;
         int numUnstable;
@@ -213,7 +213,7 @@ public:
     void follow(const PathSettings& settings, const Visit& visit);
 
     const SolutionPoint& getPoint() const { return m_point; }
-    /** Of the equilibrium. **/
+    /** Names free and unstable motions of the equilibrium. **/
     void describeMotions(std::vector<std::string>& free, std::vector<std::string>& unstable);
     /** False where forces follow the motion or a controller acts: describeMotions() and points of
     paths then know nothing of stability. **/
@@ -223,30 +223,30 @@ public:
     Branch branch = Branch::Own;
 
 private:
-    /** What a correction is made of. Unknowns are x/s of all speeds, s = 0 of held ones. **/
+    /** Linear system of a correction. Unknowns are x/s of all speeds, s = 0 for held ones. **/
     struct Tangent {
         VectorXd s;
         BlockMatrix<double> K;
         const BlockMass& mass;
-        double softest;  ///< a mode's ω²
+        double softest;  ///< ω² of the softest mode
         VectorXd r, g;
         StateTangent states;
-        VectorXd turning;  ///< of turning bodies: what forces make of a radian, at most
-        VectorXd forces;   ///< by block: the largest part of any force, scaled as r
+        VectorXd turning;  ///< largest torque per radian that forces can exert on turning bodies
+        VectorXd forces;   ///< by block: largest component of any force, scaled as r
         bool isFinite = false;
     };
-    /** A motion y, scaled, that little resists: yᵀKy = κ·softest·yᵀMy. **/
+    /** A scaled motion y of little stiffness: yᵀKy = κ·softest·yᵀMy. **/
     struct SoftMotion {
         double stiffness;
         VectorXd y;
     };
 
-    /** Along a path: it turns or bends a body by its size, at most. **/
+    /** Tangent of a path; its length 1 turns or bends a body by its size, at most. **/
     struct Direction {
         VectorXd delta, lambda;
         double fraction = 0;
         double turning = 0;     ///< by all loads
-        bool isByLoad = false;  ///< bodies move little: a step is one of the loads
+        bool isByLoad = false;  ///< parametrised by load, because bodies move little
         int numUnstable = 0;
         double softest = 0;
         std::vector<CriticalMotion> motions;
@@ -260,7 +260,7 @@ private:
             isByLoad = true;
         }
     };
-    /** A place of the path. **/
+    /** A point of the path. **/
     struct Place {
         double at;  ///< along a direction
         double fraction;
@@ -271,30 +271,30 @@ private:
         Place place;
         Kind kind;
         int change;       ///< of the number of unstable motions
-        int numChanging;  ///< motions, in either way
+        int numChanging;  ///< number of motions that change in either direction
     };
-    /** Of the path at an equilibrium, where the one before leads; the first one adds loads. **/
+    /** Tangent of the path at an equilibrium, continuing `before`; the first one adds loads. **/
     Direction calcDirection(const Direction& before);
-    /** To the equilibrium about that far along. @returns false if it is not found **/
+    /** Moves to the equilibrium at about that arc length. @returns false if it is not found **/
     bool goAlong(const SolutionPoint& from, double fraction, const Direction& direction,
                  double length);
-    /** A place from `start` to `end` along a direction where a number is zero that is another one's
-    sign at its ends; the point is there then. **/
+    /** Locates a zero of a function between `start` and `end` along a direction, at which its signs
+    differ, and moves there. **/
     std::optional<double> seekAlong(const SolutionPoint& from, double fraction,
                                     const Direction& direction, double end, double atStart,
                                     double atEnd, const std::function<double()>& calc,
                                     double start = 0);
-    /** Those of a step from its start to its end, in their order, between which loads only grow or
-    only shrink. Empty: they cannot be told apart. **/
+    /** Finds the limit points and bifurcations of a step, in order; between them loads are
+    monotone. Empty if they cannot be separated. **/
     std::optional<std::vector<Special>> findSpecials(const Place& start, const Direction& direction,
                                                      const Place& end, const Direction& next,
                                                      double longest);
-    /** Where a motion's stiffness is zero. **/
+    /** Locates the zero of a motion's stiffness. **/
     std::optional<Place> seekBifurcation(const Place& start, const Direction& direction,
                                          const Place& end, const StabilityChange& change);
-    /** Sets the slopes of the stiffness of motions. @pre the point is where the direction is **/
+    /** Sets the slopes of the motions' stiffness. @pre the point is that of the direction **/
     void differenceMotions(Direction& direction, double length);
-    /** By how much of the direction another one leads along it. **/
+    /** Component of another direction along this one, relative to its length. **/
     double calcShare(const Direction& direction, const Direction& other) const {
         if (direction.isByLoad) return other.fraction / direction.fraction;
         return multiplySizes(direction.delta, other.delta) /
@@ -304,67 +304,67 @@ private:
         m_fraction = fraction;
         m_equations.updSimbody().setLoadFraction(fraction);
     }
-    /** What a unit of the loads makes of r. **/
+    /** Derivative of r with respect to the load fraction. **/
     VectorXd calcLoadSlope();
-    /** With what is factored: K x + Gᵀλ = f, G x = g. **/
+    /** Solves K x + Gᵀλ = f, G x = g with the current factors. **/
     void solveFor(const Tangent& tangent, const VectorXd& f, const VectorXd& g, VectorXd& x,
                   VectorXd& lambda);
-    /** Where the path of equilibria turns or another one crosses, before all loads act; empty: it
-    is not known. **/
+    /** Describes where the path of equilibria turns back or another one crosses it before all loads
+    act; empty if unknown. **/
     std::string describeTurn(const SolutionPoint& start);
-    /** Of displacements, in sizes of bodies. **/
+    /** Inner product of displacements, relative to the bodies' sizes. **/
     double multiplySizes(const VectorXd& a, const VectorXd& b) const;
-    /** By how much of its size a body turns or bends, at most. **/
+    /** Largest turning or bending of a body, relative to its size. **/
     double calcTurning(VectorXd delta) const;
 
-    /** Goes on as the system would, if loops of joints may have been assembled otherwise on the
-     * way.
-     * **/
+    /** Follows the damped motion if loops of joints may have been assembled differently on the
+    way. **/
     void stayOnBranch(const SolutionPoint& start);
     bool hasLoops() const;
-    /** How far bodies are from there, in their sizes. **/
+    /** Largest displacement of a body from there, relative to its size. **/
     double calcDistance(const std::vector<double>& from) const;
 
     bool converge(double fraction);
-    /** Of a steady motion, by Newton's iteration as it is, wherever it leads. **/
+    /** Plain Newton iteration for a steady motion, without safeguards. **/
     bool convergeToMotion();
-    /** The steady motion itself, scaled, if joints let it be: time's own direction, along which
-    nothing changes. Empty: none. **/
+    /** Returns the steady motion itself, scaled, if joints allow it: the direction of time, along
+    which nothing changes. Empty if there is none. **/
     VectorXd findSpin(const Tangent& tangent) const;
-    /** The part of a correction at which forces along it have nearly gone. **/
+    /** Part of a correction at which the work of forces along it nearly vanishes. **/
     double searchLine(const Tangent& tangent, const VectorXd& delta, const VectorXd& deltaLambda);
     void move(const VectorXd& delta, const VectorXd& deltaLambda);
-    /** Lets the system go down as a motion in a viscous medium, without inertia: implicit steps of
-    σM δ + r = 0, G δ + g = 0, ever longer ones. Forces and joints are met to CreepAccuracy at every
-    step, so that it stays on the way down where Newton's steps leap.
-    @param longest  step, of a body's size by which it turns or bends **/
+    /** Lets the system move downhill as in a viscous medium, without inertia, by implicit steps of
+    σM δ + r = 0, G δ + g = 0 of increasing length. Forces and joints are satisfied to CreepAccuracy
+    in every step, so that the motion does not leap as Newton steps may.
+    @param longest  longest step, relative to a body's size by which it turns or bends **/
     bool creep(double longest = Infinity, int mostSteps = MostCreepSteps);
     Tangent calcTangent();
-    /** The same; where nothing can be evaluated it is not finite. **/
+    /** The same; not finite where evaluation fails. **/
     Tangent tryTangent();
     void evaluate(const std::vector<double>& q, VectorXd& r);
-    /** What is added to K where it is not positive, or would lead too far. **/
+    /** Matrix added to K where it is not positive, or steps are too long. **/
     enum class Brake {
         Inertia,  ///< σ·softest·M
-        /** What resists the turning of bodies as much as forces on them can help it along: a chain
-        goes to where it hangs in as many steps as a link, while inertia would let it fall. **/
+        /** Turning stiffness as large as the forces on a body can drive it: a chain reaches its
+        hanging position in as many steps as a single link, which takes many more with inertia. **/
         Turning
     };
-    /** With the least σ, from this one on, that makes it positive along the joints. **/
+    /** Factors with the least σ, from this one up, that makes the matrix positive along the
+    joints. **/
     double factorPositive(const Tangent& tangent, double sigma, Brake brake);
     void factor(const Tangent& tangent, double sigma, Brake brake = Brake::Inertia);
-    /** x, Δλ, Δz of what is factored; not refined where a step is too long anyway. @returns false
-    if states are not determined. **/
+    /** Solves for x, Δλ, Δz with the current factors; no refinement if the step is too long anyway.
+    @returns false if states are not determined. **/
     bool solve(const Tangent& tangent, double sigma, VectorXd& x, VectorXd& deltaLambda,
                VectorXd& dz);
-    /** Without what moves freely, `count` motions, but for loads along it: these lead far. **/
+    /** Solves without the `count` free motions, except for loads along them, which lead far. **/
     VectorXd solveBesideFree(const Tangent& tangent, int count, VectorXd b,
                              const std::function<VectorXd(const VectorXd& b)>& solveStiff);
     VectorXd multiplyMass(const Tangent& tangent, const VectorXd& y) const {
         return tangent.softest *
                tangent.s.cwiseProduct(tangent.mass.multiply(tangent.s.cwiseProduct(y)));
     }
-    /** How many motions nothing restores, or less than nothing. **/
+    /** Number of motions with zero or negative stiffness. **/
     int countSoftMotions(const Tangent& tangent);
     /** factor() with LeastShift. @returns in how many motions an equilibrium falls away: what paths
     and single equilibria are judged by **/
@@ -378,22 +378,23 @@ private:
     }
     VectorXd multiplyScaled(const Tangent& tangent, const VectorXd& rowScale,
                             const VectorXd& y) const;
-    /** Of those, a few if there are many. @pre factor() with LeastShift, or where it is positive
-     * **/
+    /** Returns these motions, only some if there are many. @pre factor() with LeastShift, or where
+    the matrix is positive **/
     std::vector<SoftMotion> findSoftMotions(const Tangent& tangent, int count);
-    /** Stiffness that is as good as none: of what is much slower than a steady motion, too. **/
+    /** Stiffness that counts as zero, including that of motions much slower than a steady
+    motion. **/
     double calcZero(const Tangent& tangent) const {
         return std::max(ZeroStiffness,
                         square(SlowestOfRate * m_motion.getRate()) / tangent.softest);
     }
-    /** Multipliers that leave the least accelerations of a residual. **/
+    /** Multipliers for which a residual causes the least accelerations. **/
     VectorXd balance(const Tangent& tangent, const VectorXd& r);
-    /** Whether what leads too far may be led elsewhere: a steady motion's speeds are those of
-    places near its own. **/
+    /** Whether long steps may be braked: the speeds of a steady motion only hold for positions near
+    its own. **/
     bool canBrake() const { return m_goesDownhill && m_motion.isAtRest(); }
-    /** What the work of all forces' parts along a scaled motion may be. **/
+    /** Bound of the work of all force components along a scaled motion. **/
     double calcForceScale(const Tangent& tangent, const VectorXd& y) const;
-    /** The part of δ that may be gone; m_shortfall.change is how far all of it leads. **/
+    /** Allowed part of δ; m_shortfall.change is the size of all of it. **/
     double limitStep(VectorXd delta);
     [[noreturn]] void fail(double fraction);
 
@@ -402,10 +403,10 @@ private:
     CoordinateScales m_scales;
     const BlockGraph m_graph;
     const std::vector<char>& m_isHeld;
-    const bool m_hasOwnStates;  ///< others than turns that springs count
+    const bool m_hasOwnStates;  ///< other than turns counted by springs
     double m_leadingTurn = LeastTurning;
-    std::vector<int> m_places;  ///< first speed of a body's place, where bodies are free in Ground
-    std::vector<std::pair<int, double>> m_turns;  ///< rigid bodies' speeds, and radians of a unit
+    std::vector<int> m_places;  ///< first speed of the position of bodies free in Ground
+    std::vector<std::pair<int, double>> m_turns;  ///< rigid bodies' speeds, and radians per unit
     SolutionPoint m_point;
     SteadyMotion m_motion;
     int m_mostIterations;
@@ -414,9 +415,9 @@ private:
     bool m_goesDownhill = true, m_searchesLines = false;
     bool m_hasPotential = true, m_isSkew = false;
     double m_fraction = 1;   ///< of the loads
-    VectorXd m_loads;        ///< what they make of r
-    double m_loadsOf = NaN;  ///< the fraction then
-    /** Of the last iteration: how far it was from an equilibrium. **/
+    VectorXd m_loads;        ///< their part of r
+    double m_loadsOf = NaN;  ///< load fraction of m_loads
+    /** Distance of the last iteration from an equilibrium. **/
     struct Shortfall {
         double change = 0, error = 0;
         int worstBlock = 0, worstRow = -1;
@@ -438,7 +439,7 @@ void StaticEquilibrium::Search::run() {
         if (converge(1) && !hasLeastEnergy()) return;
         m_goesDownhill = true;
     }
-    // From nothing in parts.
+    // Load increments from zero.
     const SolutionPoint stuck = m_point;
     const Shortfall whereStuck = m_shortfall;
     m_point = start;
@@ -495,7 +496,7 @@ bool StaticEquilibrium::Search::runToMotion() {
 }
 
 VectorXd StaticEquilibrium::Search::findSpin(const Tangent& tangent) const {
-    constexpr double Allowed = 1e-6;  // of how fast its bodies move
+    constexpr double Allowed = 1e-6;  // relative to the speeds of its bodies
     VectorXd x = VectorXd::Zero(tangent.s.size());
     double fastest = 0;
     for (Eigen::Index i = 0; i < x.size(); ++i) {
@@ -531,8 +532,8 @@ bool StaticEquilibrium::Search::convergeToMotion() {
         bool isLoaded = false;
         const VectorXd spin = findSpin(tangent);
         if (spin.size() > 0) {
-            // Goes along with what joints bear of it: of pieces that turn as one, the forces
-            // between them turn along.
+            // The spin is solved for with its joint reactions: in pieces that turn as one, the
+            // forces between them co-rotate.
             VectorXd turned = VectorXd::Zero(n + m);
             const VectorXd inert = multiplyMass(tangent, spin);
             turned.head(n) = inert;
@@ -582,7 +583,7 @@ double StaticEquilibrium::Search::calcDistance(const std::vector<double>& from) 
 bool StaticEquilibrium::Search::hasLoops() const {
     const Topology& topology = m_equations.getTopology();
     if (!topology.simbodyRows.empty()) return true;
-    // Ground comes last; trees stand on it, but for bodies that are free.
+    // Union-find over blocks, Ground last; trees are attached to it, except for free bodies.
     std::vector<int> with(size_t(topology.numBlocks() + 1));
     std::iota(with.begin(), with.end(), 0);
     const int ground = topology.numBlocks();
@@ -608,7 +609,7 @@ bool StaticEquilibrium::Search::hasLoops() const {
 }
 
 void StaticEquilibrium::Search::stayOnBranch(const SolutionPoint& start) {
-    // A controller does not move as if it were damped.
+    // A controlled system does not behave as if damped.
     if (!m_motion.isAtRest() || m_hasOwnStates || !m_equations.getTopology().frictions.empty() ||
         calcDistance(start.q) <= LongestCreep || !hasLoops())
         return;
@@ -624,7 +625,7 @@ void StaticEquilibrium::Search::stayOnBranch(const SolutionPoint& start) {
         m_point = found;
         converge(1);
     }
-    // Of the way to what Newton's iteration has found.
+    // Counts are those of Newton's method.
     numIterations = iterations;
     numLoadSteps = loadSteps;
 }
@@ -632,7 +633,7 @@ void StaticEquilibrium::Search::stayOnBranch(const SolutionPoint& start) {
 void StaticEquilibrium::Search::evaluate(const std::vector<double>& q, VectorXd& r) {
     if (m_settings.m_observer) m_settings.m_observer();
     m_motion.calcSpeeds(q, m_point.u, m_point.uDot);
-    std::vector<double>& moved = m_point.qDot;  // prescribed coordinates are where they are already
+    std::vector<double>& moved = m_point.qDot;  // prescribed coordinates are in place already
     moved = q;
     m_equations.prescribe(m_point.t, 0, nullptr, moved.data(), m_point.u.data());
     m_equations.realize(m_point.t, q.data(), m_point.u.data());
@@ -645,7 +646,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     const int m = m_equations.getTopology().numMultipliers;
     VectorXd r;
     if (m_loadsOf != m_fraction) {
-        // Loads change little from here to there: they are measured once.
+        // Loads change little with position, so they are computed once.
         VectorXd withoutLoads;
         m_equations.updSimbody().setLoadFraction(0);
         evaluate(m_point.q, withoutLoads);
@@ -669,7 +670,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
             [&](const std::vector<double>& q, VectorXd& moved) { evaluate(q, moved); });
     };
     BlockMatrix<double> K = differentiate();
-    // What was differenced has left the speeds elsewhere.
+    // Differencing has changed the speeds.
     if (!m_motion.isAtRest()) evaluate(m_point.q, r);
     const VectorXd withoutLoads =
         r - m_loads - m_mass->multiplyGt(Map<const VectorXd>(m_point.lambda.data(), m));
@@ -678,7 +679,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     m_equations.calcPositionErrors(tangent.g.data());
     const VectorXd stiffness = tangent.K.getDiagonal(), inertia = tangent.mass.getDiagonal();
     tangent.isFinite = tangent.r.allFinite() && tangent.g.allFinite() && stiffness.allFinite();
-    // Rigid coordinates, which little may hold, are measured by what the softest mode resists.
+    // Rigid coordinates, which may have little stiffness, are scaled by the softest mode.
     double& softest = tangent.softest;
     for (int b = 0; b < m_equations.getTopology().numFlexible; ++b) {
         const Block& block = m_equations.getBlock(b);
@@ -711,7 +712,7 @@ StaticEquilibrium::Search::Tangent StaticEquilibrium::Search::calcTangent() {
     tangent.forces = VectorXd::Zero(Eigen::Index(m_graph.sizes.size()));
     for (size_t b = 0; b < m_graph.sizes.size(); ++b)
         for (int i = m_graph.firstU[b]; i < m_graph.firstU[b] + m_graph.sizes[b]; ++i) {
-            // Springs against each other may be many times what is left of them.
+            // Forces of springs that are preloaded against each other may far exceed their sum.
             const double metres = m_scales.metres[size_t(i)],
                          hidden = HiddenStrain * std::abs(stiffness[i]) * m_scales.lengths[b] /
                                   std::max(metres, 1e-12);
@@ -802,7 +803,7 @@ std::vector<StaticEquilibrium::Search::SoftMotion> StaticEquilibrium::Search::fi
     const Eigen::Index n = tangent.s.size(), m = tangent.g.size();
     if (count == 0) return {};
     if (count > MostSoftMotions) count = FewSoftMotions;
-    // Subspace iteration: what nothing holds stands out by orders of magnitude.
+    // Subspace iteration: free motions stand out by orders of magnitude.
     MatrixXd V(n, count + MoreDirections);
     for (Eigen::Index j = 0; j < V.cols(); ++j)
         for (Eigen::Index i = 0; i < n; ++i)
@@ -867,7 +868,7 @@ VectorXd StaticEquilibrium::Search::solveBesideFree(
         }
         return y;
     }
-    // σ(K + σM)⁻¹M leaves what nothing restores as it is, and makes the rest small.
+    // σ(K + σM)⁻¹M preserves free motions and makes all others small.
     const auto keepFree = [&](VectorXd y) {
         for (int pass = 0; pass < NumFreePasses; ++pass) {
             VectorXd next = VectorXd::Zero(y.size());
@@ -893,7 +894,7 @@ bool StaticEquilibrium::Search::solve(const Tangent& tangent, double sigma, Vect
     const VectorXd& rowScale = m_elimination->getRowScale();
     VectorXd b(n + m + s);
     b << -tangent.s.cwiseProduct(tangent.r), -rowScale.cwiseProduct(tangent.g), VectorXd::Zero(s);
-    // States that do not change, in units of their equations.
+    // Stationary states, in the units of their equations.
     MatrixXd B(n + m, s), C(s, n), F = tangent.states.F;
     for (Eigen::Index j = 0; j < s; ++j) {
         B.col(j) << tangent.s.cwiseProduct(tangent.states.B.col(j)), VectorXd::Zero(m);
@@ -942,13 +943,13 @@ bool StaticEquilibrium::Search::solve(const Tangent& tangent, double sigma, Vect
     };
     VectorXd y = precondition(b);
     x = tangent.s.cwiseProduct(y.head(n));
-    // Beside what the joints' compliance takes of the work.
+    // Compared with the work of elasticity, excluding that of the joints' compliance.
     const double inertia = sigma * y.head(n).dot(multiplyMass(tangent, y.head(n))),
                  elastic = std::abs(x.dot(tangent.K.multiply(x)));
     const double part = limitStep(x);
     const bool isTooLong = canBrake() && part < LeastPart;
     if (sigma == LeastShift && !isTooLong) {
-        // What a load drives along a free motion leads far, but not out of sight.
+        // A load along a free motion leads far, but its direction is kept.
         const bool mayBeFree = s == 0 && inertia > FreeShare * (inertia + elastic);
         const int count = mayBeFree ? countSoftMotions(tangent) : 0;
         if (count > 0) factor(tangent, sigma);
@@ -988,10 +989,10 @@ double StaticEquilibrium::Search::limitStep(VectorXd delta) {
     };
     if (m_shortfall.change > m_settings.m_maximumStep)
         factor = m_settings.m_maximumStep / m_shortfall.change;
-    // How far bodies turn and bend; where they are free in Ground they may go anywhere.
+    // Limits turning and bending; bodies free in Ground may translate without limit.
     for (const int place : m_places) delta.segment<3>(place).setZero();
     limit(StepLimit);
-    // A small link may turn far before a tree of them has moved by its size.
+    // A small link may turn far before its tree has moved by its size.
     for (const auto& [speed, radians] : m_turns) {
         if (!m_motion.isAtRest()) break;
         const double turned = std::abs(delta[speed]) * radians;
@@ -1007,7 +1008,7 @@ void StaticEquilibrium::Search::move(const VectorXd& delta, const VectorXd& delt
     for (size_t k = 0; k < m_point.lambda.size(); ++k)
         m_point.lambda[k] += deltaLambda[Eigen::Index(k)];
     if (m_equations.getTopology().states.empty()) return;
-    // Turns are counted on the way.
+    // Springs that count turns need every intermediate position.
     m_equations.realize(m_point.t, m_point.q.data(), m_point.u.data());
     m_equations.updLoads().startStates(m_point.z.data());
 }
@@ -1028,7 +1029,7 @@ double StaticEquilibrium::Search::searchLine(const Tangent& tangent, const Vecto
     double low = 0, high = 1, atLow = before, atHigh = calcWork(1), part = 1;
     if (!(atHigh > LineSlack * std::abs(before))) return 1;
     for (int trial = 0; trial < MostLineTrials; ++trial) {
-        // By a secant, but never next to an end.
+        // Secant step, kept away from both ends.
         part = low + (high - low) * std::min(0.9, std::max(0.1, atLow / (atLow - atHigh)));
         const double now = calcWork(part);
         if (std::abs(now) <= LineSlack * std::abs(before)) break;
@@ -1061,7 +1062,7 @@ bool StaticEquilibrium::Search::creep(double longest, int mostSteps) {
             delta *= part;
             deltaLambda *= part;
             if (part == 1) {
-                // No farther than where forces, without the drag, would drive it back.
+                // No farther than where forces without the drag reverse.
                 const double line = searchLine(tangent, delta, deltaLambda);
                 delta *= line;
                 deltaLambda *= line;
@@ -1074,7 +1075,7 @@ bool StaticEquilibrium::Search::creep(double longest, int mostSteps) {
                 change = std::max(change, block.calcDisplacement(delta.data() + block.firstU) /
                                               m_scales.lengths[size_t(b)]);
             }
-            // What moves ever farther is tried in a shorter step.
+            // Growing corrections: try a shorter step.
             if (iteration > 4 && change > 2 * gap) break;
             gap = std::min(gap, change);
             hasArrived = part == 1 && change <= CreepAccuracy;
@@ -1083,7 +1084,7 @@ bool StaticEquilibrium::Search::creep(double longest, int mostSteps) {
         if (!hasArrived || share > 1) {
             m_point = before;
             if (!m_point.z.empty()) m_equations.setZ(m_point.z.data());
-            // What was too much at once is tried in smaller parts.
+            // Shorten a step that was too long.
             sigma *= share > 0 ? std::min(8.0, 1.5 * share) : boldness;
             if (!hasArrived) boldness = std::max(1.2, std::sqrt(boldness));
         } else if (sigma <= LastDamping) {
@@ -1170,7 +1171,7 @@ StaticEquilibrium::Search::Direction StaticEquilibrium::Search::calcDirection(
     solveFor(tangent, -slope, VectorXd::Zero(tangent.g.size()), direction.delta, direction.lambda);
     double turning = calcTurning(direction.delta);
     if (!std::isfinite(turning)) {
-        // Of what nothing resists here, a little inertia leaves a direction.
+        // For motions without stiffness, a little inertia determines a direction.
         direction.delta = -slope;
         direction.lambda = VectorXd::Zero(tangent.g.size());
         m_elimination->solve(direction.delta, direction.lambda);
@@ -1210,7 +1211,7 @@ bool StaticEquilibrium::Search::goAlong(const SolutionPoint& from, double fracti
         VectorXd delta, lambda, byLoad, lambdaByLoad;
         solveFor(tangent, -tangent.r, -tangent.g, delta, lambda);
         solveFor(tangent, -slope, VectorXd::Zero(tangent.g.size()), byLoad, lambdaByLoad);
-        // In the plane across the way.
+        // In the plane orthogonal to the path.
         const double more = direction.isByLoad ? 0
                                                : -multiplySizes(direction.delta, delta) /
                                                      multiplySizes(direction.delta, byLoad);
@@ -1242,7 +1243,7 @@ std::optional<double> StaticEquilibrium::Search::seekAlong(
         if (!goAlong(from, fraction, direction, at)) return std::nullopt;
         const double now = calc();
         const bool isBefore = (now > 0) == (atStart > 0);
-        // Illinois: an end that stays counts less.
+        // Illinois method: halve the value at an end that stays.
         (isBefore ? atEnd : atStart) *= 0.5;
         (isBefore ? atStart : atEnd) = now;
         (isBefore ? start : end) = at;
@@ -1272,7 +1273,7 @@ std::optional<StaticEquilibrium::Search::Place> StaticEquilibrium::Search::seekB
     std::vector<Place> places{start, end};
     std::vector<std::pair<double, double>> values{{start.at, change.start.stiffness},
                                                   {end.at, change.end.stiffness}};
-    // Near by, but not so near that round-off takes the place of the stiffness.
+    // Samples near the zero, but far enough that round-off does not dominate the stiffness.
     const auto look = [&](double at) {
         if (!goAlong(start.point, start.fraction, direction, at)) return false;
         const Place place{at, m_fraction, m_point};
@@ -1313,7 +1314,7 @@ std::optional<StaticEquilibrium::Search::Place> StaticEquilibrium::Search::seekB
             break;
         aside = std::max(LastAside * end.at, std::min(0.1 * aside, 10 * std::abs(zero - before)));
     }
-    // Newton's iteration would choose between both paths by round-off there.
+    // Interpolated, because Newton's method would choose between both paths by round-off there.
     const SolutionPoint& low = places[first].point;
     Place place{zero, calcFraction(), low};
     for (size_t p = 0; p < places.size(); ++p) {
@@ -1339,7 +1340,7 @@ auto StaticEquilibrium::Search::findSpecials(const Place& start, const Direction
     for (CriticalMotion& motion : last) motion.slope /= share;
     const std::optional<std::vector<StabilityChange>> changes =
         findStabilityChanges(direction.motions, last, end.at, change);
-    // A force that jumps has no shorter step to tell.
+    // At a force that jumps, no shorter step separates the changes.
     const bool isSharp = end.at < ShortestLook * longest;
     if (!changes && !isSharp) return std::nullopt;
     std::vector<Special> specials;
@@ -1363,7 +1364,7 @@ auto StaticEquilibrium::Search::findSpecials(const Place& start, const Direction
         specials.push_back({*place, Kind::Bifurcation, own.getSign(), 1});
     }
     if (turns) {
-        // A motion changes where the loads turn: that is no other path.
+        // One motion changes sign at the limit point itself: that is no other path.
         const double limit = specials.front().place.at;
         const auto isNearer = [&](const Special& a, const Special& b) {
             return std::abs(a.place.at - limit) < std::abs(b.place.at - limit);
@@ -1408,7 +1409,8 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
             length /= 4;
             if (length >= LeastPathStep * settings.step) return;
             if (!direction.isByLoad && direction.fraction != 0) {
-                // What loads stiffen, as a pull does, turns less and less: they lead from here.
+                // If loads stiffen the system, as tension does, it turns less and less: continue
+                // with the load as parameter.
                 direction.leadByLoad();
                 m_leadingTurn = MoreTurning * direction.turning;
                 length = settings.step;
@@ -1428,14 +1430,14 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
         }
         const Place reached{length, m_fraction, m_point};
         Direction next = calcDirection(direction);
-        // A step over two limit points would see neither.
+        // A step over two limit points would miss both.
         steepest = std::max({steepest, std::abs(direction.fraction), std::abs(next.fraction)});
         const double slope =
             std::max({std::abs(direction.fraction), std::abs(next.fraction), FlatPath * steepest});
         const double surprise = std::abs(reached.fraction - from.fraction -
                                          0.5 * length * (direction.fraction + next.fraction)) /
                                 (length * slope);
-        // A stop that is reached bends the path however short the step is, between both slopes.
+        // Contact with a stop bends the path, however short the step, to between both slopes.
         const auto [low, high] = std::minmax(direction.fraction, next.fraction);
         const double gain = (reached.fraction - from.fraction) / length,
                      slack = LargestSurprise * slope;
@@ -1446,7 +1448,7 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
             continue;
         }
         differenceMotions(next, length);
-        // Next to where paths cross, round-off chooses between them.
+        // Next to a bifurcation, round-off decides between the paths.
         const bool isAtBifurcation =
             std::any_of(next.motions.begin(), next.motions.end(), [&](const CriticalMotion& own) {
                 return std::abs(own.stiffness) < AtBifurcation * length * std::abs(own.slope);
@@ -1463,7 +1465,7 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
                 "apart");
             continue;
         }
-        // Where all loads act for the first time: before, between or behind such places.
+        // Where all loads act for the first time: before, between or after special points.
         const auto crosses = [](double a, double b) { return (a < 1) != (b < 1); };
         Place before = from;
         int numUnstable = direction.numUnstable;
@@ -1476,7 +1478,7 @@ void StaticEquilibrium::Search::follow(const PathSettings& settings, const Visit
                 m_point = place.point;
             const SolutionPoint near = m_point;
             if (!converge(1) || !(calcDistance(near.q) <= settings.step)) {
-                // At a bifurcation nothing converges; it is a place of the path itself.
+                // Newton's method does not converge at a bifurcation; use the located point.
                 const bool isThere = std::abs(place.fraction - 1) <= SameLoad;
                 if (!isThere && std::abs(before.fraction - 1) > SameLoad) fail(from.fraction);
                 m_point = isThere ? place.point : before.point;
@@ -1538,7 +1540,7 @@ std::string StaticEquilibrium::Search::describeTurn(const SolutionPoint& start) 
     } catch (const Cancelled&) {
         throw;
     } catch (const std::runtime_error&) {
-        // Then it is not known.
+        // Unknown.
     }
     m_goesDownhill = true;
     return text.str();
@@ -1566,7 +1568,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         const Brake brake = canBrake() ? Brake::Turning : Brake::Inertia;
         double sigma = factorPositive(tangent, firstShift, brake), part = 1;
         bool isBraked = firstShift > LeastShift;
-        double tooLittle = 0, tooMuch = 0;  // of σ
+        double tooLittle = 0, tooMuch = 0;  // bounds of σ
         for (int trial = 0;; ++trial) {
             if (!solve(tangent, sigma, delta, deltaLambda, dz)) {
                 m_shortfall.reason = "no values of the states keep them from changing";
@@ -1574,7 +1576,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
             }
             part = limitStep(delta);
             if (!canBrake() || trial == MostTrials) break;
-            // What is too long is shortened where least resists it, by more inertia.
+            // More inertia shortens too long a step in the softest directions.
             if (part < LeastPart) {
                 tooLittle = sigma;
                 sigma = tooMuch > 0 ? std::sqrt(tooLittle * tooMuch)
@@ -1595,7 +1597,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
         if (part < (canBrake() ? LeastPart : 1)) {
             deltaLambda = balance(tangent, tangent.r + tangent.K.multiply(delta));
         } else if (m_searchesLines && canBrake() && dz.size() == 0 &&
-                   m_shortfall.change > m_settings.m_tolerance) {  // of less, forces are round-off
+                   m_shortfall.change > m_settings.m_tolerance) {  // below it, forces are round-off
             const double line = searchLine(tangent, delta, deltaLambda);
             delta *= line;
             deltaLambda *= line;
@@ -1611,7 +1613,7 @@ bool StaticEquilibrium::Search::converge(double fraction) {
             largestState = std::max(largestState, std::abs(dz[i]) / equation.getScale());
         }
         if (dz.size() > 0) m_equations.setZ(m_point.z.data());
-        // What is short because it is held back has not arrived.
+        // A step that is short because it was braked has not converged.
         if (part == 1 && !isBraked && largestState <= m_settings.m_tolerance &&
             m_shortfall.change <= m_settings.m_tolerance &&
             m_shortfall.error <= m_settings.m_constraintTolerance) {
@@ -1717,7 +1719,7 @@ bool StaticEquilibrium::solveNearby(const State& state) {
     } catch (const Cancelled&) {
         throw;
     } catch (const std::runtime_error&) {
-        return false;  // a load along what nothing holds, a friction that slides
+        return false;  // a load along a free motion, or sliding friction
     }
 }
 
@@ -1725,7 +1727,7 @@ void StaticEquilibrium::solveSteadyMotion(const State& state) {
     run(state, Speeds::OfState);
 }
 
-/** Where a search begins, and then is. **/
+/** A system and point from which a search starts; the point becomes its result. **/
 struct StaticEquilibrium::Start {
     State placed, assembled;
     std::unique_ptr<Evaluation> equations;
@@ -1744,7 +1746,7 @@ StaticEquilibrium::Start StaticEquilibrium::begin(const State& state, Speeds spe
     copyState(state, start.placed);
     m_system.realize(start.placed, Stage::Velocity);
     if (speeds == Speeds::Zero) start.placed.updU() = 0;
-    // Assembled bodies stand elsewhere, but their twists are the State's.
+    // Assembly moves bodies, but their twists are the State's.
     start.assembled = assemble(start.placed);
     m_system.realize(start.placed, Stage::Velocity);
     start.equations = std::make_unique<Evaluation>(m_system, start.assembled);
@@ -1774,7 +1776,7 @@ StaticEquilibrium::Start StaticEquilibrium::begin(const State& state, Speeds spe
 
 void StaticEquilibrium::keep(const Start& start, State& state, Vector& multipliers) {
     Evaluation& equations = *start.equations;
-    // Multipliers of least norm, as the integrators give them.
+    // Multipliers of least norm, as in the integrators.
     SolutionPoint point = start.point;
     const int n = equations.getTopology().numU, m = equations.getTopology().numMultipliers;
     multipliers.resize(m);
@@ -1803,7 +1805,7 @@ bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
         start.point = search.getPoint();
         const std::string falling = describeFall(start, search);
         if (!falling.empty()) {
-            // Where gyroscopic forces do not hold it, there may be a lower one.
+            // If gyroscopic forces do not stabilise it, there may be a lower one.
             start.point = placed;
             Search lower(*this, equations, start.assembled, placed, start.motion);
             if (lower.runLower()) {
@@ -1829,7 +1831,7 @@ bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
     if (reach == Reach::Anywhere) try {
             search.run();
         } catch (const std::runtime_error& error) {
-            // What has left its range may be why.
+            // A quantity outside its valid range may be the cause.
             const std::string ranges = describeRanges();
             if (ranges.empty()) throw;
             throw std::runtime_error(error.what() + ranges);
@@ -1867,7 +1869,7 @@ std::vector<std::string> StaticEquilibrium::listGrowing(const Start& start, cons
                 (mode.oscillates() ? "oscillates with a growing amplitude" : "falls away from it"));
         }
     } catch (const std::exception&) {
-        if (isStopped) throw;  // else there are no modes about it
+        if (isStopped) throw;  // otherwise there are no modes about it
     }
     return growing;
 }
@@ -1933,7 +1935,7 @@ std::vector<StaticEquilibrium::PathPoint> StaticEquilibrium::followPath(
         return Search::Next::GoOn;
     });
     finish(search, start);
-    // Copies of States, while there were more and more of them, are not realized.
+    // States copied while the vector grew are not realized.
     for (const PathPoint& point : path) m_system.realize(point.state, Stage::Velocity);
     return path;
 }

@@ -17,20 +17,19 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** What turns more slowly is at rest [rad/s]. **/
+/** Rate below which a system is at rest [rad/s]. **/
 constexpr double SlowestRate = 1e-8;
-/** Of differences along the motion [rad]. **/
+/** Step of differences along the motion [rad]. **/
 constexpr double TurnStep = 5e-3;
-/** What a turn by a body's size costs where loops are closed, in moves of places by as much. **/
+/** Cost of a rotation, relative to a translation by as much of a body's size, in closing loops. **/
 constexpr double TurnCost = 1e4;
-/** What speeds that a State was given leave, of the fastest [m/s, rad/s]. **/
+/** Constraint error allowed at given speeds, relative to the fastest [m/s, rad/s]. **/
 constexpr double SmallError = 1e-7;
-/** The same of twists that are kept as they are. **/
+/** The same for constant twists. **/
 constexpr double TwistError = 1e-9;
 constexpr double ClosureRank = 1e-10, ClosedLoop = 1e-15;
 constexpr int NumClosings = 12, NumFlowPieces = 16;
-/** Displacements at which it is tried whether loops need closing [m], and what may come of them.
- * **/
+/** Displacements for testing whether loops need closing [m], and the error allowed there. **/
 constexpr double TrialStep = 1e-4, TrialError = 1e-5;
 constexpr int NumTrials = 3;
 

@@ -5,16 +5,16 @@ Solves tangent equations by blocks (private header),
     [ A   Gᵀ ] [x]   [f]        A = K + σM, or −ω²M + iωD + K
     [ G   0  ] [λ] = [g]
 
-multifrontally: the speeds of a block, then the multipliers of its joints as soon as the blocks on
-both sides are gone. Of modes that act through few shapes (BlockModes), all that these do
-not see go before, at the cost of a diagonal: with Λ their diagonal, U an orthonormal basis of the
-shapes and y = Uᵀξ,
+multifrontally: the speeds of a block, then the multipliers of its joints once the blocks on both
+sides are eliminated. Where modes act through few shapes (BlockModes), those orthogonal to the
+shapes are eliminated first, at the cost of a diagonal: with Λ their diagonal, U an orthonormal
+basis of the shapes and y = Uᵀξ,
 
     Uᵀ(A − Λ)U + T,    T = (UᵀΛ⁻¹U)⁻¹,    right-hand side T UᵀΛ⁻¹f,
     ξ = Λ⁻¹f + Λ⁻¹U T (y − UᵀΛ⁻¹f)
 
-Rows of G get a compliance of 1e-10, in scaled equations, so that redundant
-ones do no harm, and A gets 1e-4 GᵀG (as an augmented Lagrangian has it), which x does not see.
+Rows of G get a compliance of 1e-10, in scaled equations, so that redundant ones do no harm, and A
+gets 1e-4 GᵀG (as in an augmented Lagrangian), which does not affect x.
 
     TangentElimination<double> elimination(graph, mass);
     elimination.factor(A, scale);
@@ -34,29 +34,29 @@ public:
     using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
     using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
-    /** @param mass  its G; both must stay where they are, and its rows what they are; other values
-    count from the next factor() on. **/
+    /** @param mass  provides G; both arguments must outlive this, with the same rows; new values
+    take effect at the next factor() **/
     TangentElimination(const BlockGraph& graph, const BlockMass& mass);
     void setNumThreads(int threads) { m_numThreads = threads; }
 
     enum class Symmetry { Symmetric, General };
-    /** @param A  symmetric: only its symmetric part counts
+    /** @param A  symmetric: only its symmetric part is used
     @param scale  of the speeds: x = scale·(unknowns of order 1); zero where they are held **/
     void factor(const BlockMatrix<Scalar>& A, const Eigen::VectorXd& scale, Symmetry symmetry);
 
-    /** In place: unknowns for right-hand sides, speeds first, both scaled. **/
+    /** Solves in place for scaled right-hand sides, speeds first. **/
     void solveScaled(Vector& y) { solveScaled(y.data(), 1); }
-    /** In place. **/
+    /** Solves in place. **/
     void solve(Vector& f, Vector& g);
-    /** In place, for forces along the joints alone: x of each column. **/
+    /** Solves in place for x of each column, with zero right-hand side of the constraints. **/
     void solveEach(Matrix& F);
-    /** Takes from each column of X what of it opens the joints. @pre real **/
+    /** Removes from each column of X the component that violates the joints. @pre real **/
     void close(Matrix& X);
-    /** Of the rows of G: λ = scale·(unknowns of order 1). **/
+    /** Scale of the rows of G: λ = scale·(unknowns of order 1). **/
     const Eigen::VectorXd& getRowScale() const { return m_rowScale; }
 
-    /** How many more negative eigenvalues it has than multipliers: those of A along the motions
-    that G leaves free. @pre factor(), symmetric and real **/
+    /** Number of negative eigenvalues of A on the null space of G: those of the whole matrix less
+    the number of multipliers. @pre factor(), symmetric and real **/
     int countNegative() const;
 
 private:
@@ -70,11 +70,11 @@ private:
     /** A block's modes at the last factor(), in scaled unknowns. **/
     struct Condensed {
         Eigen::VectorXd scale;     ///< of the first coordinates
-        Eigen::MatrixXd shapes;    ///< scaled; nothing if modes are as they are
+        Eigen::MatrixXd shapes;    ///< scaled; empty without shapes
         Eigen::MatrixXd U, R;      ///< shapes = U R
         Vector inverse;            ///< Λ⁻¹
         Matrix inverseU, weights;  ///< Λ⁻¹U, T
-        int numNegative = 0;       ///< of what went before
+        int numNegative = 0;       ///< negative pivots of the modes eliminated first
     };
     CliquePattern makePattern();
     void condense(const BlockMatrix<Scalar>& A, size_t block);
@@ -98,7 +98,7 @@ int TangentElimination<double>::countNegative() const;
 template <>
 void TangentElimination<double>::close(Eigen::MatrixXd& X);
 
-/** x with A x = b by GMRES, in as many steps as it takes to leave 1e-11 of b, at most.
+/** Solves A x = b by GMRES to a residual of 1e-11 of b, in a limited number of steps.
 @param precondition  x ≈ A⁻¹b **/
 Eigen::VectorXd solveByGmres(
     const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& multiply,

@@ -15,9 +15,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double RankTolerance = 1e-10;
-/** Displacement of a body, of its size, that makes an equilibrium none. **/
+/** Displacement, relative to a body's size, beyond which a State is no equilibrium. **/
 constexpr double SmallDeparture = 1e-4;
-/** The same, where a linear estimate says nothing of how far it goes. **/
+/** The same, beyond which a linear estimate of the displacement is meaningless. **/
 constexpr double FarAway = 10;
 
 }  // namespace
@@ -68,7 +68,7 @@ void calcMassAndJacobian(Evaluation& equations, MatrixXd& M, MatrixXd& G) {
 
 namespace {
 
-/** Of a displaced q. **/
+/** Evaluates at displaced positions. **/
 std::function<void(const std::vector<double>& delta, VectorXd& f)> displaceEach(
     Evaluation& equations, double t, const std::vector<double>& q, const std::vector<double>& u,
     const std::function<void(const std::vector<double>& q, VectorXd& f)>& evaluate) {
@@ -82,7 +82,7 @@ std::function<void(const std::vector<double>& delta, VectorXd& f)> displaceEach(
     };
 }
 
-/** Of displaced speeds. **/
+/** Evaluates at changed speeds. **/
 std::function<void(const std::vector<double>& delta, VectorXd& f)> quicken(
     const std::vector<double>& u,
     const std::function<void(const std::vector<double>& u, VectorXd& f)>& evaluate) {

@@ -20,21 +20,21 @@ displacements of 3e-4 of the body's size their relative error is below 1e-8 wher
 
 namespace simflex {
 
-// SimTK has a class Eigen: where `using namespace SimTK` reaches, clang would not know which is
-// meant.
+// SimTK declares a class Eigen, which makes the name ambiguous for clang after
+// `using namespace SimTK`.
 namespace Eigen = ::Eigen;
 
 /** Mass matrix and constraint Jacobian at the last realize(). **/
 void calcMassAndJacobian(Evaluation& equations, Eigen::MatrixXd& M, Eigen::MatrixXd& G);
 
-/** Where forces have no slopes: speeds along which they have a kink. **/
+/** Speeds along which forces have a kink. **/
 struct KinkedSpeeds {
     std::vector<int> byPosition, byJump;  ///< along δ; along δu or δz, where they jump
     bool any() const { return !byPosition.empty() || !byJump.empty(); }
 };
 
-/** What forces of inertia may change in each row of r over a step for differences, as `terms` of
-differentiate(): of bodies that turn, and quicken, as each does.
+/** Bound of the change of inertial forces in each row of r over a difference step, as `terms` of
+differentiate(), due to rotating and accelerating bodies.
 @param mass  diagonal of the mass matrix **/
 Eigen::VectorXd calcInertiaChanges(const Evaluation& equations, const CoordinateScales& scales,
                                    const SolutionPoint& point, const Eigen::VectorXd& mass);
@@ -42,7 +42,7 @@ Eigen::VectorXd calcInertiaChanges(const Evaluation& equations, const Coordinate
 /** ∂f/∂δ for the free speeds, zero in columns of prescribed ones.
 @param evaluate  writes f for a displaced q
 @param q  where to differentiate; the equations are left realized at `q` and `u`
-@param kinks  null: they do not matter
+@param kinks  receives kinks; null: ignored
 @param terms  of f; see differentiate() **/
 Eigen::MatrixXd differentiateByQ(
     Evaluation& equations, const CoordinateScales& scales, double t, const std::vector<double>& q,
@@ -50,8 +50,8 @@ Eigen::MatrixXd differentiateByQ(
     const std::function<void(const std::vector<double>& q, Eigen::VectorXd& f)>& evaluate,
     KinkedSpeeds* kinks = nullptr, const Eigen::VectorXd& terms = {});
 
-/** ∂r/∂u at a point, zero in columns of prescribed speeds. A damper that resists otherwise forth
-than back counts by the mean of both, which is that of its first harmonic. **/
+/** ∂r/∂u at a point, zero in columns of prescribed speeds. A damper that differs in the two
+directions counts by their mean, as in its first harmonic. **/
 Eigen::MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales,
                                   const SolutionPoint& point, KinkedSpeeds* kinks = nullptr,
                                   const Eigen::VectorXd& terms = {});
@@ -60,7 +60,7 @@ Eigen::MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales&
 
     r + … + B δz,    δż = C δ + E δu + F δz **/
 struct StateTangent {
-    std::vector<int> states;  ///< numbers among z
+    std::vector<int> states;  ///< indices in z
     Eigen::MatrixXd B;        ///< n×s
     Eigen::MatrixXd C, E;     ///< s×n
     Eigen::MatrixXd F;        ///< s×s
@@ -69,21 +69,21 @@ struct StateTangent {
 StateTangent calcStateTangent(Evaluation& equations, const CoordinateScales& scales,
                               const SolutionPoint& point, KinkedSpeeds* kinks = nullptr);
 
-/** A(u) with δ̇ = δu − A δ: A δ = N⁻¹(Ṅ δ − ∂(N u)/∂q N δ), zero where q̇ = u; of each block. **/
+/** A(u) in δ̇ = δu − A δ: A δ = N⁻¹(Ṅ δ − ∂(N u)/∂q N δ), zero where q̇ = u; by blocks. **/
 std::vector<Eigen::MatrixXd> calcRateBlocks(Evaluation& equations, const CoordinateScales& scales,
                                             const SolutionPoint& point);
 
-/** Says which body forces lead away from where it is, by more than 1e-4 of its size, and how far;
-empty if none.
-@param departure  δ to which the forces lead **/
+/** Describes which body is displaced by forces by more than 1e-4 of its size, and how far; empty if
+none is.
+@param departure  displacement δ caused by the forces **/
 std::string describeDeparture(const Evaluation& equations, const CoordinateScales& scales,
                               const Eigen::VectorXd& departure, const Eigen::VectorXd& forces);
 
-/** Speeds that no lock or Motion prescribes. **/
+/** Speeds that are not prescribed by a lock or Motion. **/
 std::vector<int> listFreeSpeeds(const Evaluation& equations);
 
-/** The directions that constraints leave free, in scaled coordinates δ = s·x. Redundant rows are
- * allowed. **/
+/** The directions left free by the constraints, in scaled coordinates δ = s·x. Redundant rows are
+allowed. **/
 class TangentSpace {
 public:
     /** @param G  m×n, scaled columns: G·diag(s) **/

@@ -14,7 +14,7 @@ class BdfScheme : public OneStageScheme {
 public:
     static constexpr int MaxOrder = 5;
 
-    int maximumOrder = 0;  ///< 0: follows the system
+    int maximumOrder = 0;  ///< 0: depends on the system
     int fixedOrder = 0;    ///< 0: none
 
     /** y_hist of ẏ = (y − y_hist)/γ at tNew, from the newest `order` nodes, as weights of the

@@ -1,10 +1,11 @@
 #pragma once
 /** @file
-The known times at which loads or motions jump or have a kink, and the span between two of them in
-which they are smooth (private header).
+The known times at which loads or motions jump or have a kink, and the smooth span between two of
+them (private header).
 
-A step ends at a break, and the equations are evaluated with times inside the span: at its ends
-they see what holds before and after, whichever side a formula's own comparison takes. **/
+A step ends at a break, and the equations are evaluated at times inside the span, so that functions
+have their one-sided values at its ends, to whichever side their own comparison assigns the break.
+**/
 
 #include <functional>
 #include <vector>
@@ -27,10 +28,10 @@ public:
     void add(Next next) { m_sources.push_back(std::move(next)); }
     int numSources() const { return int(m_sources.size()); }
 
-    /** Moves to the span that begins at this time, or in which it lies. **/
+    /** Moves to the span that begins at or contains this time. **/
     void moveTo(double time);
 
-    /** The break at which the span ends. **/
+    /** The end of the span. **/
     double getEnd() const { return m_end; }
     bool isAtEnd(double time) const { return !isLater(time, m_end); }
 

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
 Calls the system's event reporters and handlers as SimTK::TimeStepper and SimTK::Integrator do, and
-moves its auto-update variables on (private header). **/
+updates its auto-update variables (private header). **/
 
 #include <vector>
 
@@ -13,11 +13,11 @@ class Checkpoint;
 
 class EventDriver {
 public:
-    /** What the handlers of one event did. **/
+    /** Effect of the handlers of one event. **/
     struct Outcome {
         bool shouldTerminate = false;
         bool hasChangedState = false;
-        SimTK::Stage lowestChange = SimTK::Stage::Infinity;  ///< that variables invalidate
+        SimTK::Stage lowestChange = SimTK::Stage::Infinity;  ///< lowest stage they invalidated
     };
 
     explicit EventDriver(const SimTK::MultibodySystem& system) : m_system(system) {}
@@ -29,16 +29,15 @@ public:
     /** Reads trigger information, finds auto-update variables; forgets past events. **/
     void initialize(const SimTK::State& state);
 
-    /** Next scheduled times at or after the State's time, events already handled at this time left
-     * out. **/
+    /** Next scheduled times at or after the State's time, except events already handled at this
+    time. **/
     SimTK::Real calcNextReportTime(const SimTK::State& state);
     SimTK::Real calcNextEventTime(const SimTK::State& state);
 
     /** Calls the reporters found by the last calcNextReportTime(). **/
     void report(const SimTK::State& state);
 
-    /** When scheduled handlers were called last: calcNextEventTime() leaves them out at that time.
-     * **/
+    /** Time of the last scheduled handlers, which calcNextEventTime() skips at that time. **/
     SimTK::Real getLastEventTime() const { return m_lastEvent; }
     void setLastEventTime(SimTK::Real time) { m_lastEvent = time; }
 
@@ -55,14 +54,15 @@ public:
     /** Values of the trigger functions; realizes the State as far as they need. **/
     void calcTriggers(const SimTK::State& state, SimTK::Vector& values) const;
 
-    /** True if a trigger's sign changes between the two sets of values in a way it asks for. **/
+    /** True if a trigger changes sign between the two sets of values in a direction it
+    monitors. **/
     bool isTriggered(const SimTK::Vector& before, const SimTK::Vector& after) const;
     bool isTriggered(int trigger, const SimTK::Vector& before, const SimTK::Vector& after) const;
 
     SimTK::EventId getEventId(int trigger) const {
         return m_triggers[unsigned(trigger)].getEventId();
     }
-    /** The change of sign that triggers, of those that it asks for. **/
+    /** The transition, among those that a trigger monitors. **/
     SimTK::Event::Trigger getTransition(int trigger, const SimTK::Vector& before,
                                         const SimTK::Vector& after) const;
 
@@ -75,12 +75,12 @@ public:
     Outcome handleTriggered(SimTK::State& state, const SimTK::Vector& before,
                             const SimTK::Vector& after, SimTK::Real accuracy);
 
-    /** True if some variable is to be updated at the end of every step, as Measures have it. **/
+    /** True if variables are updated at the end of every step, as by Measures. **/
     bool hasAutoUpdates() const { return !m_autoUpdates.empty(); }
     const std::vector<SimTK::DiscreteVarKey>& getAutoUpdates() const { return m_autoUpdates; }
 
-    /** Swaps the auto-update variables' new values in; realizes the State to Stage::Acceleration
-     * first. **/
+    /** Swaps in the auto-update variables' new values; realizes the State to Stage::Acceleration
+    first. **/
     void updateDiscreteVariables(SimTK::State& state) const;
 
     void visit(Checkpoint& checkpoint);
@@ -93,8 +93,8 @@ private:
     const SimTK::MultibodySystem& m_system;
     SimTK::Array_<SimTK::EventTriggerInfo> m_triggers;
     SimTK::Stage m_triggerStage = SimTK::Stage::Time;
-    /** Handlers find the State realized so far, as SimTK::Integrator leaves it; with flexible
-    bodies, whose accelerations cost much, to the speeds only. **/
+    /** Stage to which the State is realized for handlers: that of SimTK::Integrator, or velocities
+    only with flexible bodies, whose accelerations are expensive. **/
     SimTK::Stage m_handlerStage = SimTK::Stage::Velocity;
     SimTK::Array_<SimTK::EventId> m_reports, m_events;
     SimTK::Real m_reportTime = SimTK::NaN;  ///< of m_reports

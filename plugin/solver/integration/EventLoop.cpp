@@ -1,4 +1,4 @@
-// Time goes on: steps, event triggers, reporters and handlers in their order.
+// Time loop: steps, event triggers, reporters and handlers in their order.
 #include <tuple>
 
 #include "simflex/base/FlushDenormals.h"
@@ -55,7 +55,7 @@ bool ImplicitIntegrator::Implementation::locateTrigger() {
 void ImplicitIntegrator::Implementation::keepState() {
     const State& state = getState();
     if (m_isKept && !m_events.hasAutoUpdates()) {
-        // A whole copy costs more than a step.
+        // A full copy costs more than a step.
         m_kept.setTime(state.getTime());
         m_kept.updY() = state.getY();
         return;
@@ -80,7 +80,7 @@ void ImplicitIntegrator::Implementation::handleAsAWhole(const std::function<void
 }
 
 bool ImplicitIntegrator::Implementation::keepsEquations(const EventDriver::Outcome& outcome) const {
-    // What Motions prescribe may have jumped.
+    // Values of Motions may have jumped.
     return outcome.lowestChange > Stage::Instance && m_state.getTime() == m_kept.getTime() &&
            !getEquations().getSimbody().getPrescribed() && !m_stepper->hasMemory();
 }
@@ -159,7 +159,7 @@ void ImplicitIntegrator::Implementation::continueFromHandlersState() {
             startFromHandlersState();
             return false;
         }
-        // What is below the accuracy in a step makes no start worth its while.
+        // Changes below the accuracy in a step do not justify a restart.
         constexpr double Small = 0.1;
         if (m_hasTriggered || !(imbalance.displacement <= Small * settings.accuracy))
             m_stepper->restart();
@@ -193,7 +193,7 @@ void ImplicitIntegrator::Implementation::startFromHandlersState() {
 }
 
 void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
-    // Who interrupts steps sees what was shown before them.
+    // An observer that interrupts steps sees the previously visible State.
     if (stepObserver) balanceVisible();
     if (m_events.hasAutoUpdates() && statistics.stepsTaken > 0)
         updateDiscreteVariables(m_stepper->getNewest());
@@ -236,7 +236,7 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
         const State& state = getState();
         Real reportTime = m_events.calcNextReportTime(state);
         const Real eventTime = m_events.calcNextEventTime(state);
-        // Both at once, whatever round-off says: the report first, at the handlers' time.
+        // Simultaneous within round-off: the report comes first, at the handlers' time.
         if (!isLater(reportTime, eventTime) && !isLater(eventTime, reportTime))
             reportTime = eventTime;
         statistics.simbodySeconds += secondsSince(eventStart);
@@ -246,7 +246,7 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
             advanceInternally(calcStepLimit(eventTime, target));
             ++steps;
         }
-        // What is shown stays, so that reports and events before the step's end are not missed.
+        // The visible State stays, so that reports and events before the step's end are not missed.
         if (std::exchange(m_isInterrupted, false))
             return StepStatus(StepStatus::Interrupted, TimeHasAdvanced);
         const double newestTime = getNewestTime();
@@ -261,8 +261,8 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
             ++statistics.reports;
             statistics.outputSeconds += secondsSince(reportStart);
         }
-        // SimTK::TimeStepper leaves what happens at this time to its next call, and ends with the
-        // report at the final time.
+        // SimTK::TimeStepper leaves events at this time to its next call, and ends with the report
+        // at the final time.
         const bool isGoal = isReached && target >= goal;
         if (isStepper && (isGoal || reportTime <= visible)) {
             if (isAtNewest && m_pending == Pending::Step) m_pending = Pending::Nothing;
@@ -363,7 +363,7 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepTo(Real t
 ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepOnce() {
     StepStatus status;
     runTimed([&] {
-        // What is due at this time comes first.
+        // Events due at this time come first.
         status = advance(m_visible.t);
         if (status != StepStatus::ReachedTime) return;
         if (!isLater(m_visible.t, getNewestTime())) {

@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-Says in words why a system could not be solved, and what to do about it (private header): which
-body, coordinate or mode, joint, force or motion, with numbers. Works by evaluations after the
-failure; nothing of it is in the way of a step that succeeds. **/
+Explains why a system could not be solved, and suggests remedies (private header): names body,
+coordinate or mode, joint, force or motion, with numbers. Evaluations take place after the failure,
+at no cost to successful steps. **/
 
 #include <string>
 #include <vector>
@@ -20,28 +20,28 @@ public:
     /** A step that failed, from the last good point. **/
     struct FailedStep {
         const SolutionPoint& last;   ///< the last good point
-        const SolutionPoint& tried;  ///< where the last try stood when it was given up
+        const SolutionPoint& tried;  ///< state of the last attempt when it was abandoned
         double h;
         const ImplicitStep::Outcome& outcome;
-        const std::string& fault;  ///< what was said where nothing could be evaluated; else empty
-        const std::vector<std::string>& redundancies;  ///< as the last factorization found them
+        const std::string& fault;  ///< message of a failed evaluation; else empty
+        const std::vector<std::string>& redundancies;  ///< found by the last factorization
         int numRedundantAtStart;
         bool hasForceJacobians;
         double accuracy;
     };
 
-    /** Forces or positions are not finite numbers, or nothing can be evaluated: whose fault. **/
+    /** Forces or positions are not finite, or cannot be evaluated: names the cause. **/
     std::string explainNonFinite(const FailedStep& step) const;
     std::string explainNonFiniteForces(int block, double t, const std::vector<double>& q,
                                        const std::vector<double>& u) const;
-    /** Newton's iteration does not converge however short the step. **/
+    /** Newton's method does not converge at any step size. **/
     std::string explainNoConvergence(const FailedStep& step) const;
-    /** The local error is too large however short the step.
+    /** The local error is too large at any step size.
     @param error  in units of the accuracy
     @param errorQ, errorU, errorZ  by coordinate **/
     std::string explainLargeError(const FailedStep& step, double error, const double* errorQ,
                                   const double* errorU, const std::vector<double>& errorZ) const;
-    /** Positions cannot be brought back onto a joint. **/
+    /** Positions cannot be projected onto a joint. **/
     std::string explainNoProjection(const FailedStep& step, int worstRow, double tolerance) const;
 
     /** The joints cannot be assembled. **/
@@ -52,7 +52,7 @@ public:
                               const std::vector<std::string>& redundancies) const;
     /** A block's matrix is singular or not finite. **/
     std::string explainSingularBlock(int block, const NewtonSystem& system) const;
-    /** @param contact  that finds neither stick nor slip; −1: any **/
+    /** @param contact  finds neither stick nor slip; −1: any **/
     std::string explainFriction(int contact) const;
 
 private:
@@ -61,11 +61,11 @@ private:
     /** Whether the joints are nearly dependent at the last good point, and which. **/
     std::string findSingularity(const FailedStep& step) const;
     std::string explainRedundancies(const std::vector<std::string>& redundancies) const;
-    /** "mode 3 (34.2 Hz) of 'boom'": where this block moves or errs most. **/
+    /** "mode 3 (34.2 Hz) of 'boom'": speed with the largest motion or error of this block. **/
     std::string findWorstCoordinate(int block, const double* errorQ, const double* errorU,
                                     double h) const;
 
-    /** "variable z[0] of 'forces'": the auxiliary one that errs most. **/
+    /** "variable z[0] of 'forces'": auxiliary variable with the largest error. **/
     std::string findWorstZ(const std::vector<double>& errorZ) const;
 
     Evaluation& m_equations;

@@ -1,4 +1,4 @@
-// Where contacts of joints switch between sticking and sliding, or begin to slide the other way.
+// Where joint contacts switch between sticking and sliding, or reverse.
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,9 @@ namespace simflex {
 
 namespace {
 
-/** Where a margin that is negative at `high` begins to be so; infinite if it is not.
-The Illinois method; what has no margin at `low` yet, as it begins at rest, gets one soon. **/
+/** First zero of a margin that is negative at `high`; infinite if it is not negative there.
+Illinois method; a contact at rest at `low`, without a margin yet, is assumed to have one shortly
+after. **/
 double findSwitch(const std::function<double(double)>& calcMargin, double low, double high) {
     constexpr double Window = 1e-9, Soon = 1e-3;  // of the step
     constexpr int Samples = 8, MostTrials = 100;
@@ -42,8 +43,8 @@ double Stepper::calcSwitchError(double h) {
     const double phase = std::min(m_equations->getFrictions().calcEndedPhase(),
                                   double(m_system.getDefaultTimeScale()));
     if (m_settings.fixedStep > 0 || phase <= h) return 0;
-    // A method of high order would follow the vibrations that a located switch of bending parts
-    // starts, step by step.
+    // A method of high order would resolve, step by step, the vibrations of flexible bodies that a
+    // located switch starts.
     if (!m_formulas && m_equations->getTopology().hasModes()) return 0;
     // At most, as accelerations may jump anywhere in the step.
     std::fill(m_error.q.begin(), m_error.q.end(), 0.0);

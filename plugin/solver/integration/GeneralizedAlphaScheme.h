@@ -7,7 +7,7 @@ Generalized-α on a Lie group (private header): with spectral radius ρ at infin
     u_{n+1} = u_n + h((1 − γ) a_n + γ a_{n+1})
     q_{n+1} = q_n exp(h u_n + h²((½ − β) a_n + β a_{n+1}))
 
-M u̇ = f holds at the new point itself. a_n stands for u̇ at t_n + (α_m − α_f) h, so it is moved along
+M u̇ = f holds at the new point itself. a_n approximates u̇ at t_n + (α_m − α_f) h, so it is shifted
 when h changes. z and work follow the trapezoidal rule.
 Source: O. Brüls, A. Cardona, M. Arnold, Mech. Mach. Theory 48 (2012) 121–137. **/
 
@@ -37,7 +37,7 @@ public:
 
 private:
     double m_alphaM = 0, m_alphaF = 0, m_gamma = 0, m_beta = 0;
-    std::vector<double> m_a;  ///< a_n of the step at hand
+    std::vector<double> m_a;  ///< a_n of the current step
 };
 
 }  // namespace simflex

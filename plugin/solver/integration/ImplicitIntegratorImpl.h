@@ -1,13 +1,13 @@
 #pragma once
 /** @file
-What an ImplicitIntegrator does besides the steps that its Stepper takes (private header):
+Everything in an ImplicitIntegrator except the steps, which its Stepper takes (private header):
 
-    IntegratorSettings.cpp    what may be set when
-    IntegratorStart.cpp       equations, a consistent point
-    EventLoop.cpp             time goes on: steps, triggers, reports and handlers
-    ReturnedEvents.cpp        for programs that handle events themselves
+    IntegratorSettings.cpp    settings
+    IntegratorStart.cpp       equations, consistent initial point
+    EventLoop.cpp             time loop: steps, triggers, reports and handlers
+    ReturnedEvents.cpp        events returned to the caller
     ShownState.cpp            States, accelerations and multipliers at a time
-    IntegratorCheckpoint.cpp  an integration written and read **/
+    IntegratorCheckpoint.cpp  writing and reading checkpoints **/
 
 #include <algorithm>
 #include <chrono>
@@ -37,14 +37,15 @@ public:
     void reinitialize(SimTK::Stage lowestChangedStage, bool shouldTerminate);
     void handle(const std::function<bool(SimTK::State&)>& handler);
 
-    /** What the last step triggered, in order of the estimated times. **/
+    /** Events triggered in the last step, in order of their estimated times. **/
     struct TriggeredEvents {
         SimTK::Vec2 window{SimTK::NaN};
         SimTK::Array_<SimTK::EventId> ids;
         SimTK::Array_<SimTK::Real> times;
         SimTK::Array_<SimTK::Event::Trigger> transitions;
     };
-    /** @throws std::logic_error unless events were returned and not gone on from. **/
+    /** @throws std::logic_error unless events were returned and the integration has not
+    continued. **/
     const TriggeredEvents& getTriggeredEvents(const char* method) const;
 
     bool isSimulationOver() const { return m_isTerminated || m_isFinished || m_isOver; }
@@ -71,8 +72,8 @@ public:
     SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint);
     SimTK::Vector calcFrictionForces(const Joint& joint);
     void requireInitialized(const char* method) const;
-    /** @throws std::logic_error naming the method where a reporter, a handler, an observer or a
-    force of a step that is being taken calls it. **/
+    /** @throws std::logic_error naming the method if it is called by a reporter, handler, observer
+    or force during a step. **/
     void requireNotRunning(const char* method) const;
     /** @throws std::logic_error naming the setter after initialize(). **/
     void requireNotInitialized(const char* method) const;
@@ -82,7 +83,7 @@ public:
     void setMaximumStep(SimTK::Real h);
     void setFixedStep(SimTK::Real h);
     void setForceFullNewton(bool force);
-    /** Settings that wait for the next initialize(). **/
+    /** Settings that take effect at the next initialize(). **/
     struct Waiting {
         SimTK::Real accuracy = 1e-6, constraintTolerance = 1e-10, initialStep = 0;
     };
@@ -117,114 +118,115 @@ public:
 
     IntegratorStatistics statistics;
     IntegratorStatistics statisticsAtReset;
-    /** Of one figure, since the reset. **/
+    /** Change of a figure since the reset. **/
     int count(long IntegratorStatistics::*figure) const {
         return int(statistics.*figure - statisticsAtReset.*figure);
     }
     StepsTaken stepsTaken;
 
 private:
-    /** Takes over what waited. **/
+    /** Applies the waiting settings. **/
     void adoptSettings();
 
     // start
     void setUp(const SimTK::State& state);
-    /** Equations and events for this State, as at the beginning. **/
+    /** Builds equations and events for this State, as at the beginning. **/
     void prepare(const SimTK::State& state);
     void checkSettings(SimTK::Real startTime) const;
-    /** Analyses the system at m_state; again after a handler changed it. **/
+    /** Analyses the system at m_state; again after a handler has changed it. **/
     void buildEquations();
     Evaluation& updEquations() { return m_stepper->updEquations(); }
     const Evaluation& getEquations() const { return m_stepper->getEquations(); }
     enum class Occasion {
-        Start,  ///< of a run: prescribed speeds have been so before
-        Event   ///< the State's speeds are those that the motion had; an impact makes them fit
+        Start,  ///< of a run: speeds were prescribed before, too
+        Event   ///< the State has the speeds before an impact, which makes them consistent
     };
-    /** Takes q, u and z from m_state, assembles joints and makes speeds fit, at a start if asked.
-    @param forced  projects by weights also if the constraints hold already **/
+    /** Takes q, u and z from m_state, assembles joints and makes speeds consistent; at a start,
+    only if enabled.
+    @param forced  projects by weights even if the constraints are satisfied **/
     void takeState(Occasion occasion, bool forced = false);
-    /** Of those that are prescribed, as they were before the handler. **/
+    /** Sets prescribed speeds to their values before the handler. **/
     void takeSpeedsBeforeLocks(std::vector<double>& u) const;
     bool projectsByWeights() const;
-    /** Projects m_state as SimTK::Integrator does, at events its positions alone; false if that
-    fails, m_state is what it was then. **/
+    /** Projects m_state as SimTK::Integrator does, positions only at events. Returns false on
+    failure, with m_state unchanged. **/
     bool projectStateByWeights(Occasion occasion, bool forced);
     /** Handles the Initialization event. **/
     void initializeSystem();
     /** @throws std::runtime_error if assembly has deformed a body beyond its linear range. **/
     void checkAssembly(const FlexibleBodySubsystem& flexible);
-    /** The first step begins at m_visible's t, q, u and z. **/
+    /** Begins the first step at m_visible's t, q, u and z. **/
     void start();
 
     // driving
     double getNewestTime() const { return m_stepper->getNewest().t; }
-    /** One accepted step that does not pass `limit`, with what belongs to its ends. **/
+    /** Takes one accepted step that does not pass `limit`, and does what is due at its ends. **/
     void advanceInternally(double limit);
-    /** Who is told of what happens on the way. **/
+    /** Recipient of returns on the way. **/
     enum class Caller { User, TimeStepper, TimeStepperAtEveryState };
     StepStatus advance(SimTK::Real goal, Caller caller = Caller::User);
-    /** End of the next step at the latest. **/
+    /** Latest permitted end of the next step. **/
     double calcStepLimit(double eventTime, double reportTime) const;
     SuccessfulStepStatus advanceReturningEvents(SimTK::Real reportTime, SimTK::Real eventTime);
-    /** Leaves a triggered event behind that nobody has handled. **/
+    /** Continues past a triggered event that was not handled. **/
     void passTrigger();
     void noteTriggeredEvents();
-    /** Goes on from the advanced State if that was changed. **/
+    /** Continues from the advanced State if it was changed. **/
     void acceptAdvancedState();
     void refreshAdvancedState();
-    /** Runs a handler of events on m_state; after an exception all is as before. **/
+    /** Runs an event handler on m_state; an exception leaves everything unchanged. **/
     void handleAsAWhole(const std::function<void()>& handler);
-    /** Goes on after handlers ran; starts again from what they left if they changed something. **/
+    /** Continues after handlers; restarts from their State if they changed anything. **/
     void takeOver(const EventDriver::Outcome& outcome);
-    /** The same; if it cannot be started from, nothing has changed but m_state. **/
+    /** Restarts from the handlers' State; on failure only m_state has changed. **/
     void startFromHandlersState();
     SimTK::Real calcEnergy(const SimTK::State& state) const;
-    /** Goes on with the equations, changed variables and `change`, which says whether to; if that
-    fails, nothing has changed but m_state. **/
+    /** Continues with the same equations, changed variables and `change`, which returns whether to
+    do so; on failure only m_state has changed. **/
     void continueAfter(const std::function<bool()>& change);
-    /** The same where no more than forces or motions at a time can have changed: the equations
-    stay, and order and history where what has changed is too small to be felt. **/
+    /** Continues where only forces or motions at a time can have changed: keeps the equations, and
+    order and history if the change is too small to matter. **/
     void continueFromHandlersState();
-    /** Whether no more than forces or motions at a time can have changed. **/
+    /** Whether only forces or motions at a time can have changed. **/
     bool keepsEquations(const EventDriver::Outcome& outcome) const;
-    /** The same where states z alone have changed: it starts again with these forces.
+    /** Restarts where only states z have changed, with the new forces.
     @returns false if more has changed **/
     bool continueWithOtherZ();
-    /** Equations and States see what a handler has written into this State. **/
+    /** Passes variables written by a handler to the equations and States. **/
     void takeLaterVariables(const SimTK::State& from);
-    /** m_kept becomes what m_state is. **/
+    /** Copies m_state to m_kept. **/
     void keepState();
-    /** Shortens the last step to where a trigger function changes sign, if one does; true if so.
-     * **/
+    /** Shortens the last step to the first sign change of a trigger function; false if there is
+    none. **/
     bool locateTrigger();
     void calcTriggersAt(double t, SimTK::Vector& values);
-    /** False if bodies, forces or events have come since initialize(). **/
+    /** False if bodies, forces or events were added after initialize(). **/
     bool hasSameSystem() const;
     void requireSameSystem() const;
-    /** Runs `work` and books its time. **/
+    /** Runs `work` and adds its wall time to the statistics. **/
     void runTimed(const std::function<void()>& work);
 
     // output
     /** Makes the point at t visible. **/
     void showPoint(double t);
-    /** What is shown has u̇ and λ of its own from now on; costs an evaluation, the first time. **/
+    /** Gives the visible point its own u̇ and λ; costs an evaluation the first time. **/
     void balanceVisible();
     void writeState(const SolutionPoint& point, SimTK::State& state) const;
-    /** m_scratch becomes the State there. **/
+    /** Writes the State of a point to m_scratch. **/
     void writeScratch(const SolutionPoint& point);
-    /** Swaps auto-update variables' values in, those computed at this point. **/
+    /** Swaps in the auto-update variables' values computed at this point. **/
     void updateDiscreteVariables(const SolutionPoint& point);
     void updateDiscreteVariablesAtStart();
 
     // checkpoints
-    /** What tells this model from others. **/
+    /** Identifies the model. **/
     void visitModel(Checkpoint& checkpoint) const;
     void visitSettings(Checkpoint& checkpoint) const;
-    /** What decides on the steps to come. **/
+    /** Everything that determines later steps. **/
     void visitProgress(Checkpoint& checkpoint);
 
     const SimTK::MultibodySystem& m_system;
-    SimTK::StageVersion m_topologyVersion = 0;  ///< of m_system, that was initialized
+    SimTK::StageVersion m_topologyVersion = 0;  ///< of m_system at initialize()
     std::unique_ptr<IntegrationScheme> m_scheme;
     std::unique_ptr<Stepper> m_stepper;  ///< from initialize() on
     EventDriver m_events;
@@ -232,14 +234,14 @@ private:
     SimTK::State m_state;
     bool m_stateIsCurrent = false;
     SimTK::State m_scratch;
-    SimTK::State m_builtFrom;  ///< m_state as the equations found it
+    SimTK::State m_builtFrom;  ///< m_state when the equations were built
     SimTK::State m_kept;       ///< m_state before a handler
     std::vector<SimTK::DiscreteVarKey> m_laterVariables;
-    bool m_isKept = false;  ///< m_kept's discrete variables are m_state's
+    bool m_isKept = false;  ///< m_kept has m_state's discrete variables
     StateImage m_image;
     SolutionPoint m_visible;
-    bool m_isBalanced = false;  ///< m_visible's u̇ and λ are of its own q, u and loads
-    SolutionPoint m_trial;      ///< where triggers are evaluated
+    bool m_isBalanced = false;  ///< m_visible's u̇ and λ are those of its own q, u and loads
+    SolutionPoint m_trial;      ///< for evaluating triggers
 
     SimTK::Vector m_triggersBefore, m_triggersAfter, m_triggerTrial;
     bool m_hasTriggered = false, m_isTimeAdvancePending = false;
@@ -248,14 +250,14 @@ private:
 
     Waiting m_waiting;
 
-    // What has been returned of the last step.
+    // Returns pending for the last step.
     bool m_isIntervalStart = false;  ///< StartOfContinuousInterval is due
     bool m_isFinalTimeReturned = false, m_isOver = false;
     enum class Pending { Nothing, Step, StepLimit, Trigger, HandledTrigger };
     Pending m_pending = Pending::Nothing;
     TriggeredEvents m_triggered;
 
-    /** The end of the last step, once somebody has asked for it, and its versions then. **/
+    /** The end of the last step, once requested, and its versions at that time. **/
     std::unique_ptr<SimTK::State> m_advanced;
     SimTK::Array_<SimTK::StageVersion> m_advancedVersions;
 

@@ -18,7 +18,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/** Largest |value·weight|, or what is not finite. @param weights  null: all 1 **/
+/** Largest |value·weight|, or a non-finite one. @param weights  null: all 1 **/
 double findLargestWeighed(const double* values, const double* weights, int size) {
     Chunk largest{}, nanOrZero{};
     for (int i = 0; i < size; i += ChunkSize) {
@@ -84,7 +84,7 @@ void ImplicitStep::calcForceScales() {
         block.getDisplacements(perSpeed);
         for (int i = 0; i < block.numU; ++i)
             perSpeed[i] = perSpeed[i] > Least ? 1 / perSpeed[i] : 0;
-        // Of a flexible body its motion as a whole says enough.
+        // For a flexible body its rigid motion is representative.
         const NewtonSystem::Block& matrices = m_system.blocks[size_t(b)];
         const int height = matrices.heightOfGt(), count = matrices.part < 0 ? height : 6;
         for (int k = 0; k < matrices.numColumns(); ++k) {
@@ -327,7 +327,7 @@ bool ImplicitStep::projectStepSpeeds(const StepFormula& formula, SolutionPoint& 
 ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulation formulation,
                                           Purpose purpose, SolutionPoint& point) {
     const FlushDenormals flush;
-    // What round-off leaves across the constraints is projected out.
+    // Round-off components normal to the constraints are projected out.
     constexpr double LargestNoise = 0.1;
     const double t = formula.t, stiffness = formula.factors.stiffness;
     const MotionLevel level = formulation == Formulation::StabilizedIndex2 ? MotionLevel::Velocity
@@ -364,7 +364,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             if (hasStates) correctStates(formula, point);
             hasOtherFriction = frictions.decide(FrictionTerms::By::Rates, lambda.data());
             if (hasOtherFriction) {
-                // Other equations than those of the iteration before.
+                // The equations differ from those of the previous iteration.
                 refresh = true;
                 previousChange = previousMultiplierChange = forceScale = 0;
             }
@@ -394,7 +394,7 @@ ImplicitStep::Outcome ImplicitStep::solve(const StepFormula& formula, Formulatio
             break;
         }
 
-        // What a better matrix makes good says nothing of divergence.
+        // A change that a better matrix corrects does not indicate divergence.
         const bool isComparable = !refresh || isRefreshed;
         isRefreshed = refresh;
         if (refresh) {
@@ -477,8 +477,8 @@ bool ImplicitStep::areMultipliersGood(double change, const std::vector<double>& 
 
 bool ImplicitStep::hasStalled(double change, double previousChange, double multiplierChange,
                               double previousMultiplierChange) {
-    // Without joints there are no multipliers, and none that change. Where friction changed its
-    // mind the iteration begins anew: no change precedes its first.
+    // Without joints there are no multipliers to change. When friction changes mode, the iteration
+    // restarts and there is no previous change.
     constexpr double Slowest = 0.95;
     return previousChange > 0 && change > Slowest * previousChange &&
            multiplierChange >= Slowest * previousMultiplierChange;
@@ -510,7 +510,7 @@ void ImplicitStep::noteConvergence(const SolutionPoint& end) {
 void ImplicitStep::noteFailure(bool hasNewDerivatives, Outcome& outcome) {
     const bool wasFresh = m_reuse.isFresh();
     outcome.retryWorthwhile = !wasFresh;
-    // Long trees have all their derivatives at once.
+    // Long trees always have all their derivatives.
     const bool canGainByDense = !m_equations.updTrees().renewMatrices(true);
     if (wasFresh && blockForm == BlockForm::Automatic && m_denseStepsLeft == 0 && canGainByDense) {
         startDense();
@@ -540,7 +540,7 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
         error = findLargest(m_system.c, worstRow);
         if (error <= tolerance || iteration == MaxIterations || !std::isfinite(error)) return error;
         if (iteration > 0 && !isFresh && error > SlowRate * previous) {
-            // G has turned away since the matrix was factored.
+            // G has rotated away since the matrix was factored.
             formAndFactor(m_reuse.getFactors(), q, u, m_lastUDot);
             isFresh = true;
         }
@@ -555,7 +555,7 @@ double ImplicitStep::projectPositions(double t, double tolerance, std::vector<do
 double ImplicitStep::projectBetweenSteps(double t, double tolerance, std::vector<double>& q,
                                          const std::vector<double>& u) {
     const FlushDenormals flush;
-    // The matrix of the step's end stays: a poor one takes more passes.
+    // Keep the matrix of the step's end: a poor one only takes more passes.
     constexpr int MaxIterations = 40;
     constexpr double SlowestRate = 0.9;
     double previous = SimTK::Infinity;
@@ -590,7 +590,7 @@ double ImplicitStep::tryPositionError(double t, const std::vector<double>& q,
 void ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
                                  int* worstRow, std::vector<double>* lambda) {
     const FlushDenormals flush;
-    // The factored G may belong to a neighbouring q: further passes take the difference up.
+    // The factored G may belong to a nearby q: further passes correct the difference.
     constexpr int MaxIterations = 3;
     for (int iteration = 0;; ++iteration) {
         m_equations.realize(t, q.data(), u.data());
@@ -709,7 +709,7 @@ ImplicitStep::Impulse ImplicitStep::applyImpulse(double t, const std::vector<dou
                                                  const std::vector<double>& before,
                                                  std::vector<double>& u, Shapes shapes) {
     const FlushDenormals flush;
-    // Exact for constraints that are linear in u; a second pass takes round-off up.
+    // Exact for constraints that are linear in u; a second pass removes round-off.
     constexpr int MaxPasses = 3;
     std::vector<double> jump(u.size()), multipliers(size_t(m_system.numMultipliers()), 0);
     for (size_t i = 0; i < u.size(); ++i) jump[i] = u[i] - before[i];
@@ -830,7 +830,7 @@ void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
     m_equations.realize(t, q.data(), u.data());
     m_equations.calcPrescribedUDot(q.data(), uDot.data());
     m_equations.updFrictions().start();
-    // Friction makes the equations nonlinear: what it follows is known when they are solved.
+    // Friction makes the equations nonlinear: it depends on their solution.
     constexpr int MaxIterations = 50;
     int iteration = 0;
     while (!improveAccelerations(t, q, u, uDot, lambda))

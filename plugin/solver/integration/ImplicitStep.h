@@ -19,17 +19,17 @@ public:
     using Formulation = ImplicitIntegrator::Formulation;
     using BlockForm = ImplicitIntegrator::BlockForm;
 
-    /** What one Newton iteration came to. **/
+    /** Result of a Newton solve. **/
     struct Outcome {
         bool converged = false;
         bool retryWorthwhile =
-            false;  ///< not converged, but the next try of the same step has a better matrix
+            false;  ///< not converged, but the next attempt of the step has a better matrix
         int worstBlock = 0,
             worstRow =
                 -1;  ///< block of the largest correction, row of the largest constraint residual
         double displacementChange = 0;  ///< last γΔu [m]
         double constraintResidual = 0;
-        bool isFinite = true;  ///< false: worstBlock has forces or positions that are not numbers
+        bool isFinite = true;  ///< false: worstBlock has non-finite forces or positions
     };
 
     ImplicitStep(Evaluation& equations, IntegratorStatistics& statistics);
@@ -38,56 +38,55 @@ public:
     ImplicitIntegrator::NewtonTolerances tolerances;
     BlockForm blockForm = BlockForm::Automatic;
     double accuracy = 1e-6;
-    double largestChange = SimTK::Infinity;  ///< of an iteration; beyond it is not gone on
-    bool forceFullNewton = false;            ///< the matrix is formed in every iteration
+    double largestChange = SimTK::Infinity;  ///< of an iteration; larger ones count as divergence
+    bool forceFullNewton = false;            ///< forms the matrix in every iteration
     std::function<void(const NewtonSystem&)> observer;
 
-    /** As many as these or one, whatever is faster. **/
+    /** Uses one thread or this many, whichever is faster. **/
     void setNumThreads(int most);
 
     /** Solves the equations of a step for u, λ and z (in `point`: predictions), and with them q, u̇
-    and ż. Leaves the equations realized there, if it converges. **/
+    and ż. If it converges, the equations are left realized there. **/
     Outcome solve(const StepFormula& formula, Formulation formulation, SolutionPoint& point);
 
     /** The same for StabilizedIndex2 near a singular position, where G changes faster than the
-    iteration follows: solves the position equations, whose exact derivative G is, and leaves λ and
-    what is across the constraints to projectStepSpeeds(). **/
+    iteration can follow: solves the position constraints, since G is their exact derivative, and
+    leaves λ and the components normal to the constraints to projectStepSpeeds(). **/
     Outcome solveNearSingularity(const StepFormula& formula, SolutionPoint& point);
 
-    /** Moves u onto the velocity constraints at the end of such a step, and u̇ and λ with it.
+    /** Projects u at the end of such a step onto the velocity constraints, with u̇ and λ.
     @returns false if it cannot. **/
     bool projectStepSpeeds(const StepFormula& formula, SolutionPoint& point, int* worstRow);
 
-    /** True if matrices are formed with all that is in a block now. **/
+    /** True if matrices currently contain all terms of a block. **/
     bool useDense() const;
     /** See BlockEliminationSolver. **/
     bool hasLateBlocks() const { return m_solver.hasLateBlocks(); }
 
-    /** Next solve() forms and factors its matrix anew. **/
+    /** Makes the next solve() form and factor a new matrix. **/
     void invalidateMatrix() { m_reuse.forget(); }
 
-    /** True once a matrix of the form M + mass·stiffness·K was factored, on which projections can
-     * rest. **/
+    /** True once a matrix of the form M + mass·stiffness·K, as needed by projections, was
+    factored. **/
     bool canProject() const { return m_canProject; }
 
-    /** Where the equations are when a projection begins. **/
+    /** Point at which the equations are realized when a projection begins. **/
     enum class Start {
         Elsewhere,
-        AtStepsEnd  ///< as solve() has left them
+        AtStepsEnd  ///< as left by solve()
     };
-    /** Moves q onto the joints in the norm of the factored matrix, M + mass·stiffness·K, until
-    errors are below the tolerance. Leaves the equations realized at the projected q. @returns
-    largest error left; its row goes to `worstRow`. **/
+    /** Projects q onto the joints in the norm of the factored matrix, M + mass·stiffness·K, until
+    errors are below the tolerance. Leaves the equations realized at the projected q.
+    @returns largest error left; its row goes to `worstRow`. **/
     double projectPositions(double t, double tolerance, std::vector<double>& q,
                             const std::vector<double>& u, int* worstRow = nullptr,
                             Start from = Start::Elsewhere);
 
-    /** The same for points between steps, which leaves no trace: whatever is looked at, the steps
-    to come are the same. **/
+    /** The same for points between steps, without any effect on later steps. **/
     double projectBetweenSteps(double t, double tolerance, std::vector<double>& q,
                                const std::vector<double>& u);
 
-    /** True if the last projectPositions() began so far off that couplers may lose their count. **/
+    /** True if the last projectPositions() began with errors so large that couplers may slip. **/
     bool mayLoseCount() const { return m_mayLoseCount; }
 
     /** Moves u onto the velocity constraints in the same norm, and adds to λ what moves it: of
@@ -99,33 +98,32 @@ public:
     /** Largest position error of the joints at q. **/
     double calcPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);
 
-    /** True if no position error is larger than the tolerance, and no joint is assembled with its
-    axes opposed. **/
+    /** True if no position error exceeds the tolerance, and no joint is assembled with opposed
+    axes. **/
     bool isAssembled(double t, double tolerance, const std::vector<double>& q,
                      const std::vector<double>& u);
 
     /** Sets prescribed q and u and assembles the joints by least deformation (norm M + τ²K,
-    τ = 1 s). Joints whose axes are more than 1 rad from their place are turned there first. Other
-    speeds stay what they are.
+    τ = 1 s). Joint axes misaligned by more than 1 rad are turned first. Other speeds are unchanged.
     @throws std::runtime_error that names the worst joint and its error. **/
     void assemble(double t, double tolerance, std::vector<double>& q, std::vector<double>& u);
 
     struct Impulse {
-        double work = 0;        ///< that it did: the change of kinetic energy [J]
-        bool isDriven = false;  ///< something moves that a motion, lock or law prescribes
+        double work = 0;        ///< change of kinetic energy [J]
+        bool isDriven = false;  ///< some speed is nonzero by a motion, lock or law
     };
-    /** Speeds jump as in an impact, to where joints and prescribed speeds have them:
+    /** Computes the speeds after an impact that satisfies joints and prescribed speeds:
 
         M (u − before) + GᵀΛ = p,    ġ(q, u) = 0
 
-    with impulses Λ of the joints and p where speeds are prescribed, and nothing else: springs,
-    dampers, motors and stiffness are forces, and those have no time to act. So momentum is kept in
-    every motion that joints leave free. Redundant constraints share Λ in the least-norm way.
-    @param u       at first `before` but for prescribed speeds, which stay
-    @param shapes  Free: bodies answer as they bend. Kept: as if rigid as far as joints allow, so
-        that deformations keep their rates: a run that begins in motion has been moving before
+    with impulses Λ of the joints and p at prescribed speeds only: springs, dampers, motors and
+    elasticity are finite forces and have no impulse. Momentum is conserved in every motion that
+    joints leave free. Redundant constraints share Λ in the least-norm way.
+    @param u       initially `before`, except for prescribed speeds, which stay
+    @param shapes  Free: bodies deform. Kept: as if rigid as far as joints allow, so that the rates
+        of deformations stay; for a run that begins in motion
     @throws std::runtime_error naming the joints if there are no such speeds, or if the equations of
-        motion do not agree that momentum is kept **/
+        motion show that momentum is not conserved **/
     enum class Shapes { Free, Kept };
     Impulse applyImpulse(double t, const std::vector<double>& q, const std::vector<double>& before,
                          std::vector<double>& u, Shapes shapes);
@@ -134,9 +132,9 @@ public:
     void calcAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
                            std::vector<double>& uDot, std::vector<double>& lambda);
 
-    /** How far a point is from satisfying the equations as they are now. **/
+    /** Residual of the current equations at a point. **/
     struct Imbalance {
-        /** What the last step would add to make up for it [m]; infinite if there is no matrix. **/
+        /** Displacement by which the last step would correct it [m]; infinite without a matrix. **/
         double displacement = SimTK::Infinity;
         double positionError = SimTK::Infinity;  ///< of constraints
         double speedError = SimTK::Infinity;     ///< of constraints, relative to calcSpeedScale()
@@ -145,22 +143,22 @@ public:
     static constexpr double LargestSpeedError = 1e-8;
     Imbalance calcImbalance(const SolutionPoint& point);
 
-    /** How far the end of the last step solved would move, were loads and position errors other by
-    these [m]. **/
+    /** Displacement of the end of the last solved step by a change of loads and position errors
+    [m]. **/
     double calcResponse(double stiffness, const std::vector<double>& loads);
 
-    /** What acts at this time, forces and prescribed accelerations, for comparison. **/
+    /** Forces and prescribed accelerations at this time, for comparison. **/
     std::vector<double> calcLoads(double t, const std::vector<double>& q,
                                   const std::vector<double>& u);
 
-    /** One line for each redundancy that the last factorization found. **/
+    /** One line for each redundancy found by the last factorization. **/
     std::vector<std::string> describeRedundancies() const;
 
     /** Adds the solver's phase times to the statistics. **/
     virtual void addInTiming();
 
-    /** What the next step takes over from the last ones; the factors are made anew from the
-    matrices they were made of. **/
+    /** Saves or restores what the next step depends on; factors are recomputed from their
+    matrices. **/
     virtual void visit(Checkpoint& checkpoint);
 
 protected:
@@ -176,24 +174,24 @@ protected:
     void formAndFactor(const NewtonFactors& factors, const std::vector<double>& q,
                        const std::vector<double>& u, const std::vector<double>& uDot,
                        MotionLevel level = MotionLevel::Acceleration);
-    /** Counts it; where it fails there is no matrix.
+    /** Runs and counts a factorization; on failure there is no matrix.
     @throws UnusablePoint that names the body **/
     void runFactorization(const std::function<void()>& factorize);
     void solveLinear();
-    /** The same in passes that have more to do. A block's part of r is there: notes its size, and
-    eliminates the block unless there will be a new matrix. **/
+    /** Steps of solveLinear() for passes over the blocks. Records the size of a block's part of r,
+    and eliminates the block unless a new matrix will be formed. **/
     void finishBlock(int b, bool hasMatrix);
-    /** Δλ. **/
+    /** Computes Δλ. **/
     void solveForMultipliers(bool isEliminated);
-    /** A block's Δu, which is added to u. **/
+    /** Computes a block's Δu and adds it to u. **/
     void substituteBlock(int b, std::vector<double>& u);
     virtual void useThreads(int threads);
     bool mayDifferentiate() const;
-    /** Derivatives of rigid trees' forces at this point, where a new matrix wants them.
+    /** Updates derivatives of rigid trees' forces at this point, if a new matrix needs them.
     @returns true if there are any **/
     bool renewDerivatives(const std::vector<double>& q, const std::vector<double>& u,
                           const std::vector<double>& uDot);
-    /** An iteration without a new matrix took so long. **/
+    /** Records the duration of an iteration without a new matrix. **/
     void noteDuration(double seconds);
     int findNonFiniteBlock() const;
     /** Largest |value|, or NaN if there is one; `where` receives its index. **/
@@ -201,8 +199,8 @@ protected:
     static double findLargest(const std::vector<double>& values, int* where = nullptr) {
         return findLargest(values.data(), int(values.size()), where);
     }
-    /** The same of forces [N]: of r, of parts of it that begin at a speed, and of multipliers.
-    Moments and modal forces count by the lengths over which they act, see m_perSpeed. **/
+    /** The same for forces [N]: of r, of a part of it from a speed on, and of multipliers. Moments
+    and modal forces are scaled by the lengths over which they act, see m_perSpeed. **/
     double findLargestResidual() const;
     double findLargestForce(const double* r, int firstSpeed, int size) const;
     double findLargestForce(const double* multipliers) const;
@@ -221,7 +219,7 @@ protected:
     bool areMultipliersGood(double change, const std::vector<double>& lambda,
                             double forceScale) const;
 
-    /** Adds what was spent since then, and makes it now. **/
+    /** Adds the time spent from `then` to `now`, and sets `then` to `now`. **/
     template <class Timing>
     void book(const Timing& now, Timing& then) {
         m_statistics.factorSeconds += now.factor - then.factor;
@@ -232,14 +230,14 @@ protected:
 
     /** @name After an iteration **/
     /**@{**/
-    /** True if it changes no less than the one before: it leads nowhere, or to round-off. **/
+    /** True if a change is no smaller than the previous one: stagnation, or round-off. **/
     static bool hasStalled(double change, double previousChange, double multiplierChange,
                            double previousMultiplierChange);
-    /** True if it is slow and a new matrix may do better. **/
+    /** True if convergence is slow and a new matrix may help. **/
     bool needsBetterMatrix(int iteration, bool hasNewDerivatives);
-    /** The step's end is known. **/
+    /** Records the converged end of a step. **/
     void noteConvergence(const SolutionPoint& end);
-    /** Prepares for the next try of the step. **/
+    /** Prepares for the next attempt of the step. **/
     void noteFailure(bool hasNewDerivatives, Outcome& outcome);
     /**@}**/
 
@@ -255,51 +253,51 @@ protected:
     bool m_mayLoseCount = false;
 
 private:
-    /** Whether M·jump + GᵀΛ is zero where speeds are free, and its work where they are not.
+    /** Checks that M·jump + GᵀΛ is zero where speeds are free; returns its work elsewhere.
     @throws std::runtime_error if it is not **/
     double checkMomentum(double t, const std::vector<double>& q, const std::vector<double>& before,
                          const std::vector<double>& u, const std::vector<double>& multipliers,
                          Shapes shapes);
     bool isModal(const Block& block, size_t u) const;
-    /** Of a matrix M, so that a solution leaves modal speeds as they are if it can. **/
+    /** Modifies a matrix M so that a solution leaves modal speeds unchanged if possible. **/
     void makeModesHeavy();
-    /** Of a joint whose friction depends on the multipliers of these rows, which are redundant. **/
+    /** Describes a joint whose friction depends on the multipliers of these redundant rows. **/
     std::string describeUndetermined(const std::vector<int>& rows) const;
-    /** One iteration for accelerations and multipliers; without friction there is one.
-    @returns true if there need be no other **/
+    /** One iteration for accelerations and multipliers; a single one suffices without friction.
+    @returns true if it has converged **/
     bool improveAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
                               std::vector<double>& uDot, std::vector<double>& lambda);
-    /** The same; infinite where the joints cannot be looked at. **/
+    /** Position error; infinite where joints cannot be evaluated. **/
     double tryPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);
     /** Gauss–Newton in q until no position error is larger; returns the error. **/
     double closeJoints(double t, double tolerance, int maxIterations, std::vector<double>& q,
                        const std::vector<double>& u);
     void alignJoints(double t, std::vector<double>& q, const std::vector<double>& u);
-    /** On the way from afar bodies have bent a little: gives them back the shapes of the start and
-    closes what opens by that, as long as it is less each time. **/
+    /** After assembly from far away has bent bodies slightly: restores their initial shapes and
+    closes the resulting gaps, as long as these decrease. **/
     void relaxShapes(double t, double tolerance, int maxIterations,
                      const std::vector<double>& start, std::vector<double>& q,
                      const std::vector<double>& u);
     enum class Purpose { Final, Projected };
     Outcome solve(const StepFormula& formula, Formulation formulation, Purpose purpose,
                   SolutionPoint& point);
-    /** Newton's method on the topology's states, where the equations are. **/
+    /** Newton's method for the topology's states, where the equations are realized. **/
     void correctStates(const StepFormula& formula, SolutionPoint& point);
-    /** A functional iteration on other z; returns the largest weighted change of all. **/
+    /** Functional iteration for the other z; returns the largest weighted change of all. **/
     double updateZ(const StepFormula& formula, SolutionPoint& point);
     void factor();
-    /** So that a moment counts as the force that does the same at the distance of a body's size:
-    results do not depend on the unit of length. **/
+    /** Scales moments by a body's size to equivalent forces, so that results do not depend on the
+    unit of length. **/
     void calcForceScales();
-    /** The arrow leaves gyroscopic and centrifugal terms out, that of rigid trees forces too: has
-    them for a while, longer each time. **/
+    /** Uses dense forms, which include gyroscopic and centrifugal terms and the forces on rigid
+    trees, for a number of steps that grows each time. **/
     void startDense();
 
     BlockEliminationSolver::Timing m_timed;
     StepEquations m_stepEquations;
-    std::vector<double> m_lastUDot, m_residuals;  ///< the latter largest of r, by block
-    /** Forces that a unit of each speed's r, and of each multiplier, amounts to [N]: the latter by
-    the largest displacement that its row of G asks for. **/
+    std::vector<double> m_lastUDot, m_residuals;  ///< the latter: largest of r, by block
+    /** Force per unit of each speed's r and of each multiplier [N]; for multipliers by the largest
+    displacement in their row of G. **/
     std::vector<double> m_perSpeed, m_perMultiplier;
     int m_numThreads = 1;
     ThreadChoice m_threadChoice;

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-What distinguishes one integration method from another (private header): its orders; of methods that
-solve for a step's end alone the formula of a step and its local error. **/
+Interface of an integration method (private header): its orders; for one-stage methods also the
+formula of a step and its local error. **/
 
 #include <string>
 #include <utility>
@@ -18,21 +18,21 @@ public:
 
     virtual const char* getName() const = 0;
 
-    /** What a system asks of the orders that nobody has set. **/
+    /** Requirement of a system on orders that are not set. **/
     enum class Suitability {
-        AStable,   ///< lightly damped fast modes, or steps that somebody has fixed
+        AStable,   ///< lightly damped fast modes, or fixed steps
         HighOrder  ///< neither
     };
-    /** @returns true if the scheme's orders are higher than 2 for it. **/
+    /** @returns true if the scheme then uses orders higher than 2. **/
     virtual bool suit(Suitability) { return false; }
 
-    /** Orders that may be used with this history, once it is long enough. **/
+    /** Orders allowed with this history, once it is long enough. **/
     virtual int getLowestOrder() const = 0;
     virtual int getHighestOrder(const SolutionHistory& history) const = 0;
-    /** The highest with a long enough one. **/
+    /** The highest order with a long enough history. **/
     virtual int getMaximumOrder() const = 0;
 
-    /** Newest nodes of the history that the solution inside the last step goes through, and points
+    /** Number of newest nodes that the solution inside the last step interpolates, and of points
     for u̇ and λ. **/
     struct DenseNodes {
         int values, uDot, lambda;
@@ -42,11 +42,11 @@ public:
         return {order + 1, order > 2 ? order : 2, order + 1};
     }
 
-    /** Names of its settings as they are called in the integrator, and values. **/
+    /** Names of its settings, as in the integrator, and values. **/
     virtual std::vector<std::pair<std::string, double>> listSettings() const = 0;
 };
 
-/** A method whose steps solve for their end alone. **/
+/** A method that solves for the end of a step only. **/
 class OneStageScheme : public IntegrationScheme {
 public:
     /** Writes the formula of a step from the newest point to tNew. **/

@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-One of Simbody's integrators or one of ours, for code that takes an `Integrator&`:
+A reference to one of Simbody's or simflex's integrators, for code that takes an `Integrator&`:
 
     void report(const IntegratorRef& integ) { printf("%d steps\n", integ.getNumStepsTaken()); }
 
     report(rungeKutta);       // a SimTK::RungeKuttaMersonIntegrator
     report(bdf);              // a simflex::BdfIntegrator
 
-A light value, made implicitly, that refers to an integrator which outlives it; members may be of
-this type too. All methods are SimTK::Integrator's and mean the same; stepTo() and stepBy() return
+A lightweight value, converted implicitly, whose integrator must outlive it; it can also be a class
+member. All methods have the names and meaning of SimTK::Integrator's; stepTo() and stepBy() return
 events to the caller with either integrator. **/
 
 #include "simflex/solver/ImplicitIntegrator.h"

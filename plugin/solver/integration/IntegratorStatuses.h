@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-The statuses of SimTK::Integrator, under the names they have there: code written against either
-finds them in its integrator's class. **/
+The statuses of SimTK::Integrator under their Simbody names, so that code written against either
+integrator finds them in the integrator's class. **/
 
 #include "Simbody.h"
 #include "simflex/base/SimbodyBuild.h"

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-For how long a factored Newton matrix serves (private header). J belongs to one γ and to one place;
-a modified Newton iteration goes on with it over many steps, as long as it converges well:
+Lifetime of a factored Newton matrix (private header). J depends on γ and on the point; the modified
+Newton iteration keeps it over many steps while it converges well:
 
     a new matrix if  |γ/γ_J − 1| > LargestChange,  or it is LongestUse steps old,
                      or the iteration is slow with a matrix that is older than the step before
@@ -19,23 +19,23 @@ namespace simflex {
 
 class NewtonMatrixReuse {
 public:
-    /** Relative change of the stiffness factor that a matrix bears. **/
+    /** Largest relative change of the stiffness factor. **/
     static constexpr double LargestChange = 0.1;
-    /** Steps that it serves at most. **/
+    /** Largest number of steps with one matrix. **/
     static constexpr int LongestUse = 50;
-    /** Ratio of successive changes from which on an iteration is slow; a step that ends so ages the
-    matrix by SlowAge steps more. **/
+    /** Ratio of successive changes above which convergence is slow; a step that ends so adds
+    SlowAge steps to the age of the matrix. **/
     static constexpr double SlowRate = 0.5;
     static constexpr int SlowAge = 5;
 
     bool hasMatrix() const { return m_factors.mass != 0; }
-    /** Those that it was made with. **/
+    /** Factors with which it was formed. **/
     const NewtonFactors& getFactors() const { return m_factors; }
     void take(const NewtonFactors& factors) {
         m_factors = factors;
         m_age = 0;
     }
-    /** There is no matrix from now on. **/
+    /** Discards the matrix. **/
     void forget() { m_factors = {}; }
 
     /** @param slowest  rate of the last iteration up to which the matrix is kept
@@ -47,21 +47,21 @@ public:
         ++m_age;
         return !isGood;
     }
-    /** An iteration with a new matrix begins: nothing is known of its convergence. **/
+    /** Resets the convergence rate, for a new matrix. **/
     void resetRate() { m_rate = 0.5; }
     /** @param ratio  of the last change to the one before **/
     void noteRate(double ratio) { m_rate = std::max(0.1, ratio); }
     double getRate() const { return m_rate; }
     bool isSlow() const { return m_rate > SlowRate; }
-    /** What is left of the error after a change, in units of that change. **/
+    /** Estimated error after a change, in units of that change. **/
     double calcRemaining() const { return m_rate < 0.9 ? m_rate / (1 - m_rate) : 10; }
     void endStep() {
         if (isSlow()) m_age += SlowAge;
     }
 
-    /** True if it was made in this step. **/
+    /** True if the matrix was formed in this step. **/
     bool isFresh() const { return m_age == 0; }
-    /** True if a new one may do better in this step: it is older than the step before. **/
+    /** True if a new one may be better in this step, as it is older than the last step. **/
     bool isOld() const { return m_age > 1; }
 
     void visit(Checkpoint& checkpoint) {
@@ -70,8 +70,8 @@ public:
 
 private:
     NewtonFactors m_factors;  ///< zero: no matrix
-    double m_rate = 1;        ///< convergence rate seen in the last iterations
-    int m_age = 0;            ///< steps since it was made
+    double m_rate = 1;        ///< convergence rate of the last iterations
+    int m_age = 0;            ///< steps since it was formed
 };
 
 }  // namespace simflex

@@ -1,23 +1,23 @@
 #pragma once
 /** @file
 Accelerations and multipliers at one point of a solution (private header). Its q, u and z are as
-good as the steps; its u̇ and λ come from polynomials through a few points, or from the scheme at a
-step's end, and know nothing of the loads at its time, nor that g̈ = 0. What they miss there,
+accurate as the steps; u̇ and λ come from polynomials through a few points, or from the scheme at a
+step's end, and satisfy neither the loads at its time nor g̈ = 0. The residuals
 
     r = M u̇ + b − f + Gᵀλ,    g̈ = G u̇ + Ġ u + …
 
-one correction makes up, with the Newton matrix of a step, formed at the point:
+are removed by one correction with the Newton matrix of a step, formed at the point:
 
     [ J  Gᵀ ] [mass·Δu̇]     [    r    ]
     [ G  0  ] [  Δλ    ] = − [ mass·g̈ ],    J = M/mass + D + stiffness·K
 
-Where a step resolves what vibrates, J is M/mass: u̇ and λ are those of this q and u and this load,
-whatever was known of them before, and of the order of the states. A mode that is stiff against the
-step (mass·stiffness·Ω² ≫ 1) is in equilibrium but for what q leaves open: an error of 1e-6 m there
-would be an acceleration of Ω²·1e-6 m, and a reaction of as many newtons. It is counted as the small
-displacement that it is, as in projections of positions, whose norm is the same.
+Where a step resolves the vibrations, J is M/mass: u̇ and λ are those of this q, u and load,
+independent of previous values, at the order of the states. A mode that is stiff relative to the
+step (mass·stiffness·Ω² ≫ 1) is in equilibrium within the error of q: an error of 1e-6 m there would
+mean an acceleration of Ω²·1e-6 m, and a corresponding reaction. It is treated as the small
+displacement that it is, as in position projection, which uses the same norm.
 
-It has matrices of its own: whatever is looked at, the steps to come are the same. **/
+Its matrices are its own, so that calls do not affect later steps. **/
 
 #include <memory>
 
@@ -31,8 +31,8 @@ class PointBalance {
 public:
     struct Options {
         bool isDense = false;        ///< see Evaluation::formNewtonSystem()
-        bool isRedundant = false;    ///< constraints were so in the steps: λ is that of least norm
-        bool hasLateBlocks = false;  ///< as the solver of the steps
+        bool isRedundant = false;    ///< redundant constraints in the steps: λ of least norm
+        bool hasLateBlocks = false;  ///< as in the solver of the steps
         int numThreads = 1;
     };
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Radau IIA of order 5 among the methods (private header); RadauStep solves its steps. **/
+Radau IIA of order 5 as a scheme (private header); RadauStep solves its steps. **/
 
 #include "simflex/solver/integration/IntegrationScheme.h"
 #include "simflex/solver/integration/RadauTableau.h"

@@ -17,7 +17,7 @@ namespace {
 
 using RadauClock = std::chrono::steady_clock;
 
-/** In which stages are evaluated: the matrix is that of the middle one. **/
+/** Order of evaluation of the stages: the matrix is that of the middle one. **/
 constexpr int EvaluationOrder[NumStages] = {0, 2, 1};
 constexpr int Middle = 1, End = NumStages - 1;
 
@@ -264,14 +264,15 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
     constexpr double LargestNoise = 0.1;  // of the accuracy: round-off that no iteration removes
     const NewtonFactors factors = calcFactors(h);
     Outcome outcome;
-    // An iteration evaluates three stages: a new matrix is worth less than one of them, and what it
-    // leaves does not add up over the steps.
+    // An iteration evaluates three stages: a new matrix costs less than one of them, and the error
+    // it leaves does not accumulate over the steps.
     constexpr double SlowestRate = 0.15;
-    // In long trees each step has its matrix, from predictions; from corrected stages it is better.
+    // In long trees each step forms its matrix at predictions; at corrected stages it is better.
     constexpr double SlowestFromPrediction = 0.3;
     bool refresh = m_reuse.beginStep(factors, SlowestRate) || !keepsMatrices() ||
                    blockForm == BlockForm::Dense || forceFullNewton;
-    // The first change is judged by itself: what it leaves adds up over many short steps.
+    // Convergence starts anew: the error left by the first change accumulates over many short
+    // steps.
     m_reuse.resetRate();
     m_slowestRate = 0;
     m_carriesForces = m_equations.updTrees().renewMatrices(useDense());
@@ -363,7 +364,7 @@ ImplicitStep::Outcome RadauStep::solveStages(const SolutionPoint& start, double 
             m_slowestRate = std::max(m_slowestRate, rate);
             if (iteration > 1 && isComparable &&
                 hasStalled(change, previousChange, multiplierChange, previousMultiplierChange)) {
-                // Friction follows multipliers: theirs would be a wrong force.
+                // Friction depends on multipliers: inaccurate ones would be wrong forces.
                 outcome.converged =
                     hasZConverged && change <= LargestNoise * accuracy &&
                     (m_equations.getFrictions().isEmpty() ||
@@ -449,7 +450,7 @@ void RadauStep::calcError(const SolutionPoint& start, const SolutionPoint& end, 
     embed(&SolutionPoint::z, &SolutionPoint::zDot, errorZ);
     correctStates(&gamma, 1, errorZ);
 
-    // One iteration for the implicit formula of the embedded method, from the step's end.
+    // One iteration of the embedded method's implicit formula, from the step's end.
     SolutionPoint& trial = m_trial;
     for (size_t k = 0; k < trial.q.size(); ++k) trial.q[k] = end.q[k] + errorQ[k];
     for (size_t k = 0; k < trial.uDot.size(); ++k) trial.uDot[k] = end.uDot[k] - errorU[k] / gamma;
@@ -458,7 +459,7 @@ void RadauStep::calcError(const SolutionPoint& start, const SolutionPoint& end, 
     m_equations.realize(end.t, trial.q.data(), end.u.data());
     m_equations.calcResidual(trial.q.data(), end.u.data(), trial.uDot.data(), end.lambda.data(),
                              m_system.r.data());
-    // Across the constraints there is none; near a singular position it would be made up.
+    // No component normal to the constraints; near a singular position it would be spurious.
     std::fill(m_system.c.begin(), m_system.c.end(), 0.0);
     if (m_carriesForces) {
         m_inertias.take(End, m_equations.getBlocks());

@@ -4,7 +4,7 @@ Constants of the three-stage Radau IIA method of order 5 (private header):
 
     y_i = y_n + h Σ_j a_ij ẏ_j,    ẏ_i = 1/h Σ_j w_ij (y_j − y_n),    W = A⁻¹,    y_{n+1} = y_3
 
-    T⁻¹WT = diag(γ̂, [α̂ −β̂; β̂ α̂]):  the stages' system falls into a real and a complex one.
+    T⁻¹WT = diag(γ̂, [α̂ −β̂; β̂ α̂]):  the stages' system splits into a real and a complex one.
 
 The embedded formula of order 3 has  ŷ − y_{n+1} = h/γ̂ (ẏ_n + 1/h Σ_i e_i (y_i − y_n)).
 Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5 and IV.8. **/

@@ -2,9 +2,9 @@
 /** @file
 Past points of an integration and the polynomials through them (private header).
 
-The polynomials interpolate values at every point and, at a point where the integration started or
-started again, derivatives too: that point is a *double node*. So a new history of one point allows
-polynomials through 2 nodes, of which BDF2 makes the trapezoidal rule, and no step has to be taken
+The polynomials interpolate values at every point and also derivatives at a point where the
+integration started or restarted: that point is a *double node*. A new history of one point thus
+gives polynomials through 2 nodes, which turn BDF2 into the trapezoidal rule, and no step is taken
 at order 1. **/
 
 #include <vector>
@@ -32,15 +32,15 @@ public:
     static constexpr int Capacity = 7;
     static constexpr int MaxNodes = Capacity + 1;
 
-    /** Sizes all points and forgets them. **/
+    /** Sizes all points and clears the history. **/
     void resize(int numQ, int numU, int numMultipliers, int numZ);
     void clear() { m_size = m_pushed = 0; }
-    /** For long combinations. **/
+    /** Threads for long combinations. **/
     void setNumThreads(int threads) { m_numThreads = threads; }
 
-    /** Points kept. **/
+    /** Largest number of points. **/
     int size() const { return m_size; }
-    /** Nodes of the polynomials: one more than points as long as the start is among them. **/
+    /** Number of nodes: one more than points while the start is among them. **/
     int numNodes() const { return m_size + (hasDoubleNode() ? 1 : 0); }
 
     /** Point `age` steps back; 0 is the newest. **/
@@ -49,24 +49,25 @@ public:
     }
     SolutionPoint& newest() { return m_points[m_newest]; }
 
-    /** Opens a slot for a new newest point, the oldest gives way; its arrays keep their sizes. **/
+    /** Returns a slot for a new newest point in place of the oldest; its arrays keep their
+    sizes. **/
     SolutionPoint& push();
 
-    /** Writes over the newest points, oldest of them first. **/
+    /** Overwrites the newest points, oldest of them first. **/
     void replaceNewest(const std::vector<SolutionPoint>& points);
 
-    /** The newest point's derivatives are exact: keeps it alone, as a double node. **/
+    /** Keeps the newest point only, whose derivatives are exact, as a double node. **/
     void startAtNewest();
 
-    /** Weights of a linear combination of nodes: values by age, and the derivative at the start.
-     * **/
+    /** Weights of a linear combination of nodes: values by age, and the derivative at the
+    start. **/
     struct Weights {
         int numPoints = 0;
         double value[Capacity];
         double derivative = 0;  ///< of the oldest point among numPoints
     };
 
-    /** Times of the points among the newest `nodes` nodes, and whether the oldest is a double one.
+    /** Times of the points among the newest `nodes` nodes, and whether the oldest is a double node.
     @returns their number **/
     int collectNodes(int nodes, double* times, bool& isDouble) const;
 
@@ -80,13 +81,13 @@ public:
 
     void combineQ(const Weights& weights, std::vector<double>& q) const;
     void combineU(const Weights& weights, std::vector<double>& u) const;
-    /** Weights of a value; what all points have alike, as what only events change, stays the same
-    to the bit. **/
+    /** Weights of a value; values that are equal at all points, as they change at events only, are
+    reproduced exactly. **/
     void combineZ(const Weights& weights, std::vector<double>& z) const;
     double combineWork(const Weights& weights) const;
     /** Polynomial of λ through the newest `points` points; λ has no derivatives. **/
     void extrapolateLambda(int points, double t, std::vector<double>& lambda) const;
-    /** The same of u̇. **/
+    /** The same for u̇. **/
     void interpolateUDot(int points, double t, std::vector<double>& uDot) const;
 
     void visit(Checkpoint& checkpoint);

@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-Chooses the next step from the error of the last two, by a digital filter (private header):
+Chooses the next step size from the errors of the last two steps by a digital filter (private
+header):
 
     h_{n+1}/h_n = (c/e_n)^{1/4k} (c/e_{n−1})^{1/4k} (h_n/h_{n−1})^{−1/4},   k = order + 1
 
@@ -13,16 +14,16 @@ class Checkpoint;
 
 class StepController {
 public:
-    /** Error aimed at, as a fraction of what is allowed. **/
+    /** Target error, as a fraction of the allowed one. **/
     static constexpr double Target = 0.4;
 
-    /** Forgets past steps; the next ratio rests on one error alone. **/
+    /** Forgets past steps; the next ratio is based on one error only. **/
     void restart() { m_hasPast = false; }
 
-    /** Ratio of the next step to this accepted one; `error` is a fraction of what is allowed. **/
+    /** Ratio of the next step to this accepted one; `error` is relative to the allowed one. **/
     double calcRatio(double error, int order, double largest);
 
-    /** Ratio of the next try to this rejected one. **/
+    /** Ratio of the next attempt to this rejected one. **/
     double calcRatioAfterRejection(double error, int order);
 
     void visit(Checkpoint& checkpoint);

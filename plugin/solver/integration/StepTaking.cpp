@@ -1,4 +1,4 @@
-// One step: tries, their error, order and length of the next one.
+// One step: attempts, their error, order and length of the next one.
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -92,10 +92,10 @@ bool Stepper::attemptStep(double h, int order, double* error) {
 }
 
 double Stepper::calcWork(int order) const {
-    // Power that the points show well is integrated as the polynomial through them: where motions
-    // are prescribed no error test sees what the method's formula leaves. Where it falls within a
-    // step, as of stiff dampers, that formula knows what the method does.
-    constexpr double Shown = 0.1;  // largest part of what trapezoids miss of a step's work
+    // Where the points resolve the power, it is integrated as the polynomial through them, since no
+    // error test covers the method's own formula at prescribed motions. Where power decays within a
+    // step, as of stiff dampers, the method's formula is consistent with its solution.
+    constexpr double Shown = 0.1;  // largest error of trapezoids, relative to a step's work
     const double usual = m_formula.workHist + m_formula.quadrature * m_new.power;
     if (m_history.size() < 2) return usual;
     const int count = std::min(std::max(order, 3), m_history.size()) + 1;
@@ -121,8 +121,8 @@ double Stepper::calcWork(int order) const {
 }
 
 void Stepper::predictLambda(int points, SolutionPoint& point) {
-    // What redundant constraints leave undetermined no iteration would correct: extrapolated from
-    // step to step, it would grow without bound.
+    // Multipliers left undetermined by redundant constraints are not corrected by the iteration:
+    // extrapolated from step to step, they would grow without bound.
     if (m_statistics.redundantConstraints > 0)
         std::fill(point.lambda.begin(), point.lambda.end(), 0.0);
     else
@@ -251,7 +251,7 @@ void Stepper::chooseNextStep(double error, double h, int order) {
         return;
     }
     if (!m_formulas) {
-        // Small changes are not worth a new matrix.
+        // Small changes do not justify a new matrix.
         constexpr double LargestRatio = 4, LeastGrowth = 1.2;
         double ratio = m_controller.calcRatio(error, order, LargestRatio);
         const double largest = updStages().calcLargestRatio();
@@ -263,9 +263,9 @@ void Stepper::chooseNextStep(double error, double h, int order) {
             std::min(ratio > 1 && ratio < LeastGrowth ? h : h * ratio, calcLongestLength());
         return;
     }
-    // Candidate orders k−1, k, k+1; the one that allows the longest step wins, or of those that
-    // allow the longest of all the one of least error. A higher one has to promise more: where
-    // error terms do not fall with the order, the method is near instability.
+    // Candidate orders k−1, k, k+1: the one with the longest step wins, or the one of least error
+    // among several at the longest allowed step. A higher order must be clearly better: where error
+    // terms do not decrease with the order, the method is near instability.
     constexpr double Preference = 1.2;
     const auto growth = [](double err, int k) {
         return std::pow(StepController::Target / std::max(err, 1e-10), 1.0 / (k + 1));
@@ -291,7 +291,7 @@ void Stepper::chooseNextStep(double error, double h, int order) {
         if (order < lowest) best = 0, leastError = SimTK::Infinity;
         consider(err, order + 1, Preference);
     }
-    // Ratios to which the formulas are zero-stable with some room.
+    // Ratios for which the formulas are zero-stable with some margin.
     const double largest = bestOrder <= 2 ? 2.0 : 1.5;
     if (bestOrder == order) {
         m_nextLength = h * m_controller.calcRatio(error, order, largest);
@@ -305,7 +305,7 @@ void Stepper::chooseNextStep(double error, double h, int order) {
 }
 
 void Stepper::passBreak() {
-    // What does not depend on time is the same on both sides to the last bit.
+    // Whatever does not depend on time is bit-identical on both sides.
     constexpr double SmallestJump = 1e-9;
     SolutionPoint& point = m_history.newest();
     const std::vector<double> before = m_step->calcLoads(point.t, point.q, point.u);
@@ -317,7 +317,7 @@ void Stepper::passBreak() {
         jumps = jumps || !(std::abs(after[i] - before[i]) <=
                            SmallestJump * std::max(std::abs(before[i]), std::abs(after[i])));
     if (!jumps) {
-        // There may be a kink, through which no polynomial of high order goes.
+        // There may be a kink, which no polynomial of high order represents.
         m_stepsAtOrder = 0;
         m_order = std::min(m_order, m_scheme.getLowestOrder());
         return;
@@ -377,7 +377,7 @@ void Stepper::stepWithin(double limit) {
     m_solvesPositions = false;
     FrictionTerms::Hold hold(m_equations->updFrictions());
     if (!m_formulas && m_history.size() > 1 && m_taken.lastOrder < m_scheme.getLowestOrder()) {
-        // The slope that a fallback left would be taken for an error.
+        // The slope left by a fallback would count as an error.
         m_trial = m_history[0];
         complete(m_trial);
         m_history.newest().uDot = m_trial.uDot;
@@ -412,12 +412,12 @@ void Stepper::stepWithin(double limit) {
             if (!m_outcome.converged && m_outcome.retryWorthwhile && retries++ < 2) continue;
             retries = 0;
             if (hold.isOn()) {
-                // What is held may press with another force than there is.
+                // Held contacts may exert a wrong force.
                 hold.set(mayHold = false);
                 continue;
             }
-            // Near a singular position the velocity equations outrun the iteration. Far from them a
-            // long step may be all that is wrong.
+            // Near a singular position the velocity constraints change too fast for the iteration.
+            // Elsewhere the step may just be too long.
             if (!m_formulas && m_settings.fixedStep == 0 && !std::exchange(isShortened, true)) {
                 m_controller.restart();
                 h *= 0.5;
@@ -445,7 +445,7 @@ void Stepper::stepWithin(double limit) {
                                            : Failure::Convergence,
                      error);
         if (failures == 3) {
-            // The past is no guide: something jumped here.
+            // History is no guide: something jumped here.
             restart();
             order = m_order;
         }

@@ -1,4 +1,4 @@
-// From a consistent point to what is seen between steps.
+// Start, dense output and statistics.
 #include "simflex/solver/integration/Stepper.h"
 
 #include <omp.h>
@@ -33,8 +33,8 @@ Stepper::Stepper(std::string name, const SimTK::MultibodySystem& system, const S
         m_step = std::make_unique<ImplicitStep>(*m_equations, m_statistics);
     else
         m_step = std::make_unique<RadauStep>(*m_equations, m_statistics);
-    // What remembers at the ends of steps alone wants short ones. Trackers of contacts and cables
-    // only find again what they have found.
+    // Anything updated at ends of steps only needs short steps. Trackers of contacts and cables are
+    // exempt, because they only find again what they have found.
     for (const SimTK::DiscreteVarKey& key : listAutoUpdates(state)) {
         const SimTK::Subsystem& subsystem = m_system.getSubsystem(key.first);
         m_hasMemory = m_hasMemory || !(SimTK::ContactTrackerSubsystem::isInstanceOf(subsystem) ||
@@ -43,8 +43,8 @@ Stepper::Stepper(std::string name, const SimTK::MultibodySystem& system, const S
     chooseSettings();
     m_step->blockForm = m_settings.blockForm;
     m_step->accuracy = m_settings.accuracy;
-    // The error of a step is a part of what the iteration adds to the prediction: where that is so
-    // much larger than the accuracy, the step would be rejected after all.
+    // The step's error is a fraction of the correction by the iteration: where that exceeds the
+    // accuracy by so much, the step would be rejected anyway.
     constexpr Real BeyondSense = 1e12;
     if (m_settings.fixedStep == 0) m_step->largestChange = BeyondSense * m_settings.accuracy;
     m_step->forceFullNewton = m_settings.forceFullNewton;
@@ -89,7 +89,7 @@ void Stepper::chooseSettings() {
                                                                      : Norm::RootMeanSquare);
 
     constexpr Real TightTolerance = 1e-10, PartOfAccuracy = 0.1;  // as in SimTK::Integrator
-    // What is projected is noise to the error test.
+    // Projection is noise to the error test.
     constexpr Real LargestNoise = 0.01;
     if (!m_settings.hasOwnConstraintTolerance)
         m_settings.constraintTolerance =
@@ -98,13 +98,13 @@ void Stepper::chooseSettings() {
     m_step->tolerances = m_settings.newtonTolerances;
     if (m_settings.hasOwnNewtonTolerances) return;
     if (!m_formulas) {
-        // Errors of steps may be far below the accuracy; those of the iteration should not stand
-        // out. An old matrix leaves the same in every step.
+        // Errors of steps may be far below the accuracy, and those of the iteration should not
+        // dominate. An old matrix leaves the same error in every step.
         m_step->tolerances.displacement = updStages().keepsMatrices() ? 1e-4 : 1e-3;
         m_step->tolerances.multiplier = 1e-4;
         return;
     }
-    // Errors of speeds count there as they are, not by what they do in a step.
+    // Errors of speeds count directly there, not by their effect in a step.
     if (!isRelative || !hasHighOrder) return;
     m_step->tolerances.displacement = 0.1;
     m_step->tolerances.multiplier = 1e-4;
@@ -225,7 +225,7 @@ void Stepper::calcPoint(double t, SolutionPoint& point) {
     const SolutionPoint& newest = m_history[0];
     if (!isLater(t, newest.t)) {
         point = newest;
-        // An event at t must not stay ahead of the State by round-off: it would come for ever.
+        // An event at t must not stay ahead of the State by round-off, or it would recur forever.
         point.t = std::max(t, newest.t);
         return;
     }
@@ -254,7 +254,7 @@ void Stepper::calcPoint(double t, SolutionPoint& point) {
 }
 
 void Stepper::balance(SolutionPoint& point) {
-    // What was started from is exact.
+    // The starting point is exact.
     if (m_history.size() < 2 || m_taken.lastLength == 0) return;
     constexpr double PartOfStep = 0.25;  // about that of Radau's matrix
     PointBalance::Options options;
@@ -287,7 +287,7 @@ void Stepper::cutLastStep(double end) {
 
 void Stepper::bookPhases() {
     m_step->addInTiming();
-    // Asking Simbody happens within evaluations.
+    // Simbody's time is included in that of evaluations.
     const double simbody = m_equations->updSimbody().takeSeconds();
     m_statistics.simbodySeconds += simbody;
     m_statistics.evaluationSeconds -= simbody;

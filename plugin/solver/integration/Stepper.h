@@ -1,13 +1,13 @@
 #pragma once
 /** @file
-Steps of an integration (private header): tries, their error, order and length of the next one,
-and the polynomial that the solution follows inside of the last. It knows nothing of events,
-reports, or who looks on; ImplicitIntegrator::Implementation drives it.
+Steps of an integration (private header): attempts, their error, order and length of the next one,
+and dense output within the last. Independent of events and reports; driven by
+ImplicitIntegrator::Implementation.
 
-    Stepper.cpp          from a consistent point to what is seen between steps
+    Stepper.cpp          start, dense output
     StepTaking.cpp       a step
-    FrictionSwitch.cpp   where it ends as a joint begins to stick or to slide
-    UnseenError.cpp      what loads and motions do inside of it **/
+    FrictionSwitch.cpp   location of stick–slip switches of joint friction
+    UnseenError.cpp      errors of loads and motions inside a step **/
 
 #include <functional>
 #include <memory>
@@ -25,7 +25,7 @@ reports, or who looks on; ImplicitIntegrator::Implementation drives it.
 
 namespace simflex {
 
-/** What is asked of steps. **/
+/** Settings of the steps. **/
 struct StepSettings {
     SimTK::Real accuracy = 1e-6, constraintTolerance = 1e-10;
     SimTK::Real initialStep = 0, maximumStep = 0, minimumStep = 1e-12, fixedStep = 0;
@@ -42,20 +42,20 @@ struct StepSettings {
     BreakTimes breaks;
 };
 
-/** Of an integration, whatever Stepper has taken its steps. **/
+/** Record of an integration's steps, which outlives its Steppers. **/
 struct StepsTaken {
     SimTK::Real firstLength = SimTK::NaN, lastLength = 0;
     int lastOrder = 0;
-    int worstBlock = -1;  ///< whose error was largest
+    int worstBlock = -1;  ///< block with the largest error
 };
 
 class Stepper {
 public:
     /** Analyses the system, its State realized to Stage::Velocity.
     @param name      for messages
-    @param settings  must outlive this, as the other references; constraintTolerance is chosen
-        unless somebody has set it
-    @throws std::invalid_argument that names what cannot be supported **/
+    @param settings  must outlive this, like the other references; constraintTolerance is chosen
+        unless set by the user
+    @throws std::invalid_argument that names an unsupported element **/
     Stepper(std::string name, const SimTK::MultibodySystem& system, const SimTK::State& state,
             IntegrationScheme& scheme, StepSettings& settings, StepsTaken& taken,
             IntegratorStatistics& statistics);
@@ -66,35 +66,36 @@ public:
     const ImplicitStep& getStep() const { return *m_step; }
     void resize(SolutionPoint& point) const;
 
-    /** True if forces or Measures have variables that steps update and the next step remembers. **/
+    /** True if forces or Measures have variables that are updated by steps and used by later
+    ones. **/
     bool hasMemory() const { return m_hasMemory; }
 
-    /** Derivatives, multipliers, power and error of a point from its t, q, u and z. **/
+    /** Computes derivatives, multipliers, power and error of a point from its t, q, u and z. **/
     void complete(SolutionPoint& point);
-    /** A new history, from exact accelerations at the t, q, u and z of this point, which is
+    /** Starts a new history with exact accelerations at t, q, u and z of this point, which is
     completed. **/
     void start(SolutionPoint& point);
-    /** A history of such points, oldest first, for steps of fixed length and this order. **/
+    /** Starts a history of such points, oldest first, for steps of fixed length and this order. **/
     void startFrom(std::vector<SolutionPoint>& points, int order);
-    /** Starts again at the newest point, which is smooth with what was before. **/
+    /** Restarts at the newest point, without a discontinuity. **/
     void restart();
-    /** Lets the equations evaluate functions of time between the breaks about this one only. **/
+    /** Restricts the evaluation of functions of time to the span between breaks around `time`. **/
     void enterSmoothSpan(double time);
 
-    /** One accepted step that does not pass `limit`.
+    /** Takes one accepted step that does not pass `limit`.
     @throws std::runtime_error if none can be taken; the newest point stays. **/
     void takeStep(double limit);
-    /** The last step ends here, inside of what it was, or at its end. **/
+    /** Shortens the last step to end here, which may be its end. **/
     void endLastStep(double end);
 
     const SolutionPoint& getNewest() const { return m_history[0]; }
     SolutionPoint& updNewest() { return m_history.newest(); }
-    /** Where the last step began. **/
+    /** Start of the last step. **/
     double getLastStart() const { return m_history[solvesStages() ? radau::NumStages : 1].t; }
     /** The point at t: interpolated inside the last step, projected onto the joints. **/
     void calcPoint(double t, SolutionPoint& point);
-    /** u̇ and λ of such a point, with the loads there: see PointBalance. calcPoint() leaves those of
-    polynomials. **/
+    /** Computes u̇ and λ of such a point with the loads there: see PointBalance. calcPoint() gives
+    those of the polynomials. **/
     void balance(SolutionPoint& point);
 
     double getNextLength() const { return m_nextLength; }
@@ -102,7 +103,7 @@ public:
 
     /** Moves phase times from the solver and the equations into the statistics. **/
     void bookPhases();
-    /** What decides on the steps to come. **/
+    /** Saves or restores everything that determines later steps. **/
     void visit(Checkpoint& checkpoint);
 
 private:
@@ -115,39 +116,38 @@ private:
     /** m_step of a method with stages. **/
     RadauStep& updStages() { return static_cast<RadauStep&>(*m_step); }
 
-    /** What nobody has set and depends on what the equations are like. **/
+    /** Chooses settings that are not set and depend on the system. **/
     void chooseSettings();
     double calcLongestLength() const;
-    /** @param longest  allowed **/
+    /** @param longest  allowed length **/
     double chooseFirstLength(const SolutionPoint& point, double longest);
-    /** Lowest order, no past. **/
+    /** Returns to the lowest order without history. **/
     void forgetPast();
 
-    /** Goes on beyond a break at the newest point: starts again there if something jumps. **/
+    /** Continues past a break at the newest point: restarts there if there is a jump. **/
     void passBreak();
     void stepWithin(double limit);
     void cutLastStep(double end);
-    /** What switching contacts leave wrong in speeds acts for longer than the step, for about as
-    long as what they did last: their error by then, in units of the accuracy; 0 where none has
-    switched.
-    **/
+    /** The speed errors caused by switching contacts act beyond the step, for about as long as the
+    preceding phase. Returns the resulting error in units of the accuracy; 0 if none has
+    switched. **/
     double calcSwitchError(double h);
-    /** Cuts the last step, over which contacts were held, where the first of them switches. **/
+    /** Cuts the last step, in which contacts were held, at the first switch. **/
     void endAtSwitch();
-    /** Goes on beyond a switch at the newest point. **/
+    /** Continues past a switch at the newest point. **/
     void passSwitch();
-    /** @returns false if the equations cannot be solved, or not even evaluated **/
+    /** @returns false if the equations cannot be solved or evaluated **/
     bool tryStep(double h, int order, double* error);
     bool attemptStep(double h, int order, double* error);
-    /** λ at the point's time, where a Newton iteration begins. **/
+    /** Predicts λ at the point's time for Newton's method. **/
     void predictLambda(int points, SolutionPoint& point);
-    /** The same of a method with stages. **/
+    /** The same for a method with stages. **/
     bool attemptStages(double h, double* error);
-    /** True if a step's end has to be evaluated: positions projected, power, loads or the pose
-    looked at. **/
+    /** True if the end of a step must be evaluated, for projection, power, loads or the pose. **/
     bool isEndAskedFor() const;
-    /** Brings m_new's positions onto the joints. @returns false if it cannot. **/
+    /** Projects m_new's positions onto the joints. @returns false if it cannot. **/
     bool projectNew(ImplicitStep::Start from);
+    /** Work up to the step's end, where power is known. **/
     /** Work until the step's end, of which power is known. **/
     double calcWork(int order) const;
     void acceptStep(double h, int order);
@@ -156,23 +156,23 @@ private:
     double calcErrorSize(double h);
     double calcError(int order);
     double calcFirstError();
-    /** The same of what loads and motions do inside of the step that the ends of it and of those
-    before do not show: their distance from the polynomial of the step's order, at points between.
-    A load that begins and ends within a step would be passed over without a trace. **/
+    /** Error of loads and motions inside the step that its end and earlier ends do not show: their
+    distance from the polynomial of the step's order at interior points. Otherwise a load that
+    begins and ends within a step would go unnoticed. **/
     double calcUnseenError(int order);
     double calcUnseenLoads(int order);
     double calcUnseenMotions(int order);
-    /** q and u of the polynomial that the step's end lies on. **/
+    /** q and u of the polynomial through the step's end. **/
     void interpolateNew(int order, double t, SolutionPoint& point);
     enum class Failure { ErrorTest, Convergence, Projection };
-    /** @param error  of the last try, in units of the accuracy **/
+    /** @param error  of the last attempt, in units of the accuracy **/
     [[noreturn]] void failStep(double h, Failure failure, double error);
 
     const std::string m_name;
     const SimTK::MultibodySystem& m_system;
     IntegrationScheme& m_scheme;
-    OneStageScheme* m_formulas;  ///< the same, if its steps have one stage
-    /** Else of steps near singular positions: see ImplicitStep::solveNearSingularity(). **/
+    OneStageScheme* m_formulas;  ///< the same, if its steps have one stage; else null
+    /** Otherwise for steps near singular positions: see ImplicitStep::solveNearSingularity(). **/
     BdfScheme m_fallback;
     StepSettings& m_settings;
     StepsTaken& m_taken;
@@ -187,19 +187,19 @@ private:
     SolutionHistory m_history;
     StepController m_controller;
     double m_nextLength = 0;
-    /** For which errors of speeds act, of methods with stages: no less than the steps before, as
-    after a short one, where something jumps, long ones follow. **/
+    /** Time during which speed errors act, for methods with stages: at least the length of earlier
+    steps, because a short step at a jump is followed by long ones. **/
     double m_speedTime = 0;
     int m_order = 1, m_stepsAtOrder = 0;
 
     // The step being attempted.
     StepFormula m_formula;
     SolutionPoint m_new, m_trial;
-    bool m_solvesPositions = false;  ///< position equations in Newton's iteration, speeds projected
+    bool m_solvesPositions = false;  ///< position constraints in Newton's method, speeds projected
     int m_worstProjectedRow = -1;
     ImplicitStep::Outcome m_outcome;
     ErrorNorm::Error m_error;
-    std::string m_fault;  ///< what was said where equations could not be evaluated; else empty
+    std::string m_fault;  ///< message of a failed evaluation; else empty
 
     /** Loads and motions at points inside of a step. **/
     struct Samples {

@@ -1,19 +1,19 @@
 #pragma once
 /** @file
-(With `using namespace SimTK` and `using namespace simflex` in one file the name TimeStepper alone
-is ambiguous: write simflex::TimeStepper.)
+(With both `using namespace SimTK` and `using namespace simflex` the name TimeStepper is ambiguous:
+write simflex::TimeStepper.)
 
-SimTK::TimeStepper for either kind of integrator: reporters and event handlers are called, and
-statuses returned, as Simbody's does.
+SimTK::TimeStepper for either kind of integrator: calls reporters and event handlers, and returns
+statuses, as Simbody's does.
 
     RadauIntegrator integ(system);            // was: RungeKuttaMersonIntegrator integ(system);
     simflex::TimeStepper ts(system, integ);   // was: TimeStepper ts(system, integ);
     ts.initialize(state);
     ts.stepTo(10);
 
-An ImplicitIntegrator calls them by itself too. What differs: events that are due at the very time
-of stepTo() are handled in the next call here, at once there; Termination handlers are called by the
-call that returns EndOfSimulation. **/
+An ImplicitIntegrator also calls them by itself, with two differences: it handles events due at the
+exact time of stepTo() at once, TimeStepper in the next call; TimeStepper calls Termination handlers
+in the call that returns EndOfSimulation. **/
 
 #include <memory>
 #include <optional>
@@ -26,7 +26,7 @@ class TimeStepper {
 public:
     /** @param system  must outlive the stepper; setIntegrator() before initialize() **/
     explicit TimeStepper(const SimTK::System& system);
-    /** @throws std::invalid_argument if the integrator is of another system. **/
+    /** @throws std::invalid_argument if the integrator belongs to another system. **/
     TimeStepper(const SimTK::System& system, IntegratorRef integrator);
     ~TimeStepper();
     TimeStepper(TimeStepper&&) noexcept;
@@ -45,8 +45,8 @@ public:
     const SimTK::State& getState() const { return getIntegrator().getState(); }
     SimTK::Real getTime() const { return getState().getTime(); }
 
-    /** Advances to `time`: ReachedReportTime, or EndOfSimulation where the final time is earlier,
-    was returned before or a handler asked for the end. **/
+    /** Advances to `time`. Returns ReachedReportTime, or EndOfSimulation if the final time is
+    earlier or was already returned, or a handler ended the simulation. **/
     SimTK::Integrator::SuccessfulStepStatus stepTo(SimTK::Real time);
 
 private:

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Narrows the interval in which event triggers change sign (private header): the Illinois method on
-the trigger that seems to change first, halving when that is slow.
+Narrows the interval in which event triggers change sign (private header) by the Illinois method on
+the trigger with the earliest estimated zero, with bisection when that is slow.
 
     TriggerSearch search(events, tLow, valuesLow, tHigh, valuesHigh, windowUnit);
     while (!search.isDone()) { const double t = search.calcTrialTime(); search.take(t, values(t)); }
@@ -18,7 +18,7 @@ public:
     TriggerSearch(const EventDriver& events, double tLow, const SimTK::Vector& low, double tHigh,
                   const SimTK::Vector& high, double windowUnit);
 
-    /** True if the interval is no wider than every trigger in it allows. **/
+    /** True if the interval is within the window of every trigger in it. **/
     bool isDone() const;
     double calcTrialTime();
     void take(double t, const SimTK::Vector& values);
