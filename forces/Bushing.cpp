@@ -13,7 +13,8 @@ namespace {
 
 namespace Eigen = ::Eigen;
 
-/** Inverse of the left Jacobian of the rotation vector θ: θ̇ = J_l⁻¹(θ) ω, both in the base. **/
+/** Inverse of the left Jacobian of the rotation vector θ: θ̇ = J_l⁻¹(θ) ω, both in the base frame.
+ **/
 Mat33 calcInverseLeftJacobian(const Vec3& theta) {
     const Real squared = theta.normSqr();
     // 1/t² − (1 + cos t)/(2t sin t) by series near zero.
@@ -90,7 +91,7 @@ public:
         return -(~rate * (m_damping * rate));
     }
 
-    /** What resists no turning does not care how far it is turned. **/
+    /** A bushing that does not resist rotation is valid at any angle. **/
     bool hasRange() const override {
         for (int i = 0; i < 3; ++i)
             if (m_stiffness.row(i).normSqr() > 0 || m_damping.row(i).normSqr() > 0) return true;
@@ -130,7 +131,7 @@ public:
     }
 
 private:
-    /** Damping alone makes the torque of a damper while the turning is about one axis. **/
+    /** Pure damping gives the right torque as long as the rotation is about one axis. **/
     bool isTorqueWrong(const RelativePose& pose, const Vec3& omega) const {
         constexpr Real Negligible = 0.1;  // of the torque
         for (int i = 0; i < 3; ++i)

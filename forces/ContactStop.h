@@ -1,15 +1,15 @@
 #pragma once
 /** @file
-A one-sided stop: the origin of attachment M may not go below the plane z = 0 of attachment F. With
-the depth δ = −z > 0 there,
+A one-sided stop that keeps the origin of attachment M above the plane z = 0 of attachment F. At a
+depth δ = −z > 0,
 
     f = k δ (1 + a δ̇) ≥ 0    pushes M along F's z axis, and F back
 
-(Hunt and Crossley, 1975, with exponent 1: no jump at first touch and never a pull). a relates to
-the coefficient of restitution e at impact speed v as a ≈ 3(1 − e)/(2v) for e near 1.
+(Hunt and Crossley, 1975, with exponent 1: no jump at first touch and never a pull). The coefficient
+of restitution e at impact speed v is related to a by a ≈ 3(1 − e)/(2v) for e near 1.
 
     ContactStop stop(flexible, Attachment(matter.Ground(), X_GF), arm.interface("tip"), 1e6, 0.5);
- **/
+**/
 
 #include "simflex/body/FlexibleBodySubsystem.h"
 

@@ -16,7 +16,8 @@ namespace {
 /** A force along a coordinate that depends on its value and rate. **/
 class CoordinateElement : public ForceElement {
 public:
-    /** @param turns  number of the state that counts the turns of an angle; −1: none does **/
+    /** @param turns  number of the state that counts the turns of an angle; −1 for displacements
+     **/
     CoordinateElement(const Joint::Coordinate& coordinate, int turns)
         : m_coordinate(coordinate.getCoordinate()), m_turns(turns) {
         m_attachments.push_back(coordinate.getFrameF());
@@ -58,7 +59,7 @@ public:
 protected:
     struct Law {
         Real force = 0;
-        Real lost = 0;  ///< the share of the force that stores no energy
+        Real lost = 0;  ///< part of the force that stores no energy
         Real energy = 0;
         Real stiffness = 0, damping = 0;  ///< −∂force/∂value, −∂force/∂rate
     };
@@ -70,7 +71,7 @@ private:
               const Array_<FrameMotion>& frames) {
             const JointCoordinate& coordinate = element.m_coordinate;
             coordinate.calcGradient(frames[0].X, frames[1].X, onF, onM);
-            // Where axes are in line an angle is none.
+            // The angle is undefined where axes are aligned.
             if (!onF[0].isFinite() || !onM[0].isFinite()) onF = onM = SpatialVec(Vec3(0), Vec3(0));
             value = coordinate.calcValue(frames[0].X, frames[1].X);
             if (element.m_turns >= 0)
@@ -79,7 +80,7 @@ private:
                    ~onM[1] * frames[1].V[1];
         }
         Real value, rate;
-        SpatialVec onF, onM;  ///< what a unit force along the coordinate puts on the frames
+        SpatialVec onF, onM;  ///< forces on the frames from a unit force along the coordinate
     };
 
     JointCoordinate m_coordinate;
@@ -140,7 +141,7 @@ protected:
         const Real depth = side > 0 ? value - m_high : m_low - value, into = side * rate;
         const Real elastic = m_stiffness * depth, push = elastic * (1 + m_dissipation * into);
         law.energy = 0.5 * m_stiffness * square(depth);
-        // It never pulls: then all that it had stored is lost.
+        // The stop never pulls: all stored energy is lost then.
         law.force = -side * std::max(Real(0), push);
         law.lost = law.force + side * elastic;
         if (!(push > 0)) return law;
@@ -158,7 +159,7 @@ std::string nameElement(const char* kind, const Joint::Coordinate& coordinate,
     return simflex::nameElement(kind, coordinate.getFrameF(), coordinate.getFrameM(), name);
 }
 
-/** The state that follows an angle from the turn nearest to `start` on; −1 of displacements. **/
+/** Adds the state that tracks an angle from the turn nearest to `start`; −1 for displacements. **/
 int countTurnsOf(FlexibleBodySubsystem& subsystem, const Joint::Coordinate& coordinate,
                  const std::string& name, Real start) {
     if (!coordinate.getCoordinate().isPeriodic()) return -1;

@@ -11,7 +11,6 @@ using namespace SimTK;
 
 namespace {
 
-/** What messages call it. **/
 std::string nameDistributedLoad(const FlexibleBody& body, const std::string& name) {
     return name.empty() ? "DistributedLoad on '" + body.getName() + "'" : "'" + name + "'";
 }

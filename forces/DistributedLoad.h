@@ -15,7 +15,7 @@ public:
     using Scale = std::function<SimTK::Real(SimTK::Real time)>;
 
     /** @param name  for messages
-    @throws std::invalid_argument if the shape has another number of modes than the body. **/
+    @throws std::invalid_argument if the shape and the body differ in their number of modes. **/
     DistributedLoad(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,
                     const LoadShape& shape, Scale scale, const std::string& name = "");
     DistributedLoad(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,

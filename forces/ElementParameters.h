@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What force elements share: their names, and checks of their parameters (private header). **/
+Names of force elements and checks of their parameters (private header). **/
 
 #include <cmath>
 #include <stdexcept>
@@ -11,7 +11,7 @@ What force elements share: their names, and checks of their parameters (private 
 
 namespace simflex {
 
-/** What messages call an element: by its own name; else by its class and frames. **/
+/** Name of an element in messages: its own, or its class and frames if it has none. **/
 inline std::string nameElement(const char* kind, const Attachment& F, const Attachment& M,
                                const std::string& name) {
     return name.empty() ? kind + (" between " + F.getName() + " and ") + M.getName()
@@ -27,8 +27,7 @@ inline void adoptNamed(FlexibleBodySubsystem& subsystem, std::unique_ptr<ForceEl
     subsystem.adoptForceElement(std::move(element));
 }
 
-/** @throws std::invalid_argument "TwoPointSpringDamper between A and B: stiffness is -1, must be ≥
- * 0". **/
+/** @throws std::invalid_argument "TwoPointSpringDamper between A and B: stiffness is -1; …". **/
 inline void checkNotNegative(const std::string& element, const char* name, SimTK::Real value) {
     if (std::isfinite(value) && value >= 0) return;
     throw std::invalid_argument(element + ": " + name + " is " + std::to_string(value) +

@@ -6,7 +6,7 @@ namespace simflex {
 
 using namespace SimTK;
 
-/** A contact in a State. **/
+/** Frame motions of a contact, and gradients of its sliding rates. **/
 struct JointFriction::Sliding {
     Sliding(const JointFriction& friction, const State& state, int contact)
         : F(friction.m_joint.getFrameF().calcMotion(state)),

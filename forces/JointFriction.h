@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Dry friction in a joint, from the force that the joint transmits: see FrictionEquations.h for what
-slides, by which load, in joints of each kind.
+Dry friction in a joint, from the force that the joint transmits. FrictionEquations.h defines the
+sliding rates and the load for each kind of joint.
 
     Joint::Pin pin(flexible, crank.interface("pin"), rod.interface("big_end"), "crank pin");
     FrictionCoefficients steelOnBronze;
@@ -10,11 +10,11 @@ slides, by which load, in joints of each kind.
     steelOnBronze.radius = 0.015;
     JointFriction friction(flexible, pin, steelOnBronze);
 
-A contact that sticks is held as by a joint, so that it does not creep; one that slides has the
-friction of its load at the same instant. The integrators of simflex find both together with the
-motion. What friction takes is in their work, ImplicitIntegrator::getWork(). In a StaticEquilibrium
-there is none; in a Linearization contacts that stick are held, and those that slide are refused. So
-are native runs. **/
+A sticking contact is held by a constraint, so that it does not creep; the friction of a sliding
+contact follows its load at the same instant. The integrators of simflex solve for both together
+with the motion. The energy that friction dissipates is part of ImplicitIntegrator::getWork(). A
+StaticEquilibrium ignores friction. A Linearization holds sticking contacts and refuses sliding
+ones. Native runs are refused. **/
 
 #include "simflex/body/FrictionEquations.h"
 #include "simflex/body/Joint.h"
@@ -23,39 +23,38 @@ namespace simflex {
 
 class JointFriction {
 public:
-    /** Instead of any that the joint has had.
-    @throws std::invalid_argument that names the joint, the value found and what is allowed. **/
+    /** Sets the friction of a joint, replacing any earlier one.
+    @throws std::invalid_argument that names the joint, the value found and the value allowed. **/
     JointFriction(FlexibleBodySubsystem& subsystem, const Joint& joint,
                   const FrictionCoefficients& coefficients);
-    /** That of a joint which has some.
+    /** Refers to the existing friction of a joint.
     @throws std::invalid_argument that names the joint if it has none. **/
     JointFriction(const FlexibleBodySubsystem& subsystem, const Joint& joint);
     static bool exists(const FlexibleBodySubsystem& subsystem, const Joint& joint);
 
     const Joint& getJoint() const { return m_joint; }
     const FrictionCoefficients& getCoefficients() const;
-    /** Universals have two, others one. **/
+    /** Two for universal joints, one for all others. **/
     int getNumContacts() const;
-    /** Of a contact, and of all. **/
     int getNumRates(int contact) const;
     int getNumRates() const;
-    /** Whether rates are those of angles, and forces torques. **/
+    /** True if rates are angular [rad/s] and forces are torques [N m]. **/
     bool turns() const;
 
     struct Contact {
-        SimTK::Real load = 0;   ///< P [N or N m]
-        SimTK::Vec3 rates{0};   ///< v [m/s or rad/s]
-        SimTK::Vec3 force{0};   ///< on M, along them [N or N m], viscous friction included
+        SimTK::Real load = 0;   ///< normal load P [N or N m]
+        SimTK::Vec3 rates{0};   ///< sliding rate v [m/s or rad/s]
+        SimTK::Vec3 force{0};   ///< on M, along the rates [N or N m], including viscous friction
         SimTK::Real power = 0;  ///< [W], negative
     };
-    /** Stage::Velocity.
+    /** Requires Stage::Velocity.
     @param multipliers  of the joint
     @param dryForces    ImplicitIntegrator::getFrictionForces() **/
     Contact calcContact(const SimTK::State& state, const SimTK::Vector& multipliers,
                         const SimTK::Vector& dryForces, int contact = 0) const;
 
-    /** All of it: spatial force (torque, force) on the body that carries F or M, at that frame's
-    origin. Stage::Velocity. **/
+    /** Sum over all contacts: spatial force (torque, force) on the body that carries F or M, at
+    that frame's origin. Requires Stage::Velocity. **/
     SimTK::SpatialVec calcForce(const SimTK::State& state, const SimTK::Vector& dryForces,
                                 Joint::Side on, Joint::Axes axes = Joint::Axes::Ground) const;
 

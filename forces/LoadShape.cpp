@@ -21,7 +21,7 @@ const std::vector<int>& getNodeSet(const ReducedBody& part, const std::string& n
                             "'; it has: " + (known.empty() ? "none" : known));
 }
 
-/** Values of shape functions and their two derivatives at a point of a face. **/
+/** Shape functions and their two derivatives at a point of a face. **/
 struct FacePoint {
     Real weight;
     Real N[8], dr[8], ds[8];
@@ -109,8 +109,8 @@ std::vector<FacePoint> makeFacePoints(const MeshFace& face) {
     return points;
 }
 
-/** Nodal forces of a load per area on the faces of a set; `loadOf` gives the force of an area
- * vector (outward normal times area). **/
+/** Nodal forces of a traction on the faces of a set; `loadOf` returns the force on an area vector
+(outward normal times area). **/
 LoadShape integrate(const ReducedBody& part, const std::vector<int>& set, const std::string& name,
                     const std::function<Vec3(const Vec3& area)>& loadOf) {
     std::vector<char> isChosen(size_t(part.mesh.numNodes()), 0);
@@ -143,7 +143,7 @@ LoadShape integrate(const ReducedBody& part, const std::vector<int>& set, const 
     return LoadShape::fromNodalForces(part, all, forces);
 }
 
-/** Of a pressure of 1 Pa. **/
+/** Force of a pressure of 1 Pa. **/
 Vec3 calcPush(const Vec3& area) {
     return -area;
 }

@@ -1,13 +1,14 @@
 #pragma once
 /** @file
-A load spread over a flexible part, projected once onto its rigid motions and modes: what stays of
-it however many nodes it acts on. Constant in the body's axes; DistributedLoad scales it in time.
+A load spread over a flexible part, projected once onto its rigid-body motions and modes; its size
+is independent of the number of loaded nodes. Constant in the body's axes; DistributedLoad scales it
+in time.
 
     const LoadShape push = LoadShape::pressure(part, "SEAT");            // 1 Pa
     DistributedLoad(flexible, body, push, [](Real t) { return 3e5 * t; });
 
-With nodal forces f at positions s and mode shapes φ: force Σf, torque Σ s×f and, as the nodes move,
-Σ φ_i×f ξ_i more, modal forces Σ φ_i·f. Forces turn with the body. **/
+Nodal forces f at positions s with mode shapes φ give the force Σf, the torque Σ s×f + Σ φ_i×f ξ_i
+(the second sum as the nodes move) and the modal forces Σ φ_i·f. The forces turn with the body. **/
 
 #include <functional>
 #include <string>
@@ -21,12 +22,12 @@ namespace simflex {
 
 struct LoadShape {
     SimTK::Vec3 force{0};         ///< in B
-    SimTK::Vec3 torque{0};        ///< about B's origin, undeformed, in B
+    SimTK::Vec3 torque{0};        ///< about B's origin in the undeformed shape, in B
     SimTK::Vector modal;          ///< n_f modal forces
-    SimTK::Matrix torquePerMode;  ///< 3×n_f: torque that ξ_i = 1 adds
+    SimTK::Matrix torquePerMode;  ///< 3×n_f: torque added per unit of ξ_i
 
-    /** Modal forces alone (as an MFORCE): no resultant.
-    @param forces  n_f of them **/
+    /** Modal forces alone (as an MFORCE), without a resultant.
+    @param forces  n_f modal forces **/
     static LoadShape fromModalForces(const SimTK::Vector& forces);
 
     /** Forces on nodes by mesh index, in B [N].
@@ -34,12 +35,12 @@ struct LoadShape {
     static LoadShape fromNodalForces(const ReducedBody& part, const std::vector<int>& nodes,
                                      const std::vector<SimTK::Vec3>& forces);
 
-    /** A force shared equally by the nodes of a set [N].
-    @throws std::out_of_range that names the set asked for and those that exist. **/
+    /** A total force shared equally by the nodes of a set, in B [N].
+    @throws std::out_of_range that names the set requested and the sets that exist. **/
     static LoadShape nodeSetForce(const ReducedBody& part, const std::string& nodeSet,
                                   const SimTK::Vec3& force);
 
-    /** @name The same as for sets, for nodes by mesh index **/
+    /** @name The same on nodes given by mesh index **/
     /**@{**/
     static LoadShape nodeForce(const ReducedBody& part, const std::vector<int>& nodes,
                                const SimTK::Vec3& force);
@@ -48,12 +49,13 @@ struct LoadShape {
                               const SimTK::Vec3& forcePerArea);
     /**@}**/
 
-    /** Pressure of 1 Pa onto the skin's element faces whose nodes are all in a set: it pushes
-    inwards, and shells that lie in the set wholly against their upper side, along −n. Integrated with the elements' shape functions.
+    /** Pressure of 1 Pa on the skin's element faces whose nodes are all in a set. It pushes
+    inwards; on shells that lie wholly in the set it acts on the upper side, along −n. Integrated
+    with the elements' shape functions.
     @throws std::out_of_range that names the set, std::invalid_argument if no face lies in it. **/
     static LoadShape pressure(const ReducedBody& part, const std::string& nodeSet);
 
-    /** The same for a force per area in B [Pa]. **/
+    /** The same for a traction in B [Pa]. **/
     static LoadShape traction(const ReducedBody& part, const std::string& nodeSet,
                               const SimTK::Vec3& forcePerArea);
 };

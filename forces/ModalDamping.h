@@ -1,11 +1,11 @@
 #pragma once
 /** @file
-Damping of the modes of a flexible body: force `−d_i ξ̇_i` with `d_i = 2 ζ_i Ω_i` for the ratio ζ_i
-of critical. A body has none unless one of these is added; several add up.
+Damping of the modes of a flexible body: force `−d_i ξ̇_i` with `d_i = 2 ζ_i Ω_i`, where ζ_i is the
+ratio of critical damping. A body is undamped unless one of these is added; several add up.
 
     ModalDamping(flexible, crank, 0.01);                       // 1 % of critical for all modes
     ModalDamping::rayleigh(flexible, rod, 5, 1e-6);            // αM + βK
-    ModalDamping::byFrequency(flexible, casing);               // as is usual in industry **/
+    ModalDamping::byFrequency(flexible, casing);               // common default in industry  **/
 
 #include "simflex/body/FlexibleBody.h"
 
@@ -17,8 +17,8 @@ public:
     @throws std::invalid_argument if it is negative or not finite. **/
     ModalDamping(FlexibleBodySubsystem& subsystem, const FlexibleBody& body, SimTK::Real ratio);
 
-    /** One ratio per mode, n_f of them. @throws std::invalid_argument as above or on a wrong
-     * number. **/
+    /** One ratio per mode, n_f in all.
+    @throws std::invalid_argument as above or on a wrong number. **/
     ModalDamping(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,
                  const SimTK::Vector& ratios);
 
@@ -29,16 +29,16 @@ public:
     static void rayleigh(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,
                          SimTK::Real alpha, SimTK::Real beta);
 
-    /** 1 % of critical for modes below 100 Hz, 10 % from there below 1000 Hz, 100 % above: the
-    default of Adams/Flex and RecurDyn, which leaves the modes that matter alone and takes the rest
-    out of the integration. **/
+    /** 1 % of critical below 100 Hz, 10 % from 100 Hz to below 1000 Hz, 100 % above. This is the
+    default of Adams/Flex and RecurDyn: it leaves the modes of interest nearly undamped and removes
+    the others from the integration. **/
     static void byFrequency(FlexibleBodySubsystem& subsystem, const FlexibleBody& body);
 
-    /** A full matrix: force −Dξ̇. The Newton matrix has all of D in its dense form, D's diagonal in
-    the arrow.
+    /** A full matrix: force −Dξ̇. The dense Newton matrix has all of D, the arrow form its
+    diagonal.
     @param D  n_f×n_f [1/s]
     @throws std::invalid_argument if D has the wrong size, is not symmetric or has a negative
-    eigenvalue: it would feed energy in. **/
+    eigenvalue, which would feed in energy. **/
     static void matrix(FlexibleBodySubsystem& subsystem, const FlexibleBody& body,
                        const SimTK::Matrix& D);
 };

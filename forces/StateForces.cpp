@@ -60,7 +60,7 @@ protected:
     const Term& getTerm(size_t i) const { return m_terms[i]; }
 
 public:
-    /** Finds the states that the terms depend on, and those that these depend on. **/
+    /** Finds the states that the terms depend on, also through other states. **/
     void findStates(const FlexibleBodySubsystem& subsystem) {
         const auto& states = subsystem.getGuts().states();
         std::set<int> found;
@@ -89,7 +89,7 @@ private:
         std::vector<int> places;
     };
 
-    /** With what states make of it by the end of a step, δz = γ (1 − γF)⁻¹ ∇ż δ. **/
+    /** Includes the change of the states by the end of a step, δz = γ (1 − γF)⁻¹ ∇ż δ. **/
     void addInGradient(const Term& term, const ElementInputs& now,
                        const Array_<FrameMotion>& frames, Real gamma, SpatialVec* gradient) const {
         if (m_states.empty()) {
@@ -205,9 +205,9 @@ private:
     StateForce::Axes m_axes;
 };
 
-/** Acts at the origin O of B, and on the modes by a torque about x of a frame S that turns by Ψξ
-with Ψ = (f_ξᵀ/|f_ξ|; 0; 0) and is balanced by the same torque on O. S is at Tξ, from where the
-torque that the modes add is known. **/
+/** Acts at the origin O of B. Its modal forces act as a torque about the x axis of a frame S that
+rotates by Ψξ with Ψ = (f_ξᵀ/|f_ξ|; 0; 0), balanced by the opposite torque on O. S is at Tξ, which
+gives the torque that the modes add. **/
 class SpreadForceElement : public StateForceElement {
 public:
     SpreadForceElement(const FlexibleBody& body, const LoadShape& shape, const Signal& scale)

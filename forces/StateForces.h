@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Forces whose size is a Signal: springs, cylinders and motors with laws of one's own, controllers.
-All that they do counts as work of loads.
+Forces whose magnitude is a Signal: springs, cylinders and motors with user-defined laws, and
+controllers. All their energy counts as work of the loads.
 
     LineForce(flexible, base, boom.interface("ram"), tension);
     CoordinateForce(flexible, shoulder, 0, torque);
@@ -20,15 +20,16 @@ namespace simflex {
 
 class LineForce {
 public:
-    /** @param tension  in the line between the two origins [N]; positive pulls them together **/
+    /** @param tension  force in the line between the two origins [N]; positive pulls them together
+     **/
     LineForce(FlexibleBodySubsystem& subsystem, const Attachment& first, const Attachment& second,
               const Signal& tension, const std::string& name = "");
 };
 
 class CoordinateForce {
 public:
-    /** @param force  that moves the joint's coordinate on [N], or torque that turns it on [N m]:
-    its power is force times rate
+    /** @param force  along the joint's coordinate: force [N] or torque [N m]; its power is force
+        times rate
     @throws std::out_of_range if the joint has no such coordinate. **/
     CoordinateForce(FlexibleBodySubsystem& subsystem, const Joint& joint, int number,
                     const Signal& force, const std::string& name = "");
@@ -53,7 +54,7 @@ public:
 class StateLoad {
 public:
     /** A LoadShape on a flexible body, scaled by a Signal.
-    @throws std::invalid_argument if the shape has another number of modes than the body. **/
+    @throws std::invalid_argument if the shape and the body differ in their number of modes. **/
     StateLoad(FlexibleBodySubsystem& subsystem, const FlexibleBody& body, const LoadShape& shape,
               const Signal& scale, const std::string& name = "");
 };

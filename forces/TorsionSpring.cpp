@@ -63,7 +63,7 @@ private:
             const Vec3 x = ~R_GF * Vec3(frames[1].X.R().x());
             const Real squared = square(x[0]) + square(x[1]);
             angle = std::atan2(x[1], x[0]);
-            // Along F's z axis M's x axis has no angle.
+            // M's x axis has no angle where it lies along F's z axis.
             direction = squared > 0 ? R_GF * Vec3(-x[2] * x[0] / squared, -x[2] * x[1] / squared, 1)
                                     : Vec3(0);
             rate = ~direction * (frames[1].V[0] - frames[0].V[0]);
@@ -78,7 +78,7 @@ private:
     }
 
     Real m_stiffness, m_damping, m_freeAngle;
-    int m_turns;  ///< number of the state that counts them
+    int m_turns;  ///< number of the state that counts the turns
 };
 
 }  // namespace

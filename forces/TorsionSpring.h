@@ -1,16 +1,16 @@
 #pragma once
 /** @file
-A torsion spring and damper about the z axis of attachment frame F: with θ the angle by which the x
-axis of M stands turned about it,
+A torsion spring and damper about the z axis of attachment frame F. With θ the angle of M's x axis
+about that axis,
 
-    torque on M:  −k (θ − θ₀) − c θ̇    about F's z axis if M's is in line with it,
+    torque on M:  −k (θ − θ₀) − c θ̇    about F's z axis if M's z axis is aligned with it,
 
-and the opposite on F; in general the torque that θ's energy ½k(θ − θ₀)² has. Put the frames where a
-Joint::Pin has them. It winds up over any number of turns, which a state of the subsystem counts,
-from the one nearest to θ₀ on. Where M's x axis is within 0.1 rad of F's z axis it has no angle, and
-runs warn by name.
+and the opposite on F; in general the torque follows from the energy ½k(θ − θ₀)². Place the frames
+as for a Joint::Pin. The spring winds up over any number of turns, which a state of the subsystem
+counts from the turn nearest to θ₀. The angle is undefined where M's x axis is within 0.1 rad of F's
+z axis; runs then warn, naming the spring.
 
-    TorsionSpring hinge(flexible, base.interface("seat"), lid.interface("hinge"), 12, 0.1); **/
+    TorsionSpring hinge(flexible, base.interface("seat"), lid.interface("hinge"), 12, 0.1);  **/
 
 #include "simflex/body/FlexibleBodySubsystem.h"
 

@@ -43,7 +43,7 @@ public:
         return "has both ends in one place, where its force has no direction: place them apart";
     }
 
-    /** Along the line, and across it: the pull turns with the line. **/
+    /** Along the line, and across it since the pull turns with the line. **/
     int getNumJacobianTerms() const override { return 3; }
 
     void calcJacobian(const ElementInputs&, const Array_<FrameMotion>& frames, Real gamma,

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What work on a model tells whoever has it done.
+Callbacks for progress and messages of work on a model.
 
     Listener listener;
     listener.warn = [](const std::string& text) { log << text << '\n'; };
@@ -13,20 +13,20 @@ What work on a model tells whoever has it done.
 
 namespace simflex {
 
-/** Functions that are empty are not called. **/
+/** Empty functions are not called. **/
 struct Listener {
     using Detail = std::function<std::string()>;
 
-    /** Where the work is: what is being done, and the part of it that is done, 0…1; negative where
-    that is not known. `detail`, if it is not empty, makes more text about it. Asked every now and
-    then; false stops the work. **/
+    /** Called every now and then with the current phase and the fraction of it that is done, 0…1,
+    or a negative number if that is not known. `detail`, if not empty, returns further text about
+    it. Returning false stops the work. **/
     std::function<bool(const std::string& phase, double fraction, const Detail& detail)> progress;
-    /** What the user may want to know: "part 'rod' is taken from the cache". **/
+    /** Information for the user: "part 'rod' is taken from the cache". **/
     std::function<void(const std::string& text)> note;
-    /** What may change the meaning of results: "joint 'pin' is not closed as placed". **/
+    /** Warnings that may change the meaning of results: "joint 'pin' is not closed as placed". **/
     std::function<void(const std::string& text)> warn;
 
-    /** @name The same where there may be nobody to tell **/
+    /** @name Calls that do nothing if the function is empty **/
     /**@{**/
     bool tellProgress(const std::string& phase, double fraction, const Detail& detail = {}) const {
         return !progress || progress(phase, fraction, detail);

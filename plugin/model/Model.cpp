@@ -26,11 +26,11 @@ struct Model::Contents {
           initialState(builder.makePlacedState(*system)) {
         builder.noteDoubts(*system, initialState);
         builder.setStarts(*system, initialState);
-        // Held rigid, flexible bodies leave more unread.
+        // With bodies held rigid, more keys remain unread.
         if (options.bodies == ModelOptions::Bodies::AsGiven) checkRead(file);
     }
 
-    /** Refuses keys that have had no effect, of all but what runs and pictures read later. **/
+    /** Refuses keys without effect, except those that runs and pictures read later. **/
     static void checkRead(const ModelValue& file) {
         file.get("initial").get("start").getText();
         for (const char* section : {"gravity", "parts", "bodies", "frames", "joints", "motions",

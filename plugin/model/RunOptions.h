@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What is asked of the analyses of a model. **/
+Options of a run of a model's analyses. **/
 
 #include <string>
 #include <vector>
@@ -12,23 +12,24 @@ namespace simflex {
 
 struct RunOptions {
     std::string output;  ///< path of the result file; empty: as the model says
-    /** Names of analyses; empty: all. Those that they begin from are done, too, where earlier
-    results do not have them or are out of date. **/
+    /** Names of analyses; empty: all. Analyses that these start from are run too, unless earlier
+    results have them and are up to date. **/
     std::vector<std::string> only;
     int threads = 0;       ///< 0: as the model says
-    bool resumes = false;  ///< where earlier results are out of date, all is done anew
+    bool resumes = false;  ///< continues earlier results; if they are out of date, everything is
+                           ///< run again
     bool writesCsv = false;
     bool drawsPictures = true;
-    std::string animation;  ///< a moving scene (.glb) of each transient analysis; empty: none
-    /** Of the longest step that an analysis chooses by itself, its interval: what verifies it has
-    shorter ones. **/
+    std::string animation;  ///< animated scene (.glb) of each transient analysis; empty: none
+    /** Factor on the longest step that an analysis chooses by itself, its output interval;
+    verification runs use less than 1. **/
     double longestStep = 1;
-    /** The finer twin of every part runs beside, and each probe has its error: ErrorBars.h. **/
+    /** Also runs the finer twin of every part, so that each probe gets an error: ErrorBars.h. **/
     bool hasErrorBars = false;
-    AllowedCode code;         ///< of FMUs only where they run: not with onlyChecks
-    bool onlyChecks = false;  ///< the model is built, nothing is run
+    AllowedCode code;         ///< FMUs run only without onlyChecks
+    bool onlyChecks = false;  ///< builds the model and runs nothing
     Listener listener;
-    std::string resumeCommand;  ///< that goes on with such a run: told where it was stopped
+    std::string resumeCommand;  ///< command that continues the run, shown where it was stopped
 };
 
 }  // namespace simflex

@@ -30,7 +30,7 @@ namespace {
 
 constexpr size_t MostSamples = 100000;
 constexpr size_t MostPathStates = 64;
-constexpr int StepsBetweenLooks = 20;  // at whether to stop, about
+constexpr int StepsBetweenLooks = 20;  // between checks for cancellation, approximately
 
 template <class T>
 void dropEverySecond(std::vector<T>& items) {
@@ -39,7 +39,7 @@ void dropEverySecond(std::vector<T>& items) {
     items.resize(kept);
 }
 
-/** Whether a key of the model says how it is computed or shown, not what moves. **/
+/** True if a key affects only the computation or display, not the motion. **/
 bool isBesideMotion(const std::string& key) {
     const std::string section = key.substr(0, key.find('.'));
     const std::string sections[] = {"title",    "description", "pictures", "output",
@@ -89,7 +89,7 @@ double Session::calcEnergy() const {
 }
 
 //-------------------------------------------------------------------------------------------------
-// the State
+// State
 
 State Session::makeFresh(const State& state) const {
     State fresh = m_model->makeInitialState();
@@ -103,7 +103,7 @@ State Session::makeFresh(const State& state) const {
         else
             body.flexible->setFlexible(fresh);
     }
-    // What events have released or locked stays so.
+    // Keep locks and releases made by events.
     const FlexibleBodySubsystem& flexible = m_model->getFlexibleBodies();
     flexible.setHolding(fresh, flexible.getHolding(state));
     m_model->getSystem().realizeModel(fresh);
@@ -121,7 +121,7 @@ void Session::start(const State& state, Joints joints) {
     const State begun = makeFresh(state);
     integrator->setProjectInitialState(joints == Joints::ToBeClosed);
     integrator->initialize(begun);
-    // Closed they were for the parameters of then.
+    // The joints were closed for the earlier parameters.
     if (joints == Joints::Closed &&
         integrator->getLargestConstraintError() > integrator->getConstraintToleranceInUse())
         return start(state, Joints::ToBeClosed);
@@ -228,7 +228,7 @@ void Session::goOnFrom(const Session& other) {
 }
 
 //-------------------------------------------------------------------------------------------------
-// motion
+// Motion
 
 void Session::recordRow() {
     m_uDot = m_integrator->getUDot();
@@ -264,7 +264,7 @@ Session::Outcome Session::step(int numSteps, const Progress& progress) {
 
 void Session::endStepsAt(double time) {
     if (m_model->getInputs().empty()) return;
-    // Unless one has gone beyond already.
+    // The last step may already have passed this time.
     m_integrator->setFinalTime(m_integrator->isStateInterpolated() ? SimTK::Infinity : time);
 }
 
@@ -280,7 +280,7 @@ Session::Outcome Session::runTo(double time, double interval, const Progress& pr
     for (long row = 1; row <= numRows; ++row) {
         const double next = row == numRows ? time : begin + double(row) * interval;
         while (getTime() < next) {
-            // Reports between steps are interpolated: the motion does not depend on them.
+            // Reports between steps are interpolated, so they do not affect the motion.
             const double h = m_integrator->getLastStepSize();  // 0 before the first step
             const double look = getTime() + (h > 0 ? StepsBetweenLooks * h : 1e-6 * span);
             ImplicitIntegrator::StepStatus status;
@@ -331,7 +331,7 @@ LinearSystem Session::linearize(const std::vector<std::string>& inputs,
 }
 
 //-------------------------------------------------------------------------------------------------
-// quantities
+// Quantities
 
 std::vector<double> Session::calcProbe(const Probe& probe) const {
     std::vector<double> values(probe.columns.size());
@@ -354,7 +354,7 @@ double Session::calcFormula(const std::string& formula) const {
         };
         return calcProbe(makeExpressionProbe({m_model, entry}, find))[0];
     } catch (const ModelError& error) {
-        // Its place is none that anybody has written.
+        // Omit the place, which is in a formula that no user has written.
         for (const ModelError::Mistake& mistake : error.getMistakes())
             if (mistake.key == "probes." + unused + ".expression")
                 throw std::invalid_argument(mistake.message);
@@ -443,7 +443,7 @@ bool Session::change(const std::string& key, const std::string& value, Restart r
 }
 
 //-------------------------------------------------------------------------------------------------
-// pictures
+// Pictures
 
 std::vector<State> Session::getPath() const {
     std::vector<State> path = m_path;

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A model that moves: started, stepped, looked at, changed, kept and drawn.
+A moving model: started, stepped, inspected, changed, saved and drawn.
 
     Session session(loadModelText("crank.yaml", {"parameters.speed=50"}));
     session.runTo(0.5, 1e-3);                          // probes recorded each millisecond
@@ -9,12 +9,12 @@ A model that moves: started, stepped, looked at, changed, kept and drawn.
     session.set("joints.bearing.angle_rate", {12});    // joints stay closed
     session.step(100);
     session.restore(before);
-    session.change("parameters.speed", "60");          // the model is built anew
+    session.change("parameters.speed", "60");          // the model is built again
     session.draw().writePng("crank.png");
 
-What has a name is what the prompt of `simflex shell` knows by it: `time`, `joints.NAME.angle`,
-`bodies.NAME.position.x`, `bodies.NAME.modes.3` and their speeds, and the probes. SI units, angles
-in radians. A Session is for one thread. **/
+Names are those of the prompt of `simflex shell`: `time`, `joints.NAME.angle`,
+`bodies.NAME.position.x`, `bodies.NAME.modes.3`, their speeds, and the probes. SI units, angles in
+radians. A Session is for one thread. **/
 
 #include <functional>
 #include <memory>
@@ -33,7 +33,7 @@ namespace model {
 class MotionWarnings;
 }  // namespace model
 
-/** Values of all probes, row by row; every second row goes when there are more than 100 000. **/
+/** Values of all probes, row by row; above 100 000 rows every second one is dropped. **/
 struct ProbeRecord {
     std::vector<double> time;
     std::vector<std::vector<double>> rows;  ///< probe after probe, column after column
@@ -41,18 +41,18 @@ struct ProbeRecord {
     void add(double now, std::vector<double> values);
 };
 
-/** Something that a Session can tell, and perhaps set. Refers to the Session. **/
+/** A value that a Session can return, and perhaps set. Refers to the Session. **/
 struct Quantity {
     std::string path, unit;
     std::function<std::vector<double>()> get;
-    /** The State with new values, as many as get() gives; empty: cannot be set. **/
+    /** Returns the State with new values, as many as get() returns; empty if it cannot be set. **/
     std::function<SimTK::State(const std::vector<double>& values)> calcStateWith;
 };
 
-/** Where a Session was, to the last bit. **/
+/** Complete state of a Session, exact to the last bit. **/
 struct SavedState {
-    std::string model;   ///< text and settings of what moved
-    SimTK::State begun;  ///< where the integration began
+    std::string model;   ///< text and settings of the moving model
+    SimTK::State begun;  ///< State at the start of the integration
     std::string integrator;
     std::vector<double> warnings;
     double energyBefore = 0;
@@ -61,57 +61,59 @@ struct SavedState {
 class Session {
 public:
     enum class Outcome { ReachedTime, Terminated, Stopped };
-    /** Told the fraction that is done; false stops the motion. **/
+    /** Called with the completed fraction; returning false stops the motion. **/
     using Progress = std::function<bool(double fraction)>;
 
-    /** Reads and builds the model, and goes to its start. The listener is told of the motion, too.
-    @throws ModelError and what findStart() and ImplicitIntegrator::initialize() throw. **/
+    /** Reads and builds the model, and goes to its start. The listener also reports on the motion.
+    @throws ModelError, and as findStart() and ImplicitIntegrator::initialize(). **/
     explicit Session(const ModelText& text, const ModelOptions& options = {});
     ~Session();
     Session(Session&&) noexcept;
     Session& operator=(Session&&) noexcept;
 
     const ModelText& getText() const { return m_text; }
-    /** As it is built now: change() makes another. **/
+    /** The current model; change() replaces it. **/
     const Model& getModel() const { return *m_model; }
-    /** The file's title, or its name. **/
+    /** The file's title or name. **/
     std::string getTitle() const;
     const ImplicitIntegrator& getIntegrator() const { return *m_integrator; }
     /** Realized to Stage::Velocity. **/
     const SimTK::State& getState() const { return m_integrator->getState(); }
     double getTime() const { return m_integrator->getTime(); }
-    /** Total energy [J], and that of the State from which work is counted: start, or last change.
-     * **/
+    /** Total energy [J], and its value at the State from which work is counted: the start or the
+    last change. **/
     double calcEnergy() const;
     double getEnergyBefore() const { return m_energyBefore; }
 
     /** @name Motion
-    Throw what the integrator throws; the last good State stays. **/
+    These throw as the integrator does; the last good State remains. **/
     /**@{**/
     Outcome step(int numSteps = 1, const Progress& progress = {});
-    /** @param interval  between rows of the record [s] **/
+    /** @param interval  between rows of the record [s]
+    @throws std::invalid_argument unless `time` is later than now and the interval positive. **/
     Outcome runTo(double time, double interval, const Progress& progress = {});
-    /** Back to the start; the record begins anew. **/
+    /** Returns to the start and clears the record. **/
     void reset();
     struct Equilibrium {
         int numIterations = 0;
-        std::vector<std::string> freeMotions;      ///< that nothing holds, in words
-        std::vector<std::string> unstableMotions;  ///< in which it falls away, in words
+        std::vector<std::string> freeMotions;      ///< unconstrained motions, in words
+        std::vector<std::string> unstableMotions;  ///< directions of instability, in words
         bool isByDampedMotion = false;             ///< see StaticEquilibrium
-        std::string branch;                        ///< what there is to warn of, see the same
+        std::string branch;                        ///< a warning or empty, see StaticEquilibrium
     };
-    /** Goes to the static equilibrium near by, at rest; the time stays.
-    @param goesOn  asked every now and then
-    @throws Cancelled if that is false, and as StaticEquilibrium::solve(). **/
+    /** Goes to the nearby static equilibrium, at rest; the time does not change.
+    @param goesOn  called every now and then
+    @throws Cancelled if goesOn returns false, and as StaticEquilibrium::solve(). **/
     Equilibrium settle(const std::function<bool()>& goesOn = {});
     /**@}**/
 
-    /** About the State as it is, an equilibrium or a steady motion: A, B, C, D.
+    /** Linearises about the current State, an equilibrium or a steady motion.
     @param inputs  numbers of the model by path, "loads.push.force.y"
     @param outputs  probes, "tip" or "tip.y"; none: all
-    @param goesOn  asked every now and then
+    @param goesOn  called every now and then
     @param form  of the states
-    @throws Cancelled if that is false; std::runtime_error that says why it cannot be. **/
+    @throws Cancelled if goesOn returns false; std::runtime_error with the reason if it cannot be
+    done. **/
     LinearSystem linearize(const std::vector<std::string>& inputs,
                            const std::vector<std::string>& outputs = {},
                            const std::function<bool()>& goesOn = {},
@@ -119,36 +121,37 @@ public:
 
     /** @name Quantities by name **/
     /**@{**/
-    /** All of them, without probes and elements: "joints.pin.angle", "bodies.rod.modes". **/
+    /** All names without probes and elements: "joints.pin.angle", "bodies.rod.modes". **/
     std::vector<std::string> listQuantities() const;
-    /** Nothing if no quantity is called so. @throws std::runtime_error if the path names a joint or
-    body that there is not. **/
+    /** Finds a quantity; empty if the name is unknown.
+    @throws std::runtime_error if the path names a joint or body that does not exist. **/
     std::optional<Quantity> findQuantity(const std::string& path) const;
-    /** Of a quantity, a probe, or a number of the model ("parameters.speed").
+    /** Values of a quantity, a probe, or a number of the model ("parameters.speed").
     @throws std::runtime_error. **/
     std::vector<double> get(const std::string& path) const;
-    /** Joints are assembled and speeds made consistent afterwards; a joint's coordinate and its
-    rate get exactly the value. @throws std::runtime_error, and as setState(). **/
+    /** Sets a quantity, then assembles joints and makes speeds consistent; a joint's coordinate or
+    rate gets exactly the value.
+    @throws std::runtime_error, and as setState(). **/
     void set(const std::string& path, const std::vector<double>& values);
-    /** Inputs of the model by name, from now on: the value now, and its rate, with which it goes on
-    from there, 0 unless told. What moves goes on with the steps it had; runTo() ends a step at its
-    end where there are inputs. set("NAME", {value}) is the same of one, and set("NAME.rate",
-    {rate}) leaves the value. @throws std::runtime_error if there is none of that name, or for what
-    is not finite. **/
+    /** Inputs of the model by name: the current value and the rate at which it changes from now on,
+    0 by default. The integration continues with its step size; with inputs, runTo() ends a step at
+    its end time. set("NAME", {value}) does the same for one input, and set("NAME.rate", {rate})
+    keeps the value.
+    @throws std::runtime_error if there is no such input, or a number is not finite. **/
     struct Input {
         std::string name;
         double value, rate = 0;
     };
     void setInputs(const std::vector<Input>& inputs);
 
-    /** Whether a model that is built anew begins at its start. **/
+    /** Whether a model that is built again returns to its start. **/
     enum class Restart {
-        IfNeeded,  ///< unless what has changed moves nothing: pictures, probes, solver …
-        Never      ///< for inputs, such as the size of a load; bodies and joints must be the same
+        IfNeeded,  ///< unless the change does not affect the motion: pictures, probes, solver …
+        Never      ///< for inputs, such as the size of a load; bodies and joints must stay the same
     };
-    /** Gives a key of the model another value (YAML) and builds it anew.
-    @returns whether it is back at its start
-    @throws as the constructor; the Session stays as it was. **/
+    /** Gives a key of the model another value (YAML) and builds the model again.
+    @returns true if it is back at its start
+    @throws as the constructor; the Session is then unchanged. **/
     bool change(const std::string& key, const std::string& value,
                 Restart restart = Restart::IfNeeded);
     /**@}**/
@@ -157,45 +160,47 @@ public:
     /**@{**/
     const std::vector<model::Probe>& getProbes() const { return m_probes.getProbes(); }
     std::vector<double> calcProbe(const model::Probe& probe) const;
-    /** A formula of probes, states and t as they are now: "tip.x/length".
-    @throws std::invalid_argument if it is none. **/
+    /** Current value of a formula of probes, states and t: "tip.x/length".
+    @throws std::invalid_argument if it is invalid. **/
     double calcFormula(const std::string& formula) const;
     const ProbeRecord& getRecord() const { return m_record; }
     /**@}**/
 
     /** @name The State as a whole **/
     /**@{**/
-    /** One like it to be changed. Copies of realized States will not do: Simbody copies what forces
-    have cached together with its version numbers, which may be those of the copy once it has been
-    changed as often. **/
+    /** A copy of the State that may be changed. Do not copy realized States: Simbody copies the
+    cache entries of forces with their version numbers, which may match those of the copy after as
+    many changes. **/
     SimTK::State copyState() const { return makeFresh(getState()); }
-    /** Takes a State over; joints are assembled and speeds made consistent.
+    /** Sets the State; joints are assembled and speeds made consistent.
     @throws std::invalid_argument for a State of another model, and as
-    ImplicitIntegrator::initialize(); the State stays what it was then. **/
+    ImplicitIntegrator::initialize(); the State is then unchanged. **/
     void setState(const SimTK::State& state);
-    /** What goes on from restore() has the bits of what went on from save(); the record ends there.
-    @throws std::invalid_argument for another model, be it this one before a change() of what moves:
-    setState() takes its State over. **/
+    /** After restore() the motion repeats that after save() bit by bit; the record ends at the
+    saved time.
+    @throws std::invalid_argument for another model, including this one before a change() that
+    affects the motion; use setState() to take over that State. **/
     SavedState save() const;
     void restore(const SavedState& saved);
-    /** What save() gave as bytes, and back: for another Session of the same model, in another
-    process, too. @throws std::runtime_error if they are damaged or of another model. **/
+    /** Converts a SavedState to bytes and back, for another Session of the same model, also in
+    another process.
+    @throws std::runtime_error if the bytes are damaged or of another model. **/
     std::string pack(SavedState saved) const;
     SavedState unpack(const std::string& bytes) const;
-    /** Writes time, coordinates, speeds and turns of angles to a file, which restoreState() brings
-    back as they were: it goes on from there with small steps, as after setState(), and forgets
-    what was recorded later.
-    @throws std::runtime_error if the file cannot be written or read; std::invalid_argument that
-    names file and line if it is damaged, of another model or version. **/
+    /** Writes time, coordinates, speeds and turns of angles to a file. restoreState() restores them
+    exactly, restarts the integration with small steps, as setState() does, and drops later records.
+    @throws std::runtime_error if the file cannot be written or read; std::invalid_argument naming
+    file and line if it is damaged, or of another model or version. **/
     void keepState(const std::string& path) const;
     void restoreState(const std::string& path);
     /**@}**/
 
     /** @name Pictures **/
     /**@{**/
-    /** States that the motion went through, at most 64, evenly chosen. **/
+    /** States along the motion so far, evenly chosen, at most 64 and the current one. **/
     std::vector<SimTK::State> getPath() const;
-    /** Draws as the model's `pictures` say, fitted to the motion so far. Refers to the model. **/
+    /** Makes a visualizer as the model's `pictures` say, fitted to the motion so far. Refers to the
+    model. **/
     std::unique_ptr<OffscreenVisualizer> makeVisualizer() const;
     Image draw() const { return makeVisualizer()->drawFrame(getState()); }
     /**@}**/
@@ -205,7 +210,7 @@ private:
     std::string describeWhatMoves() const;
     enum class Joints { ToBeClosed, Closed };
     void start(const SimTK::State& state, Joints joints = Joints::ToBeClosed);
-    /** Where inputs may change. **/
+    /** Ends steps at this time if the model has inputs, since they may change there. **/
     void endStepsAt(double time);
     void goOnFrom(const Session& other);
     void forgetFrom(double time);

@@ -20,10 +20,10 @@ namespace {
 
 using Integrator = ImplicitIntegrator;
 
-/** What begins and ends to hold within a quarter of a step may be overlooked. **/
+/** Conditions that hold for less than a quarter of a step may be missed. **/
 constexpr int TriggerSamples = 4;
 
-/** Each text once, with its number, in the order of the first. **/
+/** Each text once, with its count, in order of first occurrence. **/
 std::vector<std::pair<std::string, int>> countEqual(const std::vector<std::string>& texts) {
     std::vector<std::pair<std::string, int>> counts;
     for (const std::string& text : texts) {
@@ -42,7 +42,7 @@ void setSteps(const ModelValue& solver, Integrator& integrator) {
         const ModelValue value = solver.get(key);
         if (value.isGiven()) (integrator.*method)(value.getNumber());
     };
-    // Model files give it in metres, whatever they are made of.
+    // Model files give the accuracy in metres.
     integrator.setAccuracyNorm(Integrator::AccuracyNorm::Displacement);
     set("accuracy", &Integrator::setAccuracy);
     set("constraint_tolerance", &Integrator::setConstraintTolerance);
@@ -82,7 +82,7 @@ std::unique_ptr<Integrator> makeIntegrator(const Model& model) {
         integrator = std::move(bdf);
     }
     setSteps(solver, *integrator);
-    // Joints engage and close by impulses, whatever bodies are made of.
+    // Joints engage and close by impulses, so inertia is the norm.
     integrator->setProjectionNorm(Integrator::ProjectionNorm::Inertia);
     integrator->setTriggerSamples(TriggerSamples);
     integrator->addBreakTimes(KnownTimes(model.getFile()));

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-How a model begins to move: its integrator, its start, and why it does not. **/
+Start of a model's motion: its integrator, its first State, and explanations of failures. **/
 
 #include <functional>
 #include <memory>
@@ -17,20 +17,19 @@ How a model begins to move: its integrator, its start, and why it does not. **/
 namespace simflex {
 namespace model {
 
-/** The integrator of the method with the settings of the model's `solver`; not
-initialized. **/
+/** Makes the integrator that the model's `solver` asks for, with its settings; not initialized. **/
 std::unique_ptr<ImplicitIntegrator> makeIntegrator(const Model& model);
 
-/** What changes the meaning of an equilibrium, and what else there is to know of it, in sentences:
-"the equilibrium is unstable: …". **/
+/** Warnings that affect the meaning of an equilibrium, and further remarks, in sentences: "the
+equilibrium is unstable: …". **/
 struct EquilibriumNotes {
     std::vector<std::string> warnings, remarks;
 };
 EquilibriumNotes describeEquilibrium(const StaticEquilibrium& equilibrium);
 
-/** What has left the range in which its equations describe it, where an analysis stands: flexible
-bodies (see LinearRangeReporter) and connectors. Says it once of each, also where models follow one
-another that have other values of their parameters. **/
+/** Warns of flexible bodies (see LinearRangeReporter) and connectors outside the valid range of
+their equations at the State of an analysis. Warns once of each, even over several models that
+differ in their parameters. **/
 class RangeWarnings {
 public:
     std::vector<std::string> describe(const Model& model, const SimTK::State& state);
@@ -40,24 +39,25 @@ private:
     std::set<int> m_elements;
 };
 
-/** Where analyses begin: the initial State, brought to static equilibrium or steady motion first if
-`initial.start` says so.
-@param notes  of that equilibrium
+/** Finds the State at which analyses start: the initial State, brought to static equilibrium or
+steady motion first if `initial.start` says so.
+@param notes  on that equilibrium
 @param observer  see StaticEquilibrium::setObserver() **/
 SimTK::State findStart(const Model& model, EquilibriumNotes& notes,
                        const std::function<void()>& observer = {});
 
-/** What of the model has no part in its static equilibrium although analyses begin there: initial
-speeds, friction. Each a warning: "begins at …". **/
+/** Warnings for features of the model that its static equilibrium ignores although analyses start
+there: initial speeds and friction. Each reads "begins at …". **/
 std::vector<std::string> describeLosses(const Model& model);
 
-/** Joints with friction, "'pin', 'slide'"; empty if there are none. **/
+/** Joints with friction, "'pin', 'slide'"; empty if none. **/
 std::string nameRubbingJoints(const Model& model);
 
-/** A message, and what law had no value in what failed. **/
+/** Adds to a message the law that had no value, if any. **/
 std::string explainFailure(const Model& model, const std::string& message);
-/** Does what laws may make fail.
-@throws std::runtime_error with explainFailure(); what it throws itself where all have values **/
+/** Runs work that may fail because a law has no value.
+@throws std::runtime_error with explainFailure(); other exceptions of `work` unchanged if all laws
+had values **/
 void doWithLaws(const Model& model, const std::function<void()>& work);
 
 }  // namespace model

@@ -15,13 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** All that a run keeps of its results, the result file last. **/
+/** All files of a run's results, the result file last. **/
 std::vector<std::string> listFiles(const std::string& path) {
     const std::string checkpoint = makeCheckpointPath(path);
     return {checkpoint, getFramesPath(checkpoint), getJournalPath(path), path};
 }
 
-/** A file's place in a folder. **/
+/** Path of a file within a folder. **/
 std::string placeInside(const std::string& folder, const std::string& file) {
     return (fs::path(folder) / fs::path(file).filename()).string();
 }
@@ -30,7 +30,7 @@ std::string makeFolderBegin(const std::string& path) {
     return path + ".before-";
 }
 
-/** Numbers of the folders that there are. **/
+/** Numbers of the existing folders. **/
 std::set<int> findFolders(const std::string& path) {
     std::set<int> numbers;
     const fs::path begin(makeFolderBegin(path));
@@ -46,8 +46,8 @@ std::set<int> findFolders(const std::string& path) {
     return numbers;
 }
 
-/** Adds the analyses of a result file that are complete. @returns whether all that it has was among
-them before; of a file that cannot be read nobody knows. **/
+/** Adds the complete analyses of a result file.
+@returns true if all its analyses were complete already; false if the file cannot be read. **/
 bool addComplete(const std::string& file, std::set<std::string>& complete) {
     try {
         bool isReplaced = true;
@@ -74,9 +74,8 @@ std::string keepAside(const std::string& path) {
         folder = makeFolderBegin(path) + std::to_string(last + 1);
     fs::create_directory(folder);
     for (const std::string& file : listFiles(path)) {
-        if (file == journal && lock && !lock->hasHeader())
-            continue;              // it has nothing, or is not ours
-        if (fs::is_symlink(file))  // which stays, for the new file
+        if (file == journal && lock && !lock->hasHeader()) continue;  // it is empty, or not ours
+        if (fs::is_symlink(file))  // the link stays, for the new file
             fs::copy_file(file, placeInside(folder, file), fs::copy_options::overwrite_existing);
         else if (fs::exists(file))
             fs::rename(file, placeInside(folder, file));
@@ -100,7 +99,7 @@ void removeReplaced(const std::string& path) {
         if (fs::exists(results) && !addComplete(results, complete)) continue;
         std::error_code ignored;
         removeResults(results);
-        fs::remove(folder, ignored);  // unless it has files of others
+        fs::remove(folder, ignored);  // fails if the folder has other files
     }
 }
 

@@ -1,12 +1,12 @@
 #pragma once
 /** @file
-Results that are out of date and stay until new ones have taken their place.
+Keeps outdated results until new ones have replaced them.
 
     keepAside("run.h5");        // run.h5.before-1/run.h5, with its journal and checkpoint
-    // … run.h5 is made anew …
+    // … write run.h5 again …
     removeReplaced("run.h5");   // the folder, once run.h5 has all of its analyses complete
 
-Moved back, the files are as they were: a run that was stopped continues from its checkpoint.
+Moved back, the files are as before: an interrupted run continues from its checkpoint.
 Internal. **/
 
 #include <string>
@@ -14,17 +14,17 @@ Internal. **/
 namespace simflex {
 namespace model {
 
-/** Moves a result file and what belongs to it into a folder of its own. The result file comes last:
-what a kill interrupts is completed by the next call.
+/** Moves a result file and its companion files into a new folder. The result file is moved last, so
+that the next call completes an interrupted move.
 @returns the folder
 @throws std::runtime_error, also if another run is writing the file **/
 std::string keepAside(const std::string& path);
 
-/** Removes a result file and what belongs to it. **/
+/** Removes a result file and its companion files. **/
 void removeResults(const std::string& path);
 
-/** Removes folders of which every analysis is complete in the result file, or in a folder that was
-kept later. Files of others in them stay. **/
+/** Removes folders all of whose analyses are complete in the result file or in a later folder.
+Other files in them are kept. **/
 void removeReplaced(const std::string& path);
 
 }  // namespace model

@@ -1,5 +1,5 @@
 /** @file
-The analyses without time: static, eigen, campbell, linear, frequency_response. **/
+Analyses without time: static, eigen, campbell, linear, frequency_response. **/
 
 #include <algorithm>
 #include <cmath>
@@ -38,8 +38,8 @@ Results::Analysis makeComplete(const std::string& name, const char* type) {
     return results;
 }
 
-/** Where to linearise about: joints are met, speeds consistent, and bodies at rest bent by loads.
- * **/
+/** The State to linearise about: joints assembled, speeds consistent, and bodies at rest deformed
+by their loads. **/
 State assembleState(const Model& model, const State& state, const std::function<void()>& observer) {
     const auto integrator = makeIntegrator(model);
     integrator->initialize(state);
@@ -53,7 +53,7 @@ std::vector<std::vector<double>> listRows(const SimTK::Matrix& matrix) {
     return rows;
 }
 
-/** What each mode takes part in when the ground shakes along x, y, z: effective masses. **/
+/** Adds the effective masses of each mode for base excitation along x, y and z. **/
 void addParticipation(const Model& model, const State& state, const std::vector<Eigenmode>& modes,
                       Results::Analysis& results) {
     const SimTK::SimbodyMatterSubsystem& matter = model.getMatter();
@@ -87,7 +87,7 @@ void addParticipation(const Model& model, const State& state, const std::vector<
     results.statistics["mass"] = mass;
 }
 
-/** Displacements of probes in each mode, the largest of them 1. **/
+/** Adds the displacements of probes in each mode, the largest scaled to 1. **/
 void addShapes(const std::shared_ptr<const Model>& model, const Probes& probes,
                const std::vector<std::string>& outputs, const Linearization& linear,
                const std::vector<Eigenmode>& modes, Results::Analysis& results,
@@ -118,7 +118,7 @@ void addShapes(const std::shared_ptr<const Model>& model, const Probes& probes,
     }
 }
 
-/** As they are: displacements in the directions of Simbody's speeds. **/
+/** Adds the modes unscaled: displacements in the directions of Simbody's speeds. **/
 void addModes(const std::vector<Eigenmode>& modes, Results::Analysis& results) {
     auto &re = results.matrices["mode_real"], &im = results.matrices["mode_imaginary"];
     for (const Eigenmode& mode : modes) {
@@ -133,7 +133,7 @@ void addModes(const std::vector<Eigenmode>& modes, Results::Analysis& results) {
 
 constexpr int UsualModes = 10, UsualBranches = 6;
 
-/** Where the model begins, or the steady motion next to where it is placed. **/
+/** The State at which the model starts, or the steady motion next to the placed State. **/
 State findSteadyState(const Model& model, EquilibriumNotes& notes,
                       const std::function<void()>& observer) {
     if (model.getFile().get("initial").get("start").getText() != "as_placed")
@@ -147,7 +147,7 @@ State findSteadyState(const Model& model, EquilibriumNotes& notes,
     return state;
 }
 
-/** What is said of equilibria at several speeds, each sentence once. **/
+/** Notes on equilibria at several speeds, each sentence once. **/
 class NotesAtSpeeds {
 public:
     void add(double speed, const EquilibriumNotes& notes, const Model& model, const State& state) {
@@ -169,7 +169,7 @@ private:
     RangeWarnings m_ranges;
 };
 
-/** The slowest modes of the model, with another value of a parameter, in steady motion. **/
+/** The lowest modes of the model in steady motion, with another value of a parameter. **/
 std::vector<Eigenmode> calcModesAt(const ModelText& text, const ModelOptions& options,
                                    const std::string& parameter, Real value, int count,
                                    NotesAtSpeeds& notes, const std::function<void()>& observer) {
@@ -182,9 +182,10 @@ std::vector<Eigenmode> calcModesAt(const ModelText& text, const ModelOptions& op
     return calcSlowestEigenmodes(model.getSystem(), state, count, EigenMethod::Automatic, observer);
 }
 
-/** At which speeds followed modes grow, and the one that grows most; empty: at none. **/
+/** Speeds at which followed modes are unstable, and the least stable mode; empty if none.
+ **/
 std::string describeInstability(const CampbellDiagram& diagram, const std::string& parameter) {
-    constexpr double LeastGrowth = 1e-5;  // damping ratio: less is round-off
+    constexpr double LeastGrowth = 1e-5;  // damping ratio; smaller values are round-off
     std::set<double> speeds;
     double most = 0, frequency = 0;
     bool oscillates = false;
@@ -293,7 +294,7 @@ void ModelRun::runEigen(const ModelValue& analysis) {
     const State about =
         assembleState(*m_model, findNamedState(analysis.get("about"), name), observer);
     const bool keepsMatrices = analysis.get("matrices").getBool();
-    std::optional<Linearization> linear;  // where it is kept, or outputs ask for its accelerations
+    std::optional<Linearization> linear;  // only if it is kept, or outputs need its accelerations
     std::vector<Eigenmode> modes;
     try {
         if (analysis.has("outputs") || keepsMatrices) {
@@ -556,7 +557,7 @@ void ModelRun::runLinear(const ModelValue& analysis) {
 
 namespace {
 
-/** As it may stand in a model file. **/
+/** Writes a value in YAML's flow style. **/
 std::string writeFlow(const ModelValue& value) {
     std::string text;
     if (value.isMap()) {
@@ -597,7 +598,7 @@ Spectrum readSpectrum(const ModelValue& value) {
     return spectrum;
 }
 
-/** A density for each input. **/
+/** A spectral density for each input. **/
 std::vector<Spectrum> readSpectra(const ModelValue& analysis,
                                   const std::vector<LinearSystem::Port>& inputs) {
     std::vector<Spectrum> spectra(inputs.size(), Spectrum{{}, {0}});
@@ -615,8 +616,7 @@ std::vector<Spectrum> readSpectra(const ModelValue& analysis,
     return spectra;
 }
 
-/** Part of an output's mean square between frequencies at which its response is not the same by
-far. **/
+/** Share of an output's mean square in intervals over which its response changes strongly. **/
 double calcUnseenPart(const HarmonicResponse& response, const std::vector<double>& densities,
                       int output) {
     constexpr double LargestChange = 0.2;
@@ -636,8 +636,8 @@ double calcUnseenPart(const HarmonicResponse& response, const std::vector<double
     return all > 0 ? unseen / all : 0;
 }
 
-/** Densities of outputs, and the square roots of their integrals among the statistics.
-@returns outputs whose integrals hang on few frequencies **/
+/** Adds densities of outputs, with their rms values among the statistics.
+@returns outputs whose integrals depend on few frequencies **/
 std::vector<std::string> addDensities(const HarmonicResponse& response,
                                       const std::vector<Spectrum>& spectra,
                                       const std::vector<std::pair<std::string, int>>& stresses,
@@ -661,7 +661,8 @@ std::vector<std::string> addDensities(const HarmonicResponse& response,
         results.statistics["rms of " + response.outputs[i].name] =
             std::sqrt(integrateSpectrum(response.frequencies, densities));
     }
-    // The mean of the square of von Mises's stress is that of a quadratic form of its components.
+    // The mean square of the von Mises stress follows from a quadratic form of the stress
+    // components.
     for (const auto& [name, first] : stresses) {
         std::vector<double> densities;
         for (size_t n = 0; n < response.frequencies.size(); ++n) {
@@ -682,7 +683,7 @@ std::vector<std::string> addDensities(const HarmonicResponse& response,
     return coarse;
 }
 
-/** Probes that no input changes. **/
+/** Probes that no input affects. **/
 std::vector<std::string> listDeaf(const HarmonicResponse& response) {
     std::map<std::string, bool> isDeaf;
     for (size_t i = 0; i < response.outputs.size(); ++i) {
@@ -691,7 +692,7 @@ std::vector<std::string> listDeaf(const HarmonicResponse& response) {
                 if (std::abs(transfer(int(i), k)) > 0) return false;
             return true;
         };
-        // What has components need not move in all of them.
+        // A probe counts as affected if any of its components is.
         const std::string& name = response.outputs[i].name;
         const auto own = isDeaf.emplace(name.substr(0, name.find('.')), true).first;
         own->second &= std::all_of(response.transfers.begin(), response.transfers.end(), isZero);
@@ -702,8 +703,8 @@ std::vector<std::string> listDeaf(const HarmonicResponse& response) {
     return deaf;
 }
 
-/** Of a spectrum, what an analysis at those frequencies sees.
-@returns what it does not see, in words **/
+/** Compares the range of a spectrum with the analysis' frequencies.
+@returns the part not covered, in words **/
 std::string checkReach(const ModelValue& value, const Spectrum& spectrum,
                        const std::vector<double>& frequencies) {
     if (spectrum.frequencies.empty()) return {};
@@ -729,7 +730,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
     const EffectiveStress effectiveStress =
         isRandom ? EffectiveStress::ByComponents : EffectiveStress::AsItIs;
     const auto observe = [this] { stopIfAsked(); };
-    // At one speed, or at that of each frequency.
+    // The model at one speed, or at the speed of each frequency.
     NotesAtSpeeds notes;
     const auto makeAt = [&](double frequency) {
         const std::string parameter = analysis.get("speed").getText();
@@ -775,7 +776,7 @@ void ModelRun::runFrequencyResponse(const ModelValue& analysis) {
                 return model->calcTransfers(wanted, tell);
             };
         }
-        // Nothing is to be made of round-off, neither frequencies nor curves.
+        // Exclude round-off, from which neither frequencies nor curves must be computed.
         std::vector<SimTK::Matrix_<SimTK::Complex>> samples;
         std::vector<SimTK::Matrix> bounds;
         for (const double frequency :

@@ -15,7 +15,7 @@ namespace simflex {
 namespace model {
 namespace {
 
-/** Takes errors out that an earlier run has added. **/
+/** Removes errors added by an earlier run. **/
 void dropErrors(Results& results) {
     for (Results::Analysis& analysis : results.analyses) {
         const std::vector<Results::Series> all = analysis.probes;
@@ -29,17 +29,18 @@ void dropErrors(Results& results) {
     }
 }
 
-/** Of the error that is allowed, what modes are advised for: what they leave is an estimate. **/
+/** Share of the allowed error at which enough modes are advised, since the remaining error is an
+estimate. **/
 constexpr double AdvisedShare = 0.7;
 
-/** Of the largest value of its unit, what no run resolves. **/
+/** Resolution of a run, relative to the largest value of a unit. **/
 constexpr double Unresolved = 1e-6;
 
 bool isLinear(const Results::Analysis& analysis) {
     return analysis.type == "linear";
 }
 
-/** The columns of a probe, finer less given; empty if some cannot be compared. **/
+/** The errors of a probe's columns, finer minus given; empty if some cannot be compared. **/
 std::vector<std::vector<double>> calcErrors(const Results::Analysis& analysis,
                                             const ResultComparison& comparison,
                                             const ResultColumn& probe) {
@@ -57,7 +58,7 @@ std::vector<std::vector<double>> calcErrors(const Results::Analysis& analysis,
         const ColumnDifference& column = *columns[c];
         size_t row = isStatic ? numRows - 1 : 0;
         for (size_t k = 0; k < column.first.size(); ++k) {
-            // Rows that the finer run does not have stay without a number.
+            // Rows missing from the finer run remain NaN.
             while (!column.x.empty() && row < numRows && analysis.time[row] < column.x[k]) ++row;
             if (row >= numRows) break;
             rows[row++][c] = column.second[k] - column.first[k];
@@ -66,7 +67,7 @@ std::vector<std::vector<double>> calcErrors(const Results::Analysis& analysis,
     return rows;
 }
 
-/** Adds the errors to the probes of the run. **/
+/** Adds the errors to the run's probes. **/
 void keepErrors(const std::string& path, Results results, const ResultComparison& comparison) {
     for (Results::Analysis& analysis : results.analyses) {
         std::vector<Results::Series> errors;
@@ -82,12 +83,12 @@ void keepErrors(const std::string& path, Results results, const ResultComparison
     for (const std::string& warning : results.warnings) writer.addWarning("", warning);
 }
 
-/** Of one part: by how much its bodies move along what it lacks. **/
+/** Motion of a part's bodies along the shapes that the part lacks. **/
 struct LeftOut {
     int modes = 0;
     std::vector<double> displacements;  ///< largest |c_j| max|φ_j| [m]
 
-    /** The sum without the first `taken`. **/
+    /** The sum without the first `taken` shapes. **/
     double calcRest(size_t taken) const {
         double sum = 0;
         for (size_t j = taken; j < displacements.size(); ++j) sum += displacements[j];
@@ -95,7 +96,7 @@ struct LeftOut {
     }
 };
 
-/** Lets every body of the finer model add what it has of the shapes that its part lacks. **/
+/** Adds the motion of each body of the finer model along the shapes that its part lacks. **/
 void addLeftOut(const Model& finer, const Results::Analysis& analysis,
                 const std::map<std::string, std::string>& partOf,
                 std::map<std::string, LeftOut>& parts) {
@@ -131,7 +132,7 @@ ErrorBarRun::ErrorBarRun(const ModelRun& run, const RunOptions& options) : m_opt
     m_options.output = run.getResultPath();
     m_options.drawsPictures = m_options.writesCsv = m_options.resumes = false;
     m_options.animation.clear();
-    m_options.listener.warn = {};  // of the run itself they are told
+    m_options.listener.warn = {};  // the run itself reports them
     m_finer = std::make_unique<ModelRun>(run.getText(), ModelOptions::Bodies::Finer, m_options);
 }
 
@@ -176,7 +177,7 @@ ErrorBars ErrorBarRun::keep(const ModelRun& run) const {
                                      return one.reason == NotCompared::Reason::OnlyInSecond;
                                  }),
                   missing.end());
-    // Modes of the same number are not the same.
+    // Modes of the same number need not correspond.
     const ModelValue probes = run.getModel().getFile().get("probes");
     auto& columns = bars.comparison.columns;
     columns.erase(std::remove_if(columns.begin(), columns.end(),
@@ -197,7 +198,7 @@ std::vector<ModeAdvice> ErrorBarRun::advise(const ModelRun& run, const Results& 
     for (const Results::Analysis& analysis : finer.analyses) {
         if (!run.isWanted(analysis.name) || analysis.q.empty()) continue;
         std::map<std::string, LeftOut> parts;
-        std::map<std::string, std::string> partOf;  // a body
+        std::map<std::string, std::string> partOf;  // by body
         for (const Model::BodyEntry& body : run.getModel().getBodies()) {
             if (!body.flexible) continue;
             const ReducedBody& part = body.flexible->getPart();
@@ -214,7 +215,7 @@ std::vector<ModeAdvice> ErrorBarRun::advise(const ModelRun& run, const Results& 
                 column.largest <= Unresolved * findUnitScale(analysis, column.unit))
                 continue;
             for (const auto& [name, leftOut] : parts) {
-                // A part that has hardly a share in the error needs no more modes.
+                // A part with a negligible share in the error needs no more modes.
                 const double whole = leftOut.calcRest(0);
                 if (!(whole > TrustedError * largest)) continue;
                 size_t taken = 0;

@@ -27,7 +27,8 @@ using SimTK::Vector;
 
 namespace {
 
-/** The model file's own choice, or one from its name, in the current folder. **/
+/** The path from the options or the model file, or one from the model's name in the current folder.
+ **/
 std::string chooseResultPath(const ModelText& text, const ModelValue& model,
                              const RunOptions& options, ModelOptions::Bodies bodies) {
     const ModelValue file = model.get("output").get("file");
@@ -50,8 +51,8 @@ int findDifference(const std::string& a, const std::string& b) {
     return line;
 }
 
-/** @throws ModelError if the State that a key such as `from` names is not that of an analysis above
-the one that asks. **/
+/** @throws ModelError if a key such as `from` names an analysis that does not stand above this one.
+ **/
 void checkNamedState(const ModelValue& name, const ModelValue& analyses,
                      const std::string& forAnalysis) {
     const std::string wanted = name.getText();
@@ -79,7 +80,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     m_modelOptions.bodies = bodies;
     m_modelOptions.code = options.code;
     if (options.onlyChecks) m_modelOptions.code.fmus = AllowedCode::Fmus::Described;
-    // Pictures of the same names would replace those of the model as given.
+    // Pictures would overwrite those of the model as given.
     if (bodies != ModelOptions::Bodies::AsGiven) {
         m_options.drawsPictures = false;
         m_options.animation.clear();
@@ -97,7 +98,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
                          "analyses:\n"
                          "  run: {type: transient, duration: 1}");
     m_resultPath = chooseResultPath(text, file, options, bodies);
-    // Parts may take minutes.
+    // Reducing parts may take minutes.
     checkWishes(file);
     if (!options.onlyChecks) readEarlier();
     m_model = std::make_shared<const Model>(file, m_modelOptions);
@@ -106,7 +107,7 @@ ModelRun::ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const Run
     takeUpEarlier();
     m_probes = Probes::make(m_model);
     if (!isRigidTwin()) checkPorts();
-    // What cannot be drawn is refused before hours of simulation.
+    // Refuse pictures that cannot be drawn before hours of simulation.
     if (m_options.drawsPictures && file.get("pictures").isGiven()) checkPictures(*m_model);
 }
 
@@ -151,7 +152,7 @@ bool ModelRun::isComplete(const std::string& analysis) const {
 }
 
 //-------------------------------------------------------------------------------------------------
-// files
+// Files
 
 std::string ModelRun::findChange(const ResultHeader& earlier) const {
     if (earlier.modelText != m_text.text)
@@ -180,7 +181,7 @@ void ModelRun::checkWishes(const ModelValue& file) const {
         for (const char* key : {"from", "about"})
             if (analyses.get(name).has(key))
                 checkNamedState(analyses.get(name).get(key), analyses, name);
-    // An empty result would replace a good one.
+    // Refuse to replace good results by empty ones.
     const auto isSweep = [&](const std::string& name) {
         return analyses.get(name).get("type").getText() == "sweep";
     };
@@ -229,7 +230,7 @@ void ModelRun::checkPorts() const {
 }
 
 void ModelRun::readEarlier() {
-    // Without it a journal beside it has nothing: both are written from the first moment on.
+    // A journal without this file is empty: both are written from the start.
     if (!fs::exists(m_resultPath)) return;
     Results data;
     try {
@@ -324,7 +325,7 @@ FmuCost ModelRun::takeFmuCost() {
 }
 
 //-------------------------------------------------------------------------------------------------
-// what is done
+// Analyses
 
 void ModelRun::stopIfAsked() const {
     if (m_options.listener.tellProgress(m_work, m_fraction)) return;
@@ -473,7 +474,7 @@ const ModelRun::Equilibrium& ModelRun::obtainEquilibrium(const ModelValue& analy
 State ModelRun::findEnd(const std::string& name) const {
     const auto found = m_ends.find(name);
     if (found != m_ends.end()) return found->second;
-    // Of a run that is gone on with.
+    // Look in the run that is continued.
     const Results results = readResults(m_resultPath);
     const auto* analysis = seekNamed(results.analyses, name);
     if (analysis && analysis->isComplete && !analysis->q.empty()) {
@@ -507,7 +508,7 @@ State ModelRun::findNamedState(const ModelValue& name, const std::string& forAna
         analyses.has(wanted) ? analyses.get(wanted).get("type").getText() : std::string();
     if (type == "static") {
         const Equilibrium& equilibrium = obtainEquilibrium(analyses.get(wanted));
-        // One that this run does says so itself.
+        // Those found by this run have given their warnings.
         if (!isWanted(wanted)) warnOfStart(forAnalysis, equilibrium.notes);
         return equilibrium.state;
     }
@@ -523,7 +524,7 @@ State ModelRun::findNamedState(const ModelValue& name, const std::string& forAna
 }
 
 //-------------------------------------------------------------------------------------------------
-// what is said
+// Messages
 
 void ModelRun::refuseFailures() const {
     if (!m_failures.empty()) throw std::runtime_error(joinNames(m_failures, "; "));

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-All analyses of a model, one after the other, into one result file.
+Runs all analyses of a model in sequence, into one result file.
 
     ModelRun run(loadModelText("crank.yaml"), ModelOptions::Bodies::AsGiven, options);
     run.perform();
@@ -27,68 +27,66 @@ namespace model {
 
 class ModelRun {
 public:
-    /** Reads and builds the model, and finds out which analyses there are to do.
+    /** Reads and builds the model, and finds the analyses to run.
     @throws ModelError. **/
     ModelRun(const ModelText& text, ModelOptions::Bodies bodies, const RunOptions& options);
     ~ModelRun();
 
-    /** How the model is assembled. **/
+    /** Result of assembling the model. **/
     struct Assembly {
-        SimTK::State state;                  ///< realized to Stage::Velocity
-        std::vector<std::string> moved;      ///< bodies, and how far from their places, in words
-        std::vector<std::string> redundant;  ///< equations, in words
+        SimTK::State state;              ///< realized to Stage::Velocity
+        std::vector<std::string> moved;  ///< bodies and their distances from their places, in words
+        std::vector<std::string> redundant;  ///< redundant equations, in words
         std::vector<std::string> warnings;
-        double largestError = 0;  ///< of a joint
+        double largestError = 0;  ///< largest error of a joint
     };
-    /** Runs nothing. **/
+    /** Runs no analysis. **/
     Assembly assemble();
 
-    /** Who is told from now on. **/
     void setListener(const Listener& listener) { m_options.listener = listener; }
 
-    /** Begins the result file, or goes on with it.
-    @throws Cancelled when the listener asked for it, after everything was kept; std::runtime_error
+    /** Starts the result file, or continues it.
+    @throws Cancelled if the listener stops the run, after everything was saved; std::runtime_error
     if something fails. **/
     void perform();
 
-    /** Tables of the results beside them, if they are wanted. **/
+    /** Writes CSV tables beside the results if requested. **/
     void writeTables() const;
 
-    /** What could be done in part only, in words. @throws std::runtime_error if there is any. **/
+    /** @throws std::runtime_error naming everything that could only be done in part, if there is
+    any. **/
     void refuseFailures() const;
 
-    /** Whether a body is flexible and not held rigid. **/
+    /** True if a body is flexible and not held rigid. **/
     bool canBend() const;
 
     const std::string& getResultPath() const { return m_resultPath; }
     const ModelText& getText() const { return m_text; }
     const Model& getModel() const { return *m_model; }
     const Probes& getProbes() const { return m_probes; }
-    /** Whether perform() has opened its file, which then has what was done even if it has thrown.
-     * **/
+    /** True if perform() has opened its file. The file then has all completed results, even after
+    an exception. **/
     bool hasResults() const { return m_hasResults; }
-    /** Whether an analysis is among those that are to be done. **/
     bool isWanted(const std::string& analysis) const;
-    /** What was found besides results: "slider along x: nothing holds it". **/
+    /** Findings apart from results: "slider along x: nothing holds it". **/
     std::vector<std::string> getRemarks(const std::string& analysis) const;
 
 private:
     friend class TransientRun;
 
-    /** Says, and keeps with the analysis' results, what changes their meaning.
-     * **/
+    /** Reports a warning on an analysis and saves it with the results. **/
     void warn(const std::string& analysis, const std::string& message);
     void warnOfKinks(const std::string& analysis, const std::vector<std::string>& leftOut);
     void warnOfUnevenDamping(const std::string& analysis, const SimTK::State& about);
-    /** Of an equilibrium that an analysis begins at, what no analysis says that finds it. **/
+    /** Gives the warnings of the equilibrium at which an analysis starts. **/
     void warnOfStart(const std::string& analysis, const EquilibriumNotes& notes);
-    /** Tells that an analysis of a rigid model has no meaning. **/
+    /** Reports that an analysis is skipped as meaningless for a rigid model. **/
     void leaveOut(const std::string& analysis, const std::string& reason);
     bool isRigidTwin() const { return m_modelOptions.bodies == ModelOptions::Bodies::Rigid; }
-    /** Warns of bodies and connectors out of their range: see RangeWarnings. **/
+    /** Warns of bodies and connectors outside their valid range: see RangeWarnings. **/
     void checkRanges(const std::string& analysis, const std::vector<SimTK::State>& states);
 
-    /** An equilibrium that later analyses may begin at. **/
+    /** An equilibrium at which later analyses may start. **/
     struct Equilibrium {
         SimTK::State state;
         SimTK::Vector multipliers;
@@ -97,44 +95,43 @@ private:
         std::vector<StaticEquilibrium::PathPoint> path;
     };
 
-    /** Tells where the work is. @throws Cancelled if it is to stop; between analyses and where they
-    take long. **/
+    /** Reports progress; called between analyses and within long ones.
+    @throws Cancelled if the listener asks to stop. **/
     void stopIfAsked() const;
     void beginWork(const std::string& name);
     void performAll();
     void checkWishes(const ModelValue& file) const;
-    /** Before any analysis begins: inputs and outputs that there are not.
-     * @throws ModelError. **/
+    /** Checks, before any analysis starts, that all inputs and outputs exist.
+    @throws ModelError. **/
     void checkPorts() const;
     void readEarlier();
-    /** Drops what was read if it is out of date, and adds to what is wanted what that begins from.
-     * **/
+    /** Drops earlier results if they are out of date, and adds analyses that the wanted ones start
+    from. **/
     void takeUpEarlier();
     void openResults();
-    /** What is not as in an earlier run; empty if it was the same. **/
+    /** First difference from the model of an earlier run; empty if none. **/
     std::string findChange(const ResultHeader& earlier) const;
-    /** For pictures, where the model names no folder: MODEL.frames in the current one. **/
+    /** Default folder of pictures: MODEL.frames in the current folder. **/
     std::string getUsualFolder() const;
     std::string getCheckpointPath() const { return makeCheckpointPath(m_resultPath); }
     bool isComplete(const std::string& analysis) const;
 
     const SimTK::State& getStart();
-    /** Result files do not have what controllers remember.
-    @throws std::runtime_error if an analysis begins at a State from there. **/
+    /** @throws std::runtime_error if an analysis starts at a State from a result file, which lacks
+    the memories of controllers. **/
     void refuseForgottenControllers(const ModelValue& analysis) const;
     const Equilibrium& obtainEquilibrium(const ModelValue& analysis);
     void describePath(const std::string& name,
                       const std::vector<StaticEquilibrium::PathPoint>& path);
-    /** Last State of a transient analysis. **/
+    /** The last State of a transient analysis. **/
     SimTK::State findEnd(const std::string& name) const;
-    /** The State that a key such as `from` names: start (or placed), static, or an analysis above
-    the one that asks. **/
+    /** The State named by a key such as `from`: start (or placed), static, or an analysis above
+    this one. **/
     SimTK::State findNamedState(const ModelValue& name, const std::string& forAnalysis);
 
-    /** Whether results keep States. **/
     bool keepsStates() const;
     bool drawsEquilibrium(const ModelValue& analysis) const;
-    /** Whether it goes on from static equilibrium. **/
+    /** True if the analysis starts at static equilibrium. **/
     bool beginsAtRest(const ModelValue& analysis) const;
 
     void runTransient(const ModelValue& analysis);
@@ -145,31 +142,32 @@ private:
     void runFrequencyResponse(const ModelValue& analysis);
 
     std::vector<ResultColumn> makeColumns() const;
-    /** What FMUs have cost since the last call. **/
+    /** Cost of FMUs since the last call. **/
     FmuCost takeFmuCost();
 
     ModelText m_text;
     ModelOptions m_modelOptions;
     RunOptions m_options;
-    std::vector<std::string> m_modelWarnings;  ///< told before there was a result file
+    std::vector<std::string> m_modelWarnings;  ///< given before the result file existed
     std::shared_ptr<const Model> m_model;
     Probes m_probes;
     std::string m_resultPath;
     bool m_hasResults = false;
-    std::string m_work;  ///< what is being done, and how much of it
+    std::string m_work;  ///< the current work, with its completed fraction below
     double m_fraction = 0;
     std::unique_ptr<ResultWriter> m_writer;
-    std::optional<Results> m_earlier;          ///< of the run that is gone on with
-    std::vector<Results::Analysis> m_kept;     ///< earlier results that stay: others are wanted
-    InputChecksums m_inputs, m_earlierInputs;  ///< of this run, and of those results
-    std::string m_change;                      ///< since those results, which are out of date
-    std::vector<std::string> m_outdated;       ///< their analyses
+    std::optional<Results> m_earlier;          ///< of the run that is continued
+    std::vector<Results::Analysis> m_kept;     ///< earlier results to keep
+                                               ///< analyses are wanted
+    InputChecksums m_inputs, m_earlierInputs;  ///< of this run, and of the earlier results
+    std::string m_change;                      ///< why the earlier results are out of date
+    std::vector<std::string> m_outdated;       ///< the outdated analyses
     std::optional<SimTK::State> m_start;
     EquilibriumNotes m_startNotes;
     std::map<std::string, Equilibrium> m_equilibria;
-    std::map<std::string, SimTK::State> m_ends;                 ///< of transient analyses
-    FmuCost m_fmuCost;                                          ///< that was taken
-    std::vector<std::string> m_failures;                        ///< of parts of analyses
+    std::map<std::string, SimTK::State> m_ends;  ///< last States of transient analyses
+    FmuCost m_fmuCost;                           ///< already accounted for
+    std::vector<std::string> m_failures;         ///< partial failures of analyses
     std::map<std::string, std::vector<std::string>> m_remarks;  ///< by analysis, for the summary
 };
 

@@ -51,7 +51,7 @@ void MotionWarnings::checkTurning(const SimTK::State& state) {
         const SimTK::Vec3 omega = ~body.getFramePose(state).R() * body.getFrameVelocity(state)[0];
         const auto& I = body.getPart().inertia;
         const SimTK::Inertia inertia(I[0], I[1], I[2], I[3], I[4], I[5]);
-        // A shaft that turns about itself is not pulled along.
+        // Rotation of a shaft about its own axis stiffens it little.
         const double largest = calcPrincipalValues(inertia.asSymMat33())[0];
         const double stiffening =
             ~omega * (inertia * omega) / (largest * body.getPart().omegaSquared[0]);
@@ -77,7 +77,7 @@ bool MotionWarnings::hasElementsWithRange() const {
 }
 
 void MotionWarnings::checkElements(const SimTK::State& state) {
-    const double elapsed = std::max(0.0, state.getTime() - m_lastLook);  // 0 at the first
+    const double elapsed = std::max(0.0, state.getTime() - m_lastLook);  // 0 at the first call
     m_lastLook = std::fmax(m_lastLook, state.getTime());
     for (const auto& [element, text] :
          m_model.getFlexibleBodies().describeElementsOutOfRange(state, elapsed))

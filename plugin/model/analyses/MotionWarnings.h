@@ -1,9 +1,9 @@
 #pragma once
 /** @file
-Warnings of a motion, each told once: flexible bodies that are bent beyond what modes describe, or
-turn so fast or are so compressed that they want geometric stiffening and have none, probes without
-a finite value, connectors that have left the range in which their force means something. What
-`simflex run` and the prompt tell alike. **/
+Warnings about a motion, each given once: flexible bodies bent beyond the linear range, or turning
+so fast or so compressed that they need geometric stiffening but lack it; probes without a finite
+value; connectors outside the valid range of their force law. Shared by `simflex run` and the
+prompt. **/
 
 #include <functional>
 #include <set>
@@ -24,24 +24,24 @@ public:
     MotionWarnings(const MotionWarnings&) = delete;
     MotionWarnings& operator=(const MotionWarnings&) = delete;
 
-    /** Looks at a row of results. @pre Stage::Velocity. **/
+    /** Checks a row of results.
+    @pre Stage::Velocity. **/
     void check(const SimTK::State& state, const std::vector<double>& values);
-    /** Warns of bodies whose stiffness turning would change by more than this part, as far as
-    ω²/Ω₁² tells: of the lowest frequency, and of what is spread across the axis as it is at most.
-    **/
+    /** Warns of bodies whose stiffness rotation would change by more than this fraction: ω²/Ω₁² of
+    the lowest frequency, times the inertia about the axis over the largest principal one. **/
     static constexpr double LargestStiffening = 0.03;
     void checkTurning(const SimTK::State& state);
-    /** Connectors, at the ends of steps too; times may go back to a row's. @pre Stage::Velocity.
-     * **/
+    /** Checks connectors, also at the ends of steps; times may go back to that of a row.
+    @pre Stage::Velocity. **/
     void checkElements(const SimTK::State& state);
     bool hasElementsWithRange() const;
     /** @param values  of all probes **/
     void checkFinite(double time, const std::vector<double>& values);
 
-    /** For bodies that are bent too far before anything has moved. **/
+    /** Advice for bodies bent too far before the motion starts. **/
     static const char* getAdviceAtStart();
 
-    /** @name What has been told, as numbers **/
+    /** @name Warnings already given, as numbers **/
     /**@{**/
     std::vector<double> save() const;
     void restore(const std::vector<double>& saved);
@@ -53,8 +53,8 @@ private:
     std::vector<int> m_probeOfColumn;
     LinearRangeReporter m_linearRange;
     const Model& m_model;
-    std::set<int> m_outOfRange;       ///< force elements
-    double m_lastLook = SimTK::NaN;   ///< at them [s]
+    std::set<int> m_outOfRange;       ///< force elements reported
+    double m_lastLook = SimTK::NaN;   ///< last check of them [s]
     std::vector<bool> m_turnsFast;    ///< by body
     std::vector<bool> m_isNotFinite;  ///< by probe
     bool m_isAtStart = true;

@@ -29,10 +29,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/** What may be other than it was in the run. **/
+/** Sections that may differ from those of the run. **/
 const char* const BesideTheMotion[] = {"title", "description", "pictures", "output", "probes"};
 
-/** Of the largest value of a probe: what two ways to the same State may differ by. **/
+/** Largest difference of two evaluations of the same State, relative to the largest value of a
+probe. **/
 constexpr double MostRoundOff = 1e-9;
 
 YamlTree parseModel(const ModelText& text) {
@@ -58,7 +59,6 @@ bool isSameTree(const YamlTree* a, const YamlTree* b) {
     return (!a && !b) || (a && b && isSameTree(*a, *b));
 }
 
-/** Whether a text in a tree has a word in it. **/
 bool mentions(const YamlTree& tree, const std::string& word) {
     const auto isLetter = [](char c) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
@@ -82,8 +82,8 @@ bool isBeside(const std::string& section) {
            std::end(BesideTheMotion);
 }
 
-/** Probes that are not as they were, or that others are made of which are not. A probe by itself:
-the one that has changed. **/
+/** Probes that have changed, or depend on one that has, each with the probe that caused it: a
+changed probe is its own cause. **/
 std::map<std::string, std::string> findChangedProbes(const YamlTree& before, const YamlTree& now) {
     std::map<std::string, std::string> causes;
     std::vector<std::string> open;
@@ -109,8 +109,8 @@ const YamlTree& getProbes(const YamlTree& model) {
     return model.find("probes") ? *model.find("probes") : none;
 }
 
-/** @throws std::runtime_error naming the section that has changed, or the probe that a law of
-motion knows. **/
+/** @throws std::runtime_error naming the section that has changed, or the changed probe used by a
+law of motion. **/
 void requireSameMotion(const YamlTree& before, const YamlTree& now,
                        const std::map<std::string, std::string>& changedProbes,
                        const std::string& results) {
@@ -155,7 +155,7 @@ public:
         modelOptions.bodies =
             m_results.header.isRigid ? ModelOptions::Bodies::Rigid : ModelOptions::Bodies::AsGiven;
         modelOptions.code = options.code;
-        modelOptions.code.fmus = AllowedCode::Fmus::Described;  // their outputs are in the results
+        modelOptions.code.fmus = AllowedCode::Fmus::Described;  // the results have their outputs
         modelOptions.listener = options.listener;
         m_model = std::make_shared<const Model>(readModel(m_text), modelOptions);
         const InputChecksums inputs = calcInputChecksums(*m_model);
@@ -163,10 +163,10 @@ public:
         if (!change.empty())
             throw std::runtime_error("'" + path + "' is not of this model: " + change);
         m_probes = Probes::make(m_model);
-        // Those of the run stay as they are.
+        // Pictures that have not changed stay as they are.
         m_draws = options.drawsPictures && m_model->getFile().get("pictures").isGiven() &&
                   !isSameTree(m_before.find("pictures"), m_now.find("pictures"));
-        if (m_draws) checkPictures(*m_model);  // what cannot be drawn is refused first
+        if (m_draws) checkPictures(*m_model);  // fail early
         m_states.emplace(*m_model);
         requireAnalyses(m_results, path, options.only);
     }
@@ -224,18 +224,18 @@ private:
 
     bool isAsBefore(const std::string& probe) const {
         const YamlTree &before = getProbes(m_before), &now = getProbes(m_now);
-        if (before.entries.empty() && now.entries.empty()) return true;  // the usual ones
+        if (before.entries.empty() && now.entries.empty()) return true;  // the default ones
         return before.find(probe) && m_changed.count(probe) == 0;
     }
 
-    /** Moves, or has come to rest. **/
+    /** True for the States of a motion or an equilibrium. **/
     static bool hasShapes(const Results::Analysis& analysis) {
         return (analysis.type == "transient" || analysis.type == "static") && !analysis.q.empty();
     }
     static bool moves(const Results::Analysis& analysis) {
         return analysis.type == "transient" && !analysis.q.empty();
     }
-    /** @throws std::runtime_error if there is nothing that could be written. **/
+    /** @throws std::runtime_error if there is nothing to write. **/
     void requireAny(bool (*canShow)(const Results::Analysis&), const char* option,
                     const char* types) const {
         std::vector<std::string> wanted;
@@ -284,7 +284,7 @@ private:
         return result;
     }
 
-    /** Those of probes that are as they were. **/
+    /** Keeps the error bars of unchanged probes. **/
     void keepErrorBars(const Results::Analysis& before, Results::Analysis& now) const {
         std::vector<Results::Series> errors;
         bool hasBars = false;
@@ -314,7 +314,7 @@ private:
         return found == analysis.probes.end() ? nullptr : &*found;
     }
 
-    /** Takes the values of the run where it has them. **/
+    /** Uses the values of the run where it has them. **/
     void keepWhatIsKnown(const Results::Analysis& analysis, Results::Series& series) const {
         const std::string& name = series.column.name;
         const auto* const old = seekSeries(analysis, name);

@@ -1,13 +1,13 @@
 #pragma once
 /** @file
-Goes back to the results of a run: probes, pictures and videos from the States that it has kept,
-without integrating again.
+Evaluates new probes, pictures and videos from the stored States of a run, without integrating
+again.
 
     postProcess("crank.results.h5", loadModelText("crank.yaml"), options);
 
-The model may have other probes and pictures than it had in the run, all else must be the same;
-pictures are drawn where they are other. What comes out is what the run would have given with them,
-to the bit, forces and accelerations too. **/
+Only probes and pictures of the model may differ from those of the run; pictures are drawn if they
+differ. Results are those that the run would have given, bit by bit, including forces and
+accelerations. **/
 
 #include <string>
 
@@ -18,8 +18,8 @@ namespace simflex {
 namespace model {
 
 struct PostOptions : RunOptions {
-    /** A .pvd file, which ParaView opens: flexible bodies at each row, see VtkReporter.h; empty:
-    none. Of several analyses, FILE_ANALYSIS.pvd. **/
+    /** A .pvd file for ParaView with the flexible bodies at each row, see VtkReporter.h; empty:
+    none. With several analyses, FILE_ANALYSIS.pvd. **/
     std::string vtk;
 };
 
@@ -27,9 +27,8 @@ struct PostOptions : RunOptions {
 @param changes  further settings, "PATH=VALUE"
 @param options  output (default: RESULTS.post.h5), only, writesCsv, drawsPictures, code.scripts,
     listener, vtk, animation
-@return the path of the result file that it has written
-@throws std::runtime_error that names what is not there or has changed since; ModelError; Cancelled.
-**/
+@return the path of the new result file
+@throws std::runtime_error naming what is missing or has changed; ModelError; Cancelled. **/
 std::string postProcess(const std::string& results, const ModelText* text,
                         const std::vector<std::string>& changes, const PostOptions& options);
 

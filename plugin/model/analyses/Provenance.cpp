@@ -16,7 +16,7 @@ void addEach(Hash& hash, const Matrices& matrices) {
     for (const std::vector<double>& matrix : matrices) hash.add(matrix);
 }
 
-/** All that a run takes from a part, which leaves out where it came from and the report. **/
+/** Adds everything of a part that a run uses; its origin and report are left out. **/
 void addPart(Hash& hash, const ReducedBody& part) {
     hash.add(part.mass);
     for (const double value : part.centerOfMass) hash.add(value);
@@ -71,9 +71,9 @@ std::string calcFileChecksum(const std::string& path) {
     return hash.getText();
 }
 
-/** The files that a value names, as the schema says where files are named.
-@param visit      (scalar that names one)
-@param looksInto  (key of a map): whether it counts **/
+/** Visits the files named by a value, according to the schema.
+@param visit      (scalar that names a file)
+@param looksInto  (key of a map): whether to search the key **/
 template <class Visit, class LooksInto>
 void forEachFile(const ModelValue& value, const std::vector<SchemaForm>& forms, const Visit& visit,
                  const LooksInto& looksInto) {
@@ -121,7 +121,7 @@ InputChecksums calcInputChecksums(const Model& model) {
 }
 
 std::string findChangedInput(const InputChecksums& then, const InputChecksums& now) {
-    if (then.empty()) return "";  // not known: an older simflex wrote them
+    if (then.empty()) return "";  // written by an older simflex, without checksums
     for (const auto& [what, sum] : now) {
         const auto found = then.find(what);
         if (found == then.end() || found->second != sum) return what + " has changed since";

@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-What results depend on beside a model's text and settings: contents of parts, and files that the
-text names. Kept in result files, so that what was computed before is continued, completed, shown
-and skipped only while it is of the same model. **/
+Inputs of results apart from the model's text and settings: contents of parts, and files named by
+the text. Result files store their checksums, so that earlier results are continued, completed,
+shown or skipped only for the same model. **/
 
 #include <map>
 #include <set>
@@ -13,21 +13,21 @@ and skipped only while it is of the same model. **/
 namespace simflex {
 namespace model {
 
-/** Checksums by what they are of: "the part of body 'shaft'", "the file 'motor.csv'". **/
+/** Checksums by description: "the part of body 'shaft'", "the file 'motor.csv'". **/
 using InputChecksums = std::map<std::string, std::string>;
 
-/** Of all numbers and names of a part that a run reads; not of its origin and its report. **/
+/** Checksum of all numbers and names of a part that a run uses, without its origin and report. **/
 std::string calcPartChecksum(const ReducedBody& part);
 
-/** Those of a model that was built. Parts count by their numbers, not by the files that they are
-made from. @throws std::runtime_error for a file that cannot be read **/
+/** Checksums for a built model. Parts count by their contents, not by the files they are made from.
+@throws std::runtime_error for a file that cannot be read **/
 InputChecksums calcInputChecksums(const Model& model);
 
-/** "the part of body 'shaft' has changed since": the first that differs. Empty: none does,
-or nothing is known of then. **/
+/** The first difference: "the part of body 'shaft' has changed since". Empty if there is none, or
+if `then` is empty. **/
 std::string findChangedInput(const InputChecksums& then, const InputChecksums& now);
 
-/** Paths of the files that a model names, as they can be opened. **/
+/** Adds the paths of the files named by a model, ready to be opened. **/
 void collectFiles(const ModelValue& model, std::set<std::string>& paths);
 
 }  // namespace model

@@ -21,9 +21,8 @@ namespace {
 
 constexpr char CheckpointKind[] = "simflex checkpoint of a run";
 constexpr std::uint32_t CheckpointVersion = 9;
-constexpr std::size_t MostPacked = 1 << 24;  // bytes of frames that are written at once
+constexpr std::size_t MostPacked = 1 << 24;  // bytes of frames written at once
 
-/** A frame, with a checksum behind it. **/
 void visitFrame(Archive& archive, RunCheckpoint::Frame& frame) {
     archive.visit(frame.time, frame.q, frame.u, frame.z, frame.holding);
     Hash hash;
@@ -50,7 +49,7 @@ void appendFrames(const std::string& path, RunCheckpoint& checkpoint) {
     checkpoint.kept = kept;
 }
 
-/** Those that checkpoint.kept counts. **/
+/** Reads as many frames as checkpoint.kept says. **/
 void readFrames(const std::string& path, RunCheckpoint& checkpoint) {
     if (checkpoint.kept.frames == 0) return;
     const std::string framesPath = getFramesPath(path);
@@ -64,7 +63,7 @@ void readFrames(const std::string& path, RunCheckpoint& checkpoint) {
         throw std::runtime_error("'" + framesPath + "' has another number of frames");
 }
 
-/** All but the frames. **/
+/** Visits all but the frames. **/
 void visitCheckpoint(Archive& archive, RunCheckpoint& checkpoint) {
     archive.visit(checkpoint.analysis);
     archive.visitCount(checkpoint.numRows);

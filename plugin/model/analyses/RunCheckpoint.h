@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Where a transient analysis was when it was last kept: all that the rest of it depends on. **/
+Checkpoint of a transient analysis, with everything needed to continue it. **/
 
 #include <cstdint>
 #include <map>
@@ -16,14 +16,14 @@ struct RunCheckpoint {
     std::string analysis;
     int numRows = 0;
 
-    /** Extremes of energy up to now. **/
+    /** Extreme energies so far. **/
     struct Energy {
         double balanceAtStart = 0, largestError = 0, largestKinetic = 0;
         double potentialAtStart = 0, largestPotentialChange = 0, largestWork = 0;
-        double timeOfError = 0;  ///< of the largest one
+        double timeOfError = 0;  ///< of the largest error
     };
     Energy energy;
-    double outputSeconds = 0;  ///< spent on rows and pictures' States
+    double outputSeconds = 0;  ///< spent on rows and on States for pictures
 
     /** States to be drawn. **/
     struct Frame {
@@ -31,35 +31,34 @@ struct RunCheckpoint {
         std::vector<double> q, u, z, holding;
     };
     std::vector<Frame> frames;
-    /** How many of them stand in the file of frames, and in how many bytes. **/
+    /** Number and size of the frames already in the file of frames. **/
     struct Kept {
         std::uint64_t frames = 0, bytes = 0;
     };
     Kept kept;
 
-    /** Events that have happened, and when. **/
+    /** Events so far, and their times. **/
     std::vector<std::string> events;
     std::vector<double> eventTimes;
 
-    std::vector<double> warnings;  ///< as MotionWarnings saves them
-    std::string integrator;        ///< as the integrator writes itself
+    std::vector<double> warnings;  ///< from MotionWarnings::save()
+    std::string integrator;        ///< checkpoint of the integrator
 };
 
-/** Path of the checkpoint that belongs to a result file. **/
 std::string makeCheckpointPath(const std::string& results);
 
-/** Path of the file beside a checkpoint that has its frames: they are only ever appended to it. **/
+/** Path of the file of a checkpoint's frames, to which frames are only ever appended. **/
 std::string getFramesPath(const std::string& path);
 
-/** Appends the frames that are new since it was `kept` last, then replaces the checkpoint as a
-whole; it is never half written. @throws std::runtime_error. **/
+/** Appends new frames, then replaces the checkpoint as a whole, so that it is never half written.
+@throws std::runtime_error. **/
 void writeRunCheckpoint(const std::string& path, RunCheckpoint& checkpoint);
 
 /** Removes both files. **/
 void removeRunCheckpoint(const std::string& path);
 
-/** @throws std::runtime_error naming the file and what is wrong with it: cut off, damaged, of
-another kind, of a newer version. **/
+/** @throws std::runtime_error naming the file and its defect: truncated, damaged, of another kind,
+or of a newer version. **/
 RunCheckpoint readRunCheckpoint(const std::string& path);
 
 }  // namespace model

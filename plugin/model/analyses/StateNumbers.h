@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Numbers of States, as files and probes have them. Internal. **/
+Conversion of States to numbers for files and probes. Internal. **/
 
 #include <vector>
 
@@ -20,8 +20,8 @@ inline SimTK::Vector toVector(const std::vector<double>& numbers) {
     return SimTK::Vector(int(numbers.size()), numbers.data());
 }
 
-/** Gives a State another time, coordinates and speeds. @throws std::out_of_range if these are too
-few. **/
+/** Sets a State's time, coordinates and speeds.
+@throws std::out_of_range if there are too few numbers. **/
 inline void setNumbers(SimTK::State& state, double time, const std::vector<double>& q,
                        const std::vector<double>& u) {
     state.setTime(time);

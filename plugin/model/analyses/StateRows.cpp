@@ -24,8 +24,8 @@ using Names = std::vector<std::string>;
 
 constexpr std::string_view TurnsOf = "turns of '";  // a coordinate of a joint
 
-/** Of a mobilizer's coordinates or speeds: x, y, z and a rotation where it is free, else numbers.
- * **/
+/** Names of a mobilizer's coordinates or speeds: x, y, z and a rotation if it is free, else
+numbers. **/
 Names nameCoordinates(int count, bool areSpeeds) {
     if (count == 7 && !areSpeeds)
         return {"quaternion.w", "quaternion.x", "quaternion.y", "quaternion.z", "x", "y", "z"};
@@ -37,7 +37,6 @@ Names nameCoordinates(int count, bool areSpeeds) {
     return names;
 }
 
-/** Of names of columns of z. **/
 std::ptrdiff_t countTurnColumns(const std::map<std::string, Names>& columns) {
     const auto z = columns.find("z");
     if (z == columns.end()) return 0;

@@ -1,13 +1,12 @@
 #pragma once
 /** @file
-What a run keeps of its States, so that results are a place to go back to: all that probes and
-pictures can ask for, as numbers with names.
+The States of a run as rows of named numbers, so that probes and pictures can be evaluated later.
 
     const StateRows rows(model);
     writer.beginTransient("swing", columns, rows.getColumns());
     writer.addRow(time, values, rows.pack(moment));
     …
-    const KeptMoment kept = rows.unpack(results.findAnalysis("swing"), row);  // the same to the bit
+    const KeptMoment kept = rows.unpack(results.findAnalysis("swing"), row);  // exact to the bit
 
 Internal. **/
 
@@ -22,7 +21,7 @@ Internal. **/
 namespace simflex {
 namespace model {
 
-/** A Moment that stands for itself. **/
+/** A Moment that owns its data. **/
 struct KeptMoment {
     SimTK::State state;  ///< realized to Stage::Velocity
     SimTK::Vector uDot, multipliers;
@@ -35,30 +34,30 @@ class StateRows {
 public:
     explicit StateRows(const Model& model);
 
-    /** Names of columns, by Results' names of what stands in `states`. **/
+    /** Column names, by the names of the arrays in the group `states` of Results. **/
     const std::map<std::string, std::vector<std::string>>& getColumns() const { return m_columns; }
 
-    /** In the order of ResultStates, one behind the other. **/
+    /** One row: all arrays in the order of ResultStates. **/
     std::vector<double> pack(const Moment& moment) const;
 
-    /** A row of an analysis without time: of a State alone, the only one, or with what forces
-    follow from, one more. **/
+    /** Stores a State in an analysis without time as its only row, or adds a row with accelerations
+    and multipliers. **/
     void keepState(const SimTK::State& state, Results::Analysis& analysis) const;
     void keepMoment(const Moment& moment, Results::Analysis& analysis) const;
 
-    /** @throws std::runtime_error if the States are of another model, or the file of an older
+    /** @throws std::runtime_error if the States are of another model, or the file is of an older
     simflex that kept only q of an analysis without time. **/
     SimTK::State unpackState(const Results::Analysis& analysis, std::size_t row) const;
-    /** @throws std::runtime_error also if the file is of an older simflex, which did not keep
-    what forces follow from. **/
+    /** @throws std::runtime_error also if the file is of an older simflex without accelerations and
+    multipliers. **/
     KeptMoment unpack(const Results::Analysis& analysis, std::size_t row) const;
 
 private:
-    /** Where the multipliers of what the State holds stand among all there can be. **/
+    /** Indices of the State's active multipliers among all possible ones. **/
     std::vector<int> findPlaces(const SimTK::State& state) const;
 
     struct Rows {
-        int constraint;  ///< −1: always there
+        int constraint;  ///< −1: always present
         int number;
     };
     const Model& m_model;

@@ -22,16 +22,16 @@ using SimTK::Vector;
 namespace {
 
 constexpr int UsualRows = 200;
-constexpr double WholeInterval = 1e-9;  // of the number of intervals
+constexpr double WholeInterval = 1e-9;  // relative tolerance
 constexpr int MostRows = 100'000'000;
 
-// A step's error leaves some 1e-4 of the energy in a default run, numerical damping of vibrations
-// that the steps do not resolve some 1e-3.
+// In a default run, step errors leave some 1e-4 of the energy, and numerical damping of unresolved
+// vibrations some 1e-3.
 constexpr double LargestImbalance = 0.01;
-// What the accuracy of positions cannot show: the weight's work along it.
+// For the energy that an error within the position accuracy causes: weight times accuracy.
 constexpr double EarthsGravity = 9.81;
 constexpr double EnergyRoundOff = 1e-9;
-/** Of a speed that the file gives. **/
+/** Relative loss of a given initial speed. **/
 constexpr double LostSpeed = 1e-3;
 
 /** Number of intervals that cover a duration; the last may be shorter. **/
@@ -77,7 +77,7 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
     }
     m_watchesElements = m_warnings.hasElementsWithRange();
     m_integrator = makeIntegrator(*run.m_model);
-    // What happens between two rows is to be seen.
+    // Limit the step so that events between two rows are seen.
     const ModelValue solver = run.m_model->getFile().get("solver");
     if (!solver.get("maximum_step").isGiven() && !solver.get("fixed_step").isGiven()) {
         const ModelValue shortest = solver.get("minimum_step"), first = solver.get("initial_step");
@@ -266,7 +266,7 @@ void TransientRun::takeRow(double time) {
     takeEnergy(moment);
     const std::vector<double> values = m_run.m_probes.calc(moment);
     m_warnings.check(state, values);
-    // The State's own time may be later by round-off, where a step ends close by.
+    // If a step ends close by, the State's own time may be later by round-off.
     m_run.m_writer->addRow(time, values, m_states ? m_states->pack(moment) : std::vector<double>());
     ++m_progress.numRows;
     m_progress.outputSeconds += secondsSince(begun);
@@ -352,14 +352,14 @@ void TransientRun::finish() {
     m_run.m_writer->setStatistics(m_name, kept);
     writeEvents();
     m_run.m_ends[m_name] = m_integrator->getState();
-    // Events may have released or locked joints since.
+    // Events may have released or locked joints since the start.
     for (const std::string& line : m_integrator->getRedundantConstraints())
         m_redundant.push_back(line);
     std::sort(m_redundant.begin(), m_redundant.end());
     m_redundant.erase(std::unique(m_redundant.begin(), m_redundant.end()), m_redundant.end());
     for (const std::string& line : m_redundant) m_run.m_remarks[m_name].push_back(line);
     if (m_lastFrame >= 0) {
-        // Drawing can be stopped as well.
+        // Drawing can be interrupted, too.
         keep();
         Results::Analysis rows;
         if (m_run.m_model->getFile().get("pictures").get("plots").isGiven())

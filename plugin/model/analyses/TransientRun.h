@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-One transient analysis: rows of probes at regular times, States for pictures, checkpoints. **/
+A transient analysis: rows of probes at regular times, States for pictures, and checkpoints. **/
 
 #include <chrono>
 #include <memory>
@@ -20,18 +20,16 @@ public:
     /** @param analysis  its entry in the model file **/
     TransientRun(ModelRun& run, const ModelValue& analysis);
 
-    /** Begins at a State. **/
     void start(const SimTK::State& state);
-    /** Goes on where the checkpoint was written. **/
     void resume(const SimTK::State& start, const RunCheckpoint& checkpoint);
 
-    /** Columns of what rows keep of States. **/
+    /** Columns of the States stored with each row. **/
     std::map<std::string, std::vector<std::string>> getStateColumns() const {
         return m_states ? m_states->getColumns()
                         : std::map<std::string, std::vector<std::string>>();
     }
 
-    /** @throws Cancelled, std::runtime_error. What was recorded stays. **/
+    /** @throws Cancelled, std::runtime_error. Recorded rows are kept. **/
     void perform();
 
 private:
@@ -44,11 +42,11 @@ private:
     void noteEvents();
     void writeEvents();
     bool watchStep(double time);
-    /** Of what the file gives and the start is not. **/
+    /** Warns of initial values of the file that the start does not have. **/
     void warnOfStart(const SimTK::State& given);
     void warnOfUnseenSwitches(const SimTK::State& state);
     void takeRow(double time);
-    /** Names the analysis; the rows so far are kept. **/
+    /** Fails with the name of the analysis; keeps the rows so far. **/
     [[noreturn]] void failWith(const std::exception& error);
     void takeEnergy(const Moment& moment);
     /** Warns if the energy balance does not close. **/
@@ -60,18 +58,18 @@ private:
     ModelRun& m_run;
     ModelValue m_analysis;
     std::string m_name;
-    double m_reached = 0;  ///< by the last internal step
+    double m_reached = 0;  ///< time of the last internal step
     double m_startTime = 0, m_duration = 0, m_interval = 0;
     double m_frameInterval = 0;  ///< 0: no pictures
     double m_checkpointInterval = 0;
     int m_lastRow = 0, m_lastFrame = -1, m_numEventWarnings = 0;
-    std::optional<StateRows> m_states;  ///< where they are kept
+    std::optional<StateRows> m_states;  ///< empty if States are not stored
 
     std::unique_ptr<ImplicitIntegrator> m_integrator;
     MotionWarnings m_warnings;
     bool m_watchesElements = false;  ///< at every step
     RunCheckpoint m_progress;
-    std::vector<std::string> m_redundant;  ///< constraints that follow from others, at the start
+    std::vector<std::string> m_redundant;  ///< redundant constraints at the start
     Clock::time_point m_kept;
 };
 

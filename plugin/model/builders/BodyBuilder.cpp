@@ -26,7 +26,7 @@ void addDamping(const ModelValue& value, const ModelOptions& options,
                 ModalDamping(flexible, body, value.getNumber());
         } else {
             std::vector<double> ratios = value.getNumbers();
-            // The finer twin's further modes are among the last.
+            // The additional modes of the finer twin come last.
             if (options.bodies == ModelOptions::Bodies::Finer && !ratios.empty())
                 ratios.resize(std::max(ratios.size(), size_t(body.getNumModes())), ratios.back());
             if (int(ratios.size()) != body.getNumModes())

@@ -7,7 +7,7 @@ Adds the bodies of a model file to its system. **/
 namespace simflex {
 namespace model {
 
-/** All bodies, in such an order that parents come first; `system.bodies` is in the file's. **/
+/** Adds all bodies, parents first; `system.bodies` keeps the file's order. **/
 void addBodies(const ModelValue& file, const ModelFrames& frames, const Placement& placement,
                const Parts& parts, const ModelOptions& options, ModelSystem& system);
 

@@ -16,7 +16,7 @@ using namespace SimTK;
 
 namespace {
 
-/** Six along the diagonal. **/
+/** Reads six numbers as a diagonal matrix. **/
 Mat66 readDiagonal(const ModelValue& value) {
     if (!value.isGiven()) return Mat66(0);
     const std::vector<double> numbers = value.getNumbers();
@@ -35,7 +35,6 @@ Signal reverse(const Signal& force) {
     });
 }
 
-/** A motor drives the coordinate of its joint. **/
 void addMotor(const ModelValue& value, SignalBuilder& signals, ModelSystem& system) {
     const ModelValue what = value.get("joint");
     const Signal position = signals.makeCoordinate(what), rate = signals.makeCoordinateRate(what);
@@ -46,7 +45,7 @@ void addMotor(const ModelValue& value, SignalBuilder& signals, ModelSystem& syst
     CoordinateForce(system.flexible, joint, coordinate, force, value.getName());
 }
 
-/** Springs, torsion springs and actuators whose force is a formula. **/
+/** Adds a spring, torsion spring or actuator whose force is a formula. **/
 void addLaw(const ModelValue& value, const std::string& type, const Attachment& F,
             const Attachment& M, SignalBuilder& signals, ModelSystem& system) {
     const std::string name = value.getName();

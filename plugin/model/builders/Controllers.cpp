@@ -19,7 +19,7 @@ using SimTK::Value;
 namespace fs = std::filesystem;
 
 //-------------------------------------------------------------------------------------------------
-// text in States
+// Text in States
 
 class StateText::Guts : public SimTK::Subsystem::Guts {
 public:
@@ -54,11 +54,11 @@ void StateText::set(State& state, const std::string& text) const {
 }
 
 //-------------------------------------------------------------------------------------------------
-// a controller
+// Controller
 
 namespace {
 
-/** A file is unpacked once for all systems that are made of a model. **/
+/** Unpacks a file only once for all systems built from a model. **/
 std::shared_ptr<const FmuUnit> obtainUnit(const std::string& path) {
     static std::mutex mutex;
     static std::map<std::pair<std::string, fs::file_time_type>, std::weak_ptr<const FmuUnit>> units;
@@ -155,7 +155,7 @@ Controller::Moment Controller::workOrDrop(const Work& work) {
     try {
         return work();
     } catch (...) {
-        drop();  // it may have failed for good
+        drop();  // the instance may be unusable
         throw;
     }
 }
@@ -180,7 +180,7 @@ Controller::Moment Controller::keep(double time, const std::vector<double>& outp
         if (!std::isfinite(outputs[i]))
             throw std::runtime_error("controller '" + m_name + "' gives no finite '" +
                                      m_variables[i] + "' at t = " + writeGeneral(time, 6) + " s");
-    // One that cannot say what it remembers is at a step of its own.
+    // Without serialization, the memory is a unique step number.
     if (!canSave()) bytes = std::to_string(m_numSteps);
     Archive archive;
     visitMemory(archive, time, bytes);

@@ -1,8 +1,9 @@
 #pragma once
 /** @file
-FMUs that control a model: at each multiple of a period one is told what it measures, goes on to
-that time, and what it puts out holds until the next. What it remembers is in the State, as bytes,
-if the unit can write them: then one may go back, and runs go on from checkpoints. **/
+FMUs that control a model. At each multiple of a period, a controller gets its inputs and advances
+to that time; its outputs then hold until the next sample. Its memory is stored in the State as
+bytes if the FMU can serialize its state. The integrator can then go back in time, and runs continue
+from checkpoints. **/
 
 #include <functional>
 #include <memory>
@@ -16,7 +17,7 @@ if the unit can write them: then one may go back, and runs go on from checkpoint
 namespace simflex {
 namespace model {
 
-/** A text in States. **/
+/** A text stored in States. **/
 class StateText {
 public:
     explicit StateText(SimTK::System& system);
@@ -28,44 +29,42 @@ private:
     SimTK::Subsystem m_subsystem;
 };
 
-/** @throws ModelError naming an FMU of the model's controllers, if none is allowed. **/
+/** @throws ModelError naming an FMU of the model's controllers if none is allowed to run. **/
 void refuseForeignFmus(const ModelValue& file, const AllowedCode& code);
 
-/** Its unit, instance and variables. **/
 class Controller {
 public:
     /** @param entry   of `controllers`
-    @param code    says whether its FMU runs, and where; one that is only described puts out its
-    start values, or 0
-    @param goesOn  asked while the FMU takes long; false stops the work **/
+    @param code    whether and where the FMU runs; if it is only described, its outputs are its
+        start values, or 0
+    @param goesOn  called while the FMU takes long; returning false stops the work **/
     Controller(const ModelValue& entry, const AllowedCode& code, std::function<bool()> goesOn);
 
     const std::vector<std::string>& getInputs() const { return m_inputs; }
-    /** Names of a model's own. **/
+    /** Names in the model. **/
     const std::vector<std::string>& getOutputs() const { return m_outputs; }
 
-    /** What it puts out, and what it remembers then. **/
     struct Moment {
         std::vector<double> outputs;
         std::string memory;
     };
     Moment start(double time, const std::vector<double>& inputs);
-    /** @throws std::runtime_error of the unit's, or if it cannot be brought where `memory` says.
-     * **/
+    /** Restores `memory` and advances to `time`.
+    @throws std::runtime_error from the FMU, or if the memory cannot be restored. **/
     Moment goOn(const std::string& memory, double time, const std::vector<double>& inputs);
 
-    /** Of all instances so far. **/
+    /** Cost of all instances so far. **/
     FmuCost getCost() const;
 
 private:
     void begin();
     void drop();
-    /** What work() returns; an instance that it fails with is given up. **/
+    /** Returns the result of work(); drops the instance if it throws. **/
     template <class Work>
     Moment workOrDrop(const Work& work);
     std::vector<std::pair<std::string, double>> nameInputs(const std::vector<double>& inputs) const;
     Moment look(double time);
-    /** @param bytes  what the instance remembers, if it can say so **/
+    /** @param bytes  serialized state of the instance, if it supports that **/
     Moment keep(double time, const std::vector<double>& outputs, std::string bytes);
     bool canSave() const { return m_unit->getDescription().canSerializeState; }
     Moment describe(double time) const;
@@ -78,15 +77,15 @@ private:
     std::vector<std::string> m_inputs, m_outputs, m_variables;  ///< variables of the outputs
     std::vector<std::pair<std::string, double>> m_parameters;
     std::unique_ptr<FmuSlave> m_slave;
-    std::string m_memory;  ///< where the instance is
+    std::string m_memory;  ///< current memory of the instance
     long m_numSteps = 0;
     double m_startTime = 0;
     std::vector<double> m_startInputs;
     Moment m_start;
-    FmuCost m_costBefore;  ///< of instances that are gone
+    FmuCost m_costBefore;  ///< of instances already dropped
 };
 
-/** number = k of the last sample, outputs: states. **/
+/** `number`: state with k of the last sample; `outputs`: states. **/
 struct ControllerSampling {
     std::shared_ptr<Controller> controller;
     double period;
@@ -95,7 +94,6 @@ struct ControllerSampling {
     std::vector<Signal> inputs;
     std::shared_ptr<const StateText> memory;
 
-    /** Into the State. **/
     void show(const Controller::Moment& moment, const FlexibleBodySubsystem& flexible,
               SimTK::State& state) const;
 };

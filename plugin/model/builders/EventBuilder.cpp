@@ -16,15 +16,16 @@ using namespace SimTK;
 
 namespace {
 
-/** What an event does to a State; true: the run ends. **/
+/** Action of an event on a State; returns true to end the run. **/
 using Action = std::function<bool(State& state)>;
 
-/** Of a condition's margin that hangs on where frames are: less is round-off, of what is welded,
-say. Time and states have none, and what they repeat would be late by all margins together. **/
+/** Margin by which a condition on frame positions must hold: smaller values may be round-off, as
+between welded frames. Conditions on time and states need none, which would delay repeated events.
+**/
 constexpr Real LeastMargin = 1e-9;
 
-/** Waits for its condition to hold by more than round-off, and once it has happened for it to end,
-at once if what it does ends it: round-off about the margin makes no second event. **/
+/** Waits for its condition to hold by more than round-off, then for it to cease, at once if its own
+action ends it. Round-off near the margin causes no second event. **/
 class ModelEvent : public ModelTrigger {
 public:
     ModelEvent(const ModelSystem& system, const std::string& name, const Signal& margin, int count,
@@ -36,7 +37,7 @@ public:
           m_isOnce(isOnce),
           m_actions(std::move(actions)) {}
 
-    /** Never 0, which Simbody would not see the end of. **/
+    /** Never 0, which would hide a sign transition from Simbody. **/
     Real getValue(const State& state) const override {
         if (m_isOnce && !isWaiting(state)) return -1;
         const Real margin = m_margin.calcValue(m_system.flexible, state);
@@ -80,7 +81,6 @@ struct Held {
     std::string name;  ///< "joint 'pin'", "motion 'drive'"
 };
 
-/** A joint or a motion. **/
 Held findHeld(const ModelValue& name, const ModelSystem& system) {
     std::vector<std::string> known;
     for (const Model::JointEntry& entry : system.joints) {
@@ -94,16 +94,16 @@ Held findHeld(const ModelValue& name, const ModelSystem& system) {
     name.failUnknown("joint or motion", name.getText(), known);
 }
 
-/** How far a joint may be open when it is engaged, of the model's size if that is less than 1 m, or
-in rad; from when on that is told; and how far it is then [m, rad]. **/
+/** Largest error of a joint to be engaged, relative to the model's size (at most 1 m) or in rad;
+the error above which a warning is given; and the tolerance for closing it [m, rad]. **/
 constexpr Real ClosedJoint = 1e-3, ToldGap = 1e-6, ClosedTolerance = 1e-10;
 
-/** Speeds as after an impact, for the events that wait for them. **/
+/** Makes speeds consistent as after an impact, for events that wait for them. **/
 void collide(const ModelSystem& system, State& state) {
     assemble(system.system, state, ClosedTolerance, SpeedJump::Impact);
 }
 
-/** Closes a joint that is all but closed, and says what that does where it is seen. **/
+/** Closes a joint that is nearly closed; adds a warning if that has a visible effect. **/
 void close(const std::string& event, const Held& held, Real size, const ModelSystem& system,
            State& state) {
     const Joint& joint = held.joint;
@@ -132,7 +132,7 @@ void close(const std::string& event, const Held& held, Real size, const ModelSys
     system.eventWarnings->push_back(text.str());
 }
 
-/** Those of a joint's coordinates; made when they are asked for first. **/
+/** Locks of a joint's coordinates, created on first use. **/
 const std::vector<Joint::Lock>& obtainLocks(const ModelValue& name, ModelSystem& system) {
     const Joint& joint = findEntry(system.joints, "joint", name.getText(), name).joint;
     if (joint.getEquations().isCoupler())

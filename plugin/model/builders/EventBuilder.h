@@ -1,15 +1,15 @@
 #pragma once
 /** @file
-Adds the events of a model file to its system: handlers that are triggered where a condition begins
-to hold, and do what the file says. **/
+Adds the events of a model file to its system, as handlers triggered when a condition becomes true.
+**/
 
 #include "simflex/model/builders/SignalBuilder.h"
 
 namespace simflex {
 namespace model {
 
-/** What laws and states know of an event by its name: how often it has happened. Before laws are
-made. **/
+/** Adds states that count how often each event has happened, for use in laws and states. Must be
+called before laws are made. **/
 void addEventCounts(const ModelValue& file, SignalBuilder& signals);
 
 /** @param size  of the model as placed [m] **/

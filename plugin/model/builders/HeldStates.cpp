@@ -79,7 +79,7 @@ public:
     RelayTrigger(const ModelSystem& system, const Relay& relay)
         : ModelTrigger(system, relay.name), m_relay(relay) {}
 
-    /** Never 0, which is no sign. **/
+    /** Never 0, which has no sign. **/
     Real getValue(const State& state) const override {
         const Real input = m_relay.input.calcValue(m_system.flexible, state);
         const Real beyond = isOn(state) ? m_relay.lower - input : input - m_relay.upper;
@@ -102,7 +102,7 @@ private:
 
 double countSamples(double time, double period) {
     const double nearest = std::round(time / period);
-    // A time that is meant to be one of a sample is so to round-off.
+    // Sample times are exact only up to round-off.
     const bool isOne =
         std::abs(nearest * period - time) <= 1e-12 * std::max(period, std::abs(time));
     return isOne ? nearest : std::floor(time / period);

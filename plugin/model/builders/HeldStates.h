@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-States that hold their values until something happens: samples of a signal, taken every period, and
-relays between two thresholds. What they wait for is in the State: runs go on from checkpoints as if
-they had not stopped. **/
+States that hold their values between events: samples of a signal at a fixed period, and relays
+between two thresholds. Their progress is stored in the State, so runs continue from checkpoints as
+if never stopped. **/
 
 #include <string>
 #include <vector>
@@ -19,15 +19,15 @@ public:
     bool isHeld() const override { return true; }
 };
 
-/** Given from outside, with its rate, another state: it changes linearly between two settings.
-Errors of it are none. **/
+/** An input from outside, whose rate is another state: it changes linearly between two settings.
+Exempt from error control. **/
 class InputState : public SignalState {
 public:
     InputState(const std::string& name, SimTK::Real start) : SignalState(name, start, 1e30) {}
     bool followsMotion() const override { return true; }
 };
 
-/** value = input at t = k·period; k is a state, too. **/
+/** value = input at t = k·period; k is a state as well. **/
 struct Sampling {
     int value, number;  ///< of states
     double period;
@@ -36,10 +36,10 @@ struct Sampling {
 /** Number of the last sample at `time` or before. **/
 double countSamples(double time, double period);
 
-/** All samples of one time are of what was before it, those of system.controllers among them. **/
+/** All samples at one time, with those of system.controllers, use the values before it. **/
 void addSamplings(const std::vector<Sampling>& samplings, ModelSystem& system);
 
-/** value = 1 from where the input exceeds `upper` until it falls below `lower`, else 0. **/
+/** value = 1 from when the input exceeds `upper` until it falls below `lower`, else 0. **/
 struct Relay {
     std::string name;
     int value;

@@ -92,7 +92,7 @@ Joint findStartingJoint(const JointStart& start, const ModelValue& file,
     return joint;
 }
 
-/** The largest displacement that some of a body's modes can add up to anywhere. **/
+/** Upper bound on the displacement that a body's modes cause anywhere. **/
 double calcLargestSum(const FlexibleBody& body, const Vector& xi) {
     const ReducedBody& part = body.getPart();
     double sum = 0;
@@ -108,7 +108,7 @@ double calcLargestSum(const FlexibleBody& body, const Vector& xi) {
     return sum;
 }
 
-/** Of bodies that do not have in `now` the shapes, and rates of them, of `before`. **/
+/** Describes bodies whose shapes, or their rates, differ between `now` and `before`. **/
 std::vector<std::string> describeBending(const ModelSystem& system, const State& before,
                                          const State& now) {
     constexpr double Bent = 1e-9, Fast = 1e-6;  // [m], [m/s]
@@ -139,7 +139,7 @@ std::vector<std::string> describeBending(const ModelSystem& system, const State&
 Vector readModes(const ModelValue& modes, int count) {
     Vector values(count, 0.0);
     for (const std::string& key : modes.getKeys()) {
-        const int mode = std::stoi(key);  // the schema lets whole numbers pass
+        const int mode = std::stoi(key);  // the schema ensures a whole number
         if (mode < 1 || mode > count)
             modes.get(key).fail("'" + key +
                                 "' is not one of its modes, which are numbered from 1 to " +
@@ -220,7 +220,7 @@ void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placem
     system.system.realize(state, Stage::Velocity);
 }
 
-/** At what is to blame: joints that do not close by themselves, or one of the starts. **/
+/** Fails at the likely cause: joints that cannot be closed, or one of the starts. **/
 [[noreturn]] void failStart(const ModelValue& file, const ModelSystem& system, const State& given,
                             const std::vector<JointStart>& starts, const std::string& reason) {
     State closed = copyState(given);
@@ -232,7 +232,7 @@ void placeBodies(const ModelValue& file, const ModelFrames& frames, const Placem
             error.what());
     }
     const std::string what = "the model cannot be assembled with these coordinates or rates: ";
-    for (const JointStart& start : starts) {  // one that cannot be met alone
+    for (const JointStart& start : starts) {  // find one that cannot be met even alone
         if (!start.value) continue;
         State alone = copyState(given);
         try {
@@ -264,7 +264,7 @@ std::vector<std::string> setJointStarts(const ModelValue& file, const ModelSyste
     const bool hasRates = std::any_of(starts.begin(), starts.end(),
                                       [](const JointStart& start) { return bool(start.rate); });
     try {
-        // Positions, with the bodies' own speeds; then speeds at these positions.
+        // Set positions first, keeping the bodies' speeds; then rates at these positions.
         if (!coordinates.empty())
             setJointCoordinates(system.flexible, state, coordinates, AngleWay::Whole);
         if (hasRates) setJointRates(system.flexible, state, rates);

@@ -58,7 +58,7 @@ FramePair JointBuilder::turn(const ModelValue& axis, const std::string& type,
                              const FramePair& pair) const {
     if (!axis.isGiven()) return pair;
     const UnitVec3 direction = readDirection(axis);
-    // The shortest turn of Ground's axes that brings the named one there.
+    // The smallest rotation of Ground's axes that yields the given axis.
     const UnitVec3 from(type == "slider" || type == "universal" ? XAxis : ZAxis);
     const Vec3 across = from % direction;
     const double sine = across.norm(), cosine = dot(from, direction);
@@ -75,7 +75,7 @@ FramePair JointBuilder::turn(const ModelValue& axis, const std::string& type,
 
 namespace {
 
-/** Axes of F along which M is free to move. **/
+/** Axes of F along which M can translate. **/
 std::vector<int> listFreeAxes(const std::string& type) {
     if (type == "slider") return {0};
     if (type == "cylinder" || type == "screw" || type == "point_on_line") return {2};
@@ -99,7 +99,7 @@ Joint JointBuilder::addJoint(const ModelValue& value, const std::string& type,
     if (value.get("as_placed").getBool()) {
         pair.M = pair.M.moved(~m_placement.calcPose(pair.M) * m_placement.calcPose(pair.F));
     } else if (value.get("axis").isGiven()) {
-        // Displacements, too, count from where M is placed.
+        // Displacements, too, count from the placed position of M.
         const Vec3 way = calcWayAsPlaced(type, pair);
         pair.F = pair.F.moved(Transform(way));
         system.namedOrigins[name] = -way;
@@ -183,7 +183,7 @@ void JointBuilder::addTo(ModelSystem& system) {
             system.joints.push_back({name, joint});
             if (value.has("friction")) addFriction(value.get("friction"), joint, system);
         }
-    // As in the file.
+    // Restore the file's order.
     const std::vector<std::string> keys = m_joints.getKeys();
     const auto rank = [&](const Model::JointEntry& entry) {
         return std::find(keys.begin(), keys.end(), entry.name);

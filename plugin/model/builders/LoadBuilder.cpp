@@ -69,7 +69,7 @@ void addForce(const ModelValue& value, const ModelFrames& frames, SignalBuilder&
     });
 }
 
-/** A load of unit size on `nodes`: the name of a set, or a list of mesh indices. **/
+/** A load of unit size on `nodes`, the name of a set or a list of mesh indices. **/
 template <class Nodes>
 LoadShape makeNodalShape(const ReducedBody& part, const Nodes& nodes, const std::string& kind,
                          const ModelValue& what) {
@@ -81,7 +81,7 @@ LoadShape makeNodalShape(const ReducedBody& part, const Nodes& nodes, const std:
         return LoadShape::nodeForce(part, nodes, what.getVec3());
 }
 
-/** Mesh indices of nodes by number, each once. **/
+/** Mesh indices of nodes by number, without duplicates. **/
 std::vector<int> readNodes(const ModelValue& list, const ReducedBody& part) {
     std::vector<int> nodes;
     for (int i = 0; i < list.getSize(); ++i) {

@@ -9,16 +9,15 @@ Adds the loads and connectors of a model file to its system. **/
 namespace simflex {
 namespace model {
 
-/** Forces on frames, and pressures, tractions, forces on node sets and on modes. **/
+/** Adds forces on frames, and pressures, tractions, forces on node sets and on modes. **/
 void addLoads(const ModelValue& file, const ModelFrames& frames, SignalBuilder& signals,
               ModelSystem& system);
 
-/** Of unit size: what a spread load of the file puts on a part. **/
+/** Effect of a distributed load of unit size on a part. **/
 LoadShape makeLoadShape(const ModelValue& load, const FlexibleBody& body);
-/** Mesh indices of the nodes it acts on. **/
 std::vector<int> listLoadNodes(const ModelValue& load, const ReducedBody& part);
 
-/** Springs, bushings, torsion springs, stops, actuators and motors. **/
+/** Adds springs, bushings, torsion springs, stops, actuators and motors. **/
 void addConnectors(const ModelValue& file, const ModelFrames& frames, const Placement& placement,
                    SignalBuilder& signals, ModelSystem& system);
 

@@ -31,9 +31,9 @@ std::string formatNumbers(const char* text, double a, double b = 0, double c = 0
     return buffer;
 }
 
-/** Each edge must belong to two faces, which pass it in opposite directions. **/
+/** Requires that faces traverse each edge equally often in both directions. **/
 void checkClosed(const PolygonalMesh& mesh, const std::string& name) {
-    std::map<std::pair<int, int>, int> passes;  // of an edge in one direction
+    std::map<std::pair<int, int>, int> passes;  // uses of an edge, by direction
     for (int f = 0; f < mesh.getNumFaces(); ++f) {
         const int n = mesh.getNumVerticesForFace(f);
         for (int k = 0; k < n; ++k)
@@ -69,7 +69,7 @@ SolidMoments SolidMoments::moved(const Transform& X) const {
     SolidMoments result;
     result.volume = volume;
     result.center = X * center;
-    // second moments about the centre turn with X.R()
+    // Second moments about the centroid rotate with X.R().
     const Mat33 central = second - volume * outer(center, center);
     const Mat33 R = X.R().asMat33();
     result.second = R * central * ~R + volume * outer(result.center, result.center);
@@ -116,7 +116,7 @@ SolidMoments calcMeshMoments(const PolygonalMesh& mesh, const std::string& name)
         for (int a = 0; a < 3; ++a)
             low[a] = std::min(low[a], p[a]), high[a] = std::max(high[a], p[a]);
     }
-    // Tetrahedra (middle, a, b, c): far from the origin nothing cancels.
+    // Use tetrahedra (middle, a, b, c) to avoid cancellation far from the origin.
     double volume = 0;
     Vec3 first(0);
     Mat33 second(0);

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Mobilizers of rigid bodies, as a model file has them. **/
+Mobilizers of rigid bodies from a model file. **/
 
 #include "simflex/model/builders/ModelFrames.h"
 
@@ -16,11 +16,11 @@ struct Mobilizer {
     bool isFree() const { return type == "free"; }
 };
 
-/** @param value  `mobilizer` of a body; if it is not given: free on Ground. **/
+/** @param value  `mobilizer` of a body; free on Ground if not given. **/
 Mobilizer readMobilizer(const ModelValue& value, const ModelFrames& frames);
 
-/** Moves the mobilizer's frames so that its coordinates are zero where the body is placed. It moves
-as before: along and about the same axes.
+/** Moves the mobilizer's frames so that its coordinates are zero where the body is placed. Its axes
+do not change.
 @param X_GP  the parent frame as placed
 @param X_GB  the body as placed **/
 void countFromPlace(Mobilizer& mobilizer, const SimTK::Transform& X_GP,

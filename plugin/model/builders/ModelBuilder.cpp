@@ -20,8 +20,8 @@ using namespace SimTK;
 
 namespace {
 
-constexpr double CoarseAccuracy = 0.1;  ///< of the integration, as a part of the model's size
-constexpr double FarApart = 1e-3;       ///< error of a joint, as a part of the model's size
+constexpr double CoarseAccuracy = 0.1;  ///< largest accuracy, relative to the model's size
+constexpr double FarApart = 1e-3;       ///< error of a joint, relative to the model's size
 
 }  // namespace
 
@@ -31,7 +31,7 @@ ModelBuilder::ModelBuilder(const ModelValue& file, const ModelOptions& options)
       m_parts(makeParts(file, options)),
       m_frames(file, m_parts),
       m_placement(file, m_frames) {
-    // Frames that nothing uses are to be right, too.
+    // Check unused frames as well.
     const ModelValue frames = file.get("frames");
     for (const std::string& name : frames.getKeys()) m_frames.find(frames.get(name));
 }
@@ -51,7 +51,7 @@ std::unique_ptr<ModelSystem> ModelBuilder::build() const {
     signals.addStates();
     addLoads(m_file, m_frames, signals, *system);
     addConnectors(m_file, m_frames, m_placement, signals, *system);
-    // Bodies that are placed at one point say nothing of their size.
+    // If all bodies are placed at one point, the model's size is unknown.
     const double extent = m_placement.calcSize();
     addEvents(m_file, extent > Placement::LeastSize ? std::min(extent, 1.0) : 1, signals, *system);
     for (const std::string& note : signals.getNotes()) m_options.listener.tellNote(note);
@@ -66,7 +66,7 @@ State ModelBuilder::makePlacedState(const ModelSystem& system) const {
     return state;
 }
 
-/** Where a set holds all nodes of a solid element, both its sides may count. **/
+/** Warns if a set has all nodes of a solid element, since both its sides may be loaded. **/
 void ModelBuilder::warnOfBothSides() const {
     const ModelValue loads = m_file.get("loads");
     for (const std::string& name : loads.getKeys()) {
@@ -78,7 +78,7 @@ void ModelBuilder::warnOfBothSides() const {
         for (const int node : listLoadNodes(load, *part)) isIn[size_t(node)] = 1;
         size_t numWhole = 0;
         for (const ElementBlock& block : part->mesh.elements) {
-            if (block.isShell) continue;  // loaded from above
+            if (block.isShell) continue;  // loaded on its upper side
             const auto size = std::ptrdiff_t(numNodesOf(block.type));
             for (auto first = block.nodes.begin(); block.nodes.end() - first >= size; first += size)
                 numWhole += std::all_of(first, first + size,

@@ -1,13 +1,13 @@
 #pragma once
 /** @file
-Puts the system of a model together (private header). **/
+Builds the system of a model (private header). **/
 
 #include "simflex/model/builders/InitialValues.h"
 
 namespace simflex {
 namespace model {
 
-/** Keeps what the parts of a model are found by. **/
+/** Builds a system from the parts, frames and places that it keeps. **/
 class ModelBuilder {
 public:
     /** @throws ModelError. **/
@@ -16,16 +16,17 @@ public:
     const ModelValue& getFile() const { return m_file; }
     const ModelFrames& getFrames() const { return m_frames; }
 
-    /** The system, with its topology realized. **/
+    /** Builds the system and realizes its topology. **/
     std::unique_ptr<ModelSystem> build() const;
 
-    /** Bodies as placed, with their own initial values; joints are not assembled. **/
+    /** Makes a State with bodies as placed and their own initial values; joints are not assembled.
+     **/
     SimTK::State makePlacedState(const ModelSystem& system) const;
-    /** Gives joints the initial coordinates and rates of the file, which assembles them. **/
+    /** Sets the initial coordinates and rates of joints, which assembles them. **/
     void setStarts(const ModelSystem& system, SimTK::State& state) const;
 
-    /** Tells `note` of bodies that nothing holds and `warn` of joints that are apart as placed, of
-    rotations in degrees and of an accuracy as coarse as the model: to be called before setStarts()
+    /** Reports unconstrained bodies to `note`; reports joints open as placed, rotations in degrees
+    and an accuracy too coarse for the model's size to `warn`. Must be called before setStarts()
     closes joints. **/
     void noteDoubts(const ModelSystem& system, const SimTK::State& placed) const;
 

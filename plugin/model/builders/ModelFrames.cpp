@@ -11,7 +11,7 @@ using namespace SimTK;
 
 namespace {
 
-constexpr size_t MostOnEachOther = 1000;  // frames are found from each other by recursion
+constexpr size_t MostOnEachOther = 1000;  // limits the recursion
 
 Vec3 toVec3(const std::array<double, 3>& a) {
     return Vec3(a[0], a[1], a[2]);

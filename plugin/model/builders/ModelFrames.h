@@ -1,9 +1,8 @@
 #pragma once
 /** @file
-The frames of a model file: `ground`, `BODY`, `BODY.INTERFACE`, names under `frames`, and maps.
-
-A body's own coordinates D are those of its part (deck) for a flexible body, and its body frame for
-a rigid one. **/
+The frames of a model file: `ground`, `BODY`, `BODY.INTERFACE`, names under `frames`, and maps. A
+body's own coordinates D are those of its part (deck) for a flexible body, and its body frame for a
+rigid body. **/
 
 #include <functional>
 #include <map>
@@ -16,21 +15,21 @@ a rigid one. **/
 namespace simflex {
 namespace model {
 
-/** A frame by what it is on. **/
+/** A frame on a body, one of its interfaces or nodes. **/
 struct FrameOnBody {
     static constexpr int Ground = -1;
-    int body = Ground;        ///< in the file's order
-    std::string interface;    ///< of a flexible body; empty: none
+    int body = Ground;        ///< index in the file's order
+    std::string interface;    ///< of a flexible body; may be empty
     std::optional<int> node;  ///< of a flexible body
     SimTK::Transform X_base;  ///< of the frame in the interface, node or coordinates D
 
-    /** The same turned and shifted by X. **/
+    /** The frame displaced by X. **/
     FrameOnBody moved(const SimTK::Transform& X) const;
 };
 
 class ModelFrames {
 public:
-    /** Reads names only: frames are resolved when they are asked for. **/
+    /** Reads only names; frames are resolved on first use. **/
     ModelFrames(const ModelValue& file, const Parts& parts);
 
     const std::vector<std::string>& getBodyNames() const { return m_names; }
@@ -39,16 +38,17 @@ public:
     /** @throws ModelError. **/
     int findBody(const ModelValue& name) const;
 
-    /** @param own  a body whose interfaces may be named alone; −2: none. @throws ModelError. **/
+    /** @param own  a body whose interfaces may be named without it; −2: none
+    @throws ModelError. **/
     FrameOnBody find(const ModelValue& frame, int own = NoBody) const;
-    /** @param fail  is called with the name that is not known, and those that are; throws. **/
+    /** @param fail  called with an unknown name and the known ones; must throw. **/
     using Unknown = std::function<void(const std::string& what, const std::string& name,
                                        const std::vector<std::string>& known)>;
     FrameOnBody find(const std::string& name, const Unknown& fail, int own = NoBody) const;
 
     /** Pose in the body's own coordinates D (in Ground for Ground), undeformed. **/
     SimTK::Transform calcPose(const FrameOnBody& frame) const;
-    /** Origin of frame B in D: the centre of mass of a flexible part. **/
+    /** Pose of frame B in D; the origin is the centre of mass of a flexible part. **/
     SimTK::Transform calcBodyFrame(int body) const;
 
     Attachment attach(const FrameOnBody& frame, const ModelSystem& system) const;
@@ -64,7 +64,7 @@ private:
     ModelValue m_file;
     std::vector<std::string> m_names;
     std::vector<std::shared_ptr<const ReducedBody>> m_parts;
-    mutable std::vector<std::string> m_open;  ///< under `frames`, being resolved
+    mutable std::vector<std::string> m_open;  ///< frames under `frames` being resolved
     mutable std::map<std::string, FrameOnBody> m_resolved;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What builders of a model's system share (private header). **/
+Helpers shared by the builders of a model's system (private header). **/
 
 #include <map>
 #include <memory>
@@ -15,7 +15,8 @@ namespace model {
 
 using Parts = std::map<std::string, std::shared_ptr<const ReducedBody>>;
 
-/** @throws ModelError by value.failUnknown() if `entries` has none of that name. **/
+/** Finds an entry by name.
+@throws ModelError by value.failUnknown() if there is none. **/
 template <class Entry>
 const Entry& findEntry(const std::vector<Entry>& entries, const char* what, const std::string& name,
                        const ModelValue& value) {
@@ -27,7 +28,8 @@ const Entry& findEntry(const std::vector<Entry>& entries, const char* what, cons
     value.failUnknown(what, name, known);
 }
 
-/** Calls `action`; what it throws beside ModelError gets the place of `value`. **/
+/** Calls `action`; invalid_argument and out_of_range become ModelErrors with the place of `value`.
+ **/
 template <class Action>
 auto withPlace(const ModelValue& value, const Action& action) -> decltype(action()) {
     try {

@@ -10,10 +10,10 @@ using namespace SimTK;
 
 namespace {
 
-/** Changes at one time. **/
+/** Limit on changes at one time. **/
 constexpr int LongestCascade = 1000;
-/** In which they are located, of the accuracy's time scale: to round-off, as what happens again and
-again would be late by all windows together. **/
+/** Localization window, relative to the accuracy's time scale: near round-off, since repeated
+events would accumulate a delay from it. **/
 constexpr Real LocalizationWindow = 1e-6;
 
 }  // namespace

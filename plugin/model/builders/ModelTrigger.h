@@ -1,7 +1,6 @@
 #pragma once
 /** @file
-What waits in a model for something to begin: events, relays. Each may set others off, at the same
-time. **/
+Events and relays of a model. A trigger may set off others at the same time. **/
 
 #include <functional>
 #include <string>
@@ -16,9 +15,9 @@ public:
     ModelTrigger(const ModelSystem& system, const std::string& name);
 
     const std::string& getName() const { return m_name; }
-    /** Does what is to be done where its value rises above zero. **/
+    /** Performs the action, when the value rises above zero. **/
     virtual void act(SimTK::State& state, bool& shouldTerminate) const = 0;
-    /** The same, and what it sets off. **/
+    /** Performs the action, and all that it sets off. **/
     void handleEvent(SimTK::State& state, SimTK::Real, bool& shouldTerminate) const final;
 
 protected:
@@ -28,13 +27,13 @@ private:
     std::string m_name;
 };
 
-/** Gives it to the system, which owns it then. **/
+/** Adds a trigger to the system, which takes ownership. **/
 void addTrigger(const ModelTrigger* trigger, ModelSystem& system);
 
-/** Makes a change at one time, and then what it sets off: triggers whose value was negative before
-and is positive now, one after the other.
-@param own  whose change it is: it may be set off again, whatever its value was
-@throws std::runtime_error that names the last two if that has no end. **/
+/** Makes a change, then runs all triggers that it sets off, one after another: those whose value
+was negative before and is positive now.
+@param own  the trigger that makes the change; it may be set off again, whatever its value was
+@throws std::runtime_error naming the last two if this does not end. **/
 void changeWithTriggers(const ModelSystem& system, SimTK::State& state, bool& shouldTerminate,
                         const std::function<void()>& change, const ModelTrigger* own = nullptr);
 

@@ -13,7 +13,7 @@ using namespace SimTK;
 
 namespace {
 
-/** Axes of F or M as x and y of a frame, z from both. **/
+/** Rotation whose x and y axes are the given axes of F or M. **/
 Rotation makeAxes(int x, int y) {
     const UnitVec3 u{CoordinateAxis(x)}, v{CoordinateAxis(y)};
     Mat33 columns;
@@ -26,7 +26,7 @@ Rotation makeAxes(int x, int y) {
 Joint addRotation(const JointCoordinate& angle, const FramePair& pair,
                   const Joint::MotionFunction& motion, const std::string& name,
                   const ModelFrames& frames, ModelSystem& system) {
-    // PrescribedRotation has atan2(y_F·x_M, x_F·x_M): two axes of one frame, one of the other.
+    // PrescribedRotation uses atan2(y_F·x_M, x_F·x_M): two axes of one frame, one of the other.
     const int sF = angle.sine[0], sM = angle.sine[1], cF = angle.cosine[0], cM = angle.cosine[1];
     const auto turned = [&](const FrameOnBody& frame, int x, int y) {
         return frames.attach(frame.moved(Transform(makeAxes(x, y))), system);
@@ -135,7 +135,7 @@ void countTurns(const ModelValue& file, ModelSystem& system) {
         }
         return {};
     };
-    // Gears and couplers have angles of others.
+    // Couplers come last, since their angles belong to other joints.
     for (const bool areCouplers : {false, true})
         for (const Model::JointEntry& entry : system.joints) {
             if (entry.joint.getEquations().isCoupler() != areCouplers) continue;

@@ -55,7 +55,7 @@ Transform Placement::calcPlace(int body) {
     const ModelValue value = m_bodies.get(m_frames.getBodyNames()[size_t(body)]);
     const ModelValue place = value.get("place");
     const Mobilizer& mobilizer = m_mobilizers[size_t(body)];
-    const Transform X_GP = follow(mobilizer.parent);  // places the parent first in any case
+    const Transform X_GP = follow(mobilizer.parent);  // also places the parent first
     if (!place.isGiven())
         return mobilizer.isFree() ? Transform() : X_GP * mobilizer.X_PF * ~mobilizer.X_BM;
     const Transform offset = readPose(place);

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Where a model file places its bodies: by position, or by mating a frame of theirs with one that is
-already placed. Bodies may be in any order. **/
+Places the bodies of a model file, by position or by mating one of their frames with a frame placed
+already. Bodies may be in any order. **/
 
 #include "simflex/model/builders/Mobilizer.h"
 
@@ -10,20 +10,20 @@ namespace model {
 
 class Placement {
 public:
-    /** @throws ModelError, naming all bodies of a circle of places. **/
+    /** @throws ModelError naming all bodies of a cycle. **/
     Placement(const ModelValue& file, const ModelFrames& frames);
 
-    /** Of the body's own coordinates D in Ground. **/
+    /** Pose of the body's own coordinates D in Ground. **/
     const SimTK::Transform& getPose(int body) const { return m_poses[size_t(body)]; }
-    /** Of a frame in Ground, undeformed. **/
+    /** Pose of a frame in Ground, undeformed. **/
     SimTK::Transform calcPose(const FrameOnBody& frame) const;
-    /** Of a rigid body. **/
+    /** Mobilizer of a rigid body. **/
     const Mobilizer& getMobilizer(int body) const { return m_mobilizers[size_t(body)]; }
-    /** Bodies in such an order that parents come before what they carry. **/
+    /** Bodies ordered so that parents come before their children. **/
     const std::vector<int>& getOrder() const { return m_order; }
 
     static constexpr double LeastSize = 1e-3;
-    /** Diagonal of the box about bodies' origins and interfaces, at least LeastSize [m]. **/
+    /** Diagonal of the bounding box of body origins and interfaces, at least LeastSize [m]. **/
     double calcSize() const;
 
 private:

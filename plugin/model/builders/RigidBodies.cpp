@@ -29,9 +29,8 @@ const std::map<std::string, Vec3> NamedColors = {
     {"purple", Vec3(0.50, 0.26, 0.62)}, {"cyan", Vec3(0.15, 0.68, 0.72)},
 };
 
-/** A shape, at its place in the body. **/
 struct Shape {
-    std::optional<SolidMoments> moments;  ///< missing: of a mesh, until they are asked for
+    std::optional<SolidMoments> moments;  ///< for a mesh, computed only on request
     PolygonalMesh mesh;
     std::string meshName;
     std::shared_ptr<DecorativeGeometry> drawing;
@@ -44,7 +43,7 @@ struct Shape {
     }
 };
 
-constexpr double FarthestVertex = 1e30;  // products of five such lengths are numbers
+constexpr double FarthestVertex = 1e30;  // products of five such lengths do not overflow
 
 PolygonalMesh readMesh(const ModelValue& file, double scale) {
     const std::string path = file.getFilePath();

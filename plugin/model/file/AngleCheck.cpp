@@ -11,7 +11,7 @@ namespace model {
 
 namespace {
 
-/** Of a rotation: a list of three angles, or a map with one. **/
+/** Checks a rotation: a list of three angles, or a map with one. **/
 void addAngleDoubts(const ModelValue::Node& node, std::vector<std::string>& doubts) {
     const std::string title = node.form ? node.form->title : "";
     const auto check = [&](const ModelValue::Node& angle) {

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Angles that are degrees by mistake. **/
+Detection of angles given in degrees. **/
 
 #include <string>
 #include <vector>
@@ -10,7 +10,7 @@ Angles that are degrees by mistake. **/
 namespace simflex {
 namespace model {
 
-/** Rotations of frames and bodies by more than a whole turn, with their places: warnings. **/
+/** Warnings, with their places, for rotations of frames and bodies by more than one turn. **/
 std::vector<std::string> listAngleDoubts(const ModelValue& model);
 
 }  // namespace model

@@ -23,7 +23,7 @@ struct Expression::Contents {
     std::string text, key;
     ModelPlace place;
     double constant = 0;
-    std::unique_ptr<const formula::Formula> formula;  ///< null of a constant
+    std::unique_ptr<const formula::Formula> formula;  ///< null for a constant
 };
 
 Expression::Expression(double constant) {
@@ -77,9 +77,9 @@ std::vector<double> Expression::findSwitches(double from, double to) const {
 
 std::optional<Expression::Kink> Expression::findKink(double from, double to) const {
     if (isConstant()) return std::nullopt;
-    // Times at which each stretch between two switches is looked at, ends aside [its length].
+    // Sample points within each stretch between two switches, as fractions of its length.
     const double places[] = {0.03, 0.21, 0.39, 0.5, 0.63, 0.82, 0.97};
-    // What is no jump [part of what the function, or its slope, is nearby].
+    // Tolerances of jumps in value and slope, relative to the largest magnitude nearby.
     const double tolerances[] = {1e-9, 1e-6};
     using Motion = formula::Jet<double>;
     const auto calc = [this](double time) {
@@ -92,7 +92,7 @@ std::optional<Expression::Kink> Expression::findKink(double from, double to) con
         const double begin = i > 0 ? switches[i - 1] : from;
         const double end = i + 1 < switches.size() ? switches[i + 1] : to;
         if (!(time < end)) continue;
-        // Both sides from a little beside, continued to the switch itself.
+        // Evaluate slightly off the switch on both sides, and extrapolate to it.
         const double beside = std::max(std::min(1e-9 * std::max(1.0, std::abs(time)),
                                                 1e-3 * std::min(time - begin, end - time)),
                                        1e-14 * std::max(1.0, std::abs(time)));
@@ -112,7 +112,7 @@ std::optional<Expression::Kink> Expression::findKink(double from, double to) con
                     sizes[1] = std::max(sizes[1], std::abs(other.first));
             }
         }
-        // Where it has no value, that is what the run ends with.
+        // The run reports a missing value itself.
         if (!std::isfinite(sides[0][0]) || !std::isfinite(sides[1][0])) continue;
         for (int order : {0, 1}) {
             const double before = sides[0][order], after = sides[1][order];

@@ -1,11 +1,11 @@
 #pragma once
 /** @file
-A function of time, written in a model file: `0.1*sin(2*pi*5*t)`, `speed*t`, `engine(t)`.
+A function of time in a model file: `0.1*sin(2*pi*5*t)`, `speed*t`, `engine(t)`.
 
-Derivatives are exact: the formula's own tree is differentiated. At a kink they are those of the
-side that comes next.
+Derivatives are exact, by differentiation of the formula's tree. At a kink they are those of the
+later side.
 
-Copies share what was parsed. An expression may be evaluated by several threads at once. **/
+Copies share the parsed formula. Several threads may evaluate an expression at once. **/
 
 #include <array>
 #include <memory>
@@ -22,34 +22,34 @@ namespace model {
 
 class Expression {
 public:
-    /** The constant. **/
     Expression(double constant = 0);
     /** @param place, key  "crank.yaml:12:9", "motions.drive.position", for errors
     @throws formula::SyntaxError. **/
     Expression(const std::string& text, const formula::Scope& scope, const ModelPlace& place,
                const std::string& key);
 
-    /** @throws ModelError naming the place of the formula, the time and the reason where it has no
-    finite value. **/
+    /** @throws ModelError naming the place of the formula, the time and the reason if the value is
+    not finite. **/
     double calcValue(double time) const;
-    /** Value, first and second derivative; throws likewise. **/
+    /** Value, first and second derivative.
+    @throws ModelError as calcValue(). **/
     std::array<double, 3> calcMotion(double time) const;
 
-    /** Times in (from, to] at which it changes its course: see formula/Switches.h. **/
+    /** Times in (from, to] at which the function changes course: see formula/Switches.h. **/
     std::vector<double> findSwitches(double from, double to) const;
-    /** Where it jumps (order 0), or has a kink (order 1). **/
+    /** A jump of the value (order 0) or of the slope (order 1). **/
     struct Kink {
         double time;
         int order;
         double before, after;
     };
-    /** The first one between these times. **/
+    /** Finds the first kink between these times. **/
     std::optional<Kink> findKink(double from, double to) const;
 
-    /** True if it does not depend on time. **/
+    /** True if the expression does not depend on time. **/
     bool isConstant() const;
     const std::string& getText() const;
-    /** @throws ModelError with its place. **/
+    /** @throws ModelError with the place of the formula. **/
     [[noreturn]] void fail(const std::string& message) const;
 
 private:

@@ -15,14 +15,15 @@ namespace model {
 namespace {
 
 const double Never = std::numeric_limits<double>::infinity();
-/** Length of the first stretch [s]; beyond the largest nothing is looked for. **/
+/** Length of the first stretch [s]; nothing is searched once stretches are longer than the largest.
+ **/
 const double FirstLength = 1e-3, LargestLength = 1e12;
-/** Stretches grow as long as they hold fewer times. **/
+/** Stretches with fewer times than this double in length. **/
 const std::size_t FewTimes = 1000;
-/** Where a function ends to have a value is found so far, of the time. **/
+/** Relative tolerance for locating the end of a function's domain. **/
 const double Shortest = 1e-9;
 
-/** Functions in a value and all below it. **/
+/** Visits the functions in a value and below it. **/
 void visitFunctions(const ModelValue& value,
                     const std::function<void(const ModelValue& function)>& visit) {
     if (value.isMap())
@@ -55,8 +56,8 @@ struct KnownTimes::Stretch {
         if (times.size() < FewTimes) length *= 2;
     }
 
-    /** @returns false if a function has no value somewhere in (from, to]: who comes that far will
-    be told. **/
+    /** @returns false if a function has no value somewhere in (from, to], an error that the run
+    reports if it gets there. **/
     bool lookWithin() {
         times.clear();
         try {

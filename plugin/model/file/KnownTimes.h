@@ -1,9 +1,9 @@
 #pragma once
 /** @file
-Times that follow from the functions of time that drive a model, its loads and motions.
+Break times of the functions of time that drive a model, its loads and motions.
 
     integrator.addBreakTimes(KnownTimes(model.getFile()));
-    checkMotions(model.getFile(), 0, 2.5); **/
+    checkMotions(model.getFile(), 0, 2.5);  **/
 
 #include <memory>
 
@@ -12,13 +12,13 @@ Times that follow from the functions of time that drive a model, its loads and m
 namespace simflex {
 namespace model {
 
-/** Where any of these functions changes its course: looked for a stretch at a time, as far as is
-asked for. Copies share what was found; for one thread. **/
+/** Times at which any of these functions changes course. They are found one stretch at a time, as
+far as requested. Copies share the results; for one thread. **/
 class KnownTimes {
 public:
     explicit KnownTimes(const ModelValue& file);
 
-    /** The first one after a time; infinity: none. **/
+    /** The first such time after `time`; infinity if none. **/
     double operator()(double time) const;
 
 private:
@@ -26,7 +26,7 @@ private:
     std::shared_ptr<Stretch> m_stretch;
 };
 
-/** @throws ModelError if a motion jumps, or its speed does, between these times. **/
+/** @throws ModelError if a motion or its speed jumps between these times. **/
 void checkMotions(const ModelValue& file, double from, double to);
 
 }  // namespace model

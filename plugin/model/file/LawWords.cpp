@@ -14,14 +14,14 @@ namespace model {
 
 namespace {
 
-/** Where quantities of the motion stand. **/
+/** Sections that hold quantities of the motion. **/
 const std::pair<const char*, const char*> QuantitySections[] = {{"probes", "a probe"},
                                                                 {"inputs", "an input"},
                                                                 {"states", "a state"},
                                                                 {"controllers", "a controller"},
                                                                 {"events", "an event"}};
 
-/** What else than a quantity has the name; empty: nothing. **/
+/** Kind of a name that is not a quantity; empty if none. **/
 std::string describeConstant(const ModelFile& file, const std::string& name) {
     const formula::Scope& scope = file.scope;
     if (scope.constants.count("parameters." + name)) return "a parameter";
@@ -30,7 +30,7 @@ std::string describeConstant(const ModelFile& file, const std::string& name) {
     return scope.hasTable(name) ? "a table" : "";
 }
 
-/** Names of what a state space or a controller puts out. **/
+/** Names of the outputs of a state space or a controller. **/
 std::vector<std::string> listOutputs(const YamlTree& entry) {
     const YamlTree* const space = entry.find("state_space");
     const YamlTree* const outputs = (space ? *space : entry).find("outputs");
@@ -44,7 +44,7 @@ std::vector<std::string> listOutputs(const YamlTree& entry) {
     return names;
 }
 
-/** The probe whose expression this is; empty: it is something else. **/
+/** The probe whose expression this is; empty if it is none. **/
 std::string findOwnProbe(const ModelValue::Node& formula) {
     const std::string begin = "probes.", end = ".expression";
     const std::string& path = formula.path;
@@ -125,7 +125,7 @@ void addLawWords(const YamlTree& tree, ModelFile& file) {
                 ", or rename one of them";
         }
     }
-    // A probe that is called as a section is.
+    // A probe may have the name of a section.
     const auto confuse = [&](const std::string& word, const std::string& other) {
         file.ambiguous[word] = "'" + word + "' could be " + other + " or what belongs to '" +
                                word.substr(0, word.find('.')) + "': rename the latter";
@@ -170,7 +170,7 @@ std::vector<std::string> listNamesakes(const ModelFile& file, const std::string&
 void checkLawWords(const ModelValue::Node& law, const std::vector<std::string>& own) {
     const auto& ambiguous = law.file->ambiguous;
     if (ambiguous.empty()) return;
-    const std::string probe = findOwnProbe(law);  // which does not depend on itself
+    const std::string probe = findOwnProbe(law);  // a probe does not depend on itself
     for (const FormulaWord& word : findWords(law.scalar)) {
         const auto found = ambiguous.find(word.text);
         if (found != ambiguous.end() && word.text != probe && !contains(own, word.text))

@@ -1,13 +1,13 @@
 #pragma once
 /** @file
-What a word of a law or an expression means. One rule for all of them:
+Meaning of words in laws and expressions, by one rule:
 
-    own        what the law itself knows, as a spring's `length`, wins
+    own        quantities of the law itself, such as a spring's `length`, take precedence
     then       parameters, constants, tables, and quantities of the motion
     SECTION.X  parameters.X, tables.X, probes.X, inputs.X, states.X, controllers.X, events.X
 
-A word that is a parameter (constant, table, function) and a quantity is refused, and the message
-tells what to write instead. What is followed by a parenthesis is called: it is no quantity.
+A word that is both a parameter (constant, table, function) and a quantity is refused with advice on
+what to write instead. A word before a parenthesis is a call, not a quantity.
 Only for the files of this folder. **/
 
 #include <string>
@@ -19,16 +19,15 @@ Only for the files of this folder. **/
 namespace simflex {
 namespace model {
 
-/** A word in the text of a formula. **/
 struct FormulaWord {
     std::string text;
     std::size_t position;
 };
-/** All but those that are called. **/
+/** All words except those that are called. **/
 std::vector<FormulaWord> findWords(const std::string& formula);
 
-/** Collects the words of the quantities in the model `tree`; parameters and tables stand in
-`file.scope` already. **/
+/** Collects the words for the quantities in the model `tree`; `file.scope` must already have
+parameters and tables. **/
 void addLawWords(const YamlTree& tree, ModelFile& file);
 
 /** Reads a law. Its variables are the time `t`, the law's own quantities, and those of the motion
@@ -37,10 +36,10 @@ that it names. Of what the form knows and this law does not, the rest, for a bet
 formula::Formula readLaw(const std::string& text, const ModelFile& file, const SchemaForm& form,
                          const std::vector<std::string>& own);
 
-/** What else has the name, with its section: parameters.speed, probes.speed. **/
+/** Other things of the same name, with their sections: parameters.speed, probes.speed. **/
 std::vector<std::string> listNamesakes(const ModelFile& file, const std::string& name);
 
-/** @throws ModelError, which points to a word that could mean two things. **/
+/** @throws ModelError pointing to an ambiguous word. **/
 void checkLawWords(const ModelValue::Node& law, const std::vector<std::string>& own);
 
 }  // namespace model

@@ -1,5 +1,5 @@
 /** @file
-Checks what was read against the schema. **/
+Checks the tree of a model file against the schema. **/
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ using Form = SchemaForm::Kind;
 using Node = ModelValue::Node;
 using NodePointer = std::shared_ptr<const Node>;
 
-const std::size_t MaxMistakes = 10;  // that are told at once
+const std::size_t MaxMistakes = 10;  // reported at once
 
 class Checker {
 public:
@@ -65,7 +65,7 @@ public:
         return node;
     }
 
-    /** The same; tells all mistakes at once. **/
+    /** The same, but reports all mistakes together. **/
     NodePointer checkAll(const YamlTree& tree, const std::vector<SchemaForm>& forms,
                          const SchemaKey* key, const std::string& path, const std::string& name) {
         NodePointer node;
@@ -76,14 +76,14 @@ public:
 
 private:
     std::shared_ptr<const ModelFile> m_file;
-    ModelFile* m_newFile = nullptr;  ///< while parameters and tables are read
+    ModelFile* m_newFile = nullptr;  ///< only while parameters and tables are read
     std::vector<ModelError> m_mistakes;
 
     struct AllMistakes : ModelError {
         using ModelError::ModelError;
     };
 
-    /** Goes on after a mistake. **/
+    /** Records a mistake and continues. **/
     template <class Check>
     void attempt(const Check& checkPart) {
         try {
@@ -154,7 +154,7 @@ private:
 
     void checkMap(const YamlTree& tree, Node& node) {
         const SchemaForm& form = *node.form;
-        // parameters and tables come first, since formulas name them
+        // Parameters and tables come first, since formulas name them.
         if (node.path.empty() && m_newFile) {
             for (const char* name : {"parameters", "tables"})
                 if (const YamlTree* child = tree.find(name); child && isGiven(*child))
@@ -162,7 +162,7 @@ private:
                           name);
             addLawWords(tree, *m_newFile);
             m_newFile = nullptr;
-            throwMistakes();  // or formulas would miss what is wrong here
+            throwMistakes();  // formulas would report names that failed here as missing
         }
         bool isKnown = true;
         for (const YamlTree::Entry& entry : tree.entries) {
@@ -192,7 +192,7 @@ private:
 
     static bool isGiven(const YamlTree& tree) { return tree.kind != YamlTree::Kind::Empty; }
 
-    /** Which keys go together. **/
+    /** Checks keys that depend on others. **/
     static void checkTogether(const YamlTree& tree, const Node& node) {
         const SchemaForm& form = *node.form;
         const auto has = [&](const std::string& name) {
@@ -202,7 +202,7 @@ private:
         std::string type;
         if (const SchemaKey* typeKey = findSchemaKey(form, "type")) {
             const NodePointer given = node.find("type");
-            if (!given && has("type")) return;  // which is wrong
+            if (!given && has("type")) return;  // the type is invalid
             if (!given && typeKey->isRequired)
                 node.fail("'type' is missing; it is one of " +
                           joinNames(typeKey->forms[0].choices));
@@ -339,7 +339,7 @@ private:
                                   : formula::Table::Extrapolation::Constant;
     }
 
-    /** Adds it to the names that formulas know. **/
+    /** Adds a table to the names that formulas may use. **/
     void addTable(const NodePointer& node) const {
         const ModelValue table(node);
         if (m_newFile->scope.constants.count(node->name) > 0)

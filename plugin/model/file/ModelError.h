@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What is wrong with a model file, and where. **/
+Errors in model files, with their places. **/
 
 #include <stdexcept>
 #include <string>
@@ -9,7 +9,7 @@ What is wrong with a model file, and where. **/
 
 namespace simflex {
 
-/** Where something stands: line and column from 1 in the model file, or in a setting. **/
+/** A place in the model file or in a setting; line and column count from 1. **/
 struct ModelPlace {
     std::string file;  ///< or "setting 'solver.accuracy=1e-5'"
     int line = 0;      ///< 0: no place within the file
@@ -19,13 +19,13 @@ struct ModelPlace {
     std::string getText() const;
 };
 
-/** Its text begins with file, line and column: "crank.yaml:12:9: joints.bearing: …". **/
+/** An error whose text begins with file, line and column: "crank.yaml:12:9: joints.bearing: …". **/
 class ModelError : public std::runtime_error {
 public:
     struct Mistake {
         ModelPlace place;
         std::string key;      ///< "joints.bearing.axis"; may be empty
-        std::string message;  ///< what is wrong, without place and key
+        std::string message;  ///< without place and key
     };
     explicit ModelError(const std::string& message, std::vector<Mistake> mistakes = {})
         : std::runtime_error(message), m_mistakes(std::move(mistakes)) {}
@@ -33,7 +33,7 @@ public:
         : ModelError(place.getText() + ": " + (key.empty() ? "" : key + ": ") + message,
                      {{place, key, message}}) {}
 
-    /** One for each line of the text that tells of one; empty if they have no place. **/
+    /** One for each line of the text that reports a mistake; empty if they have no place. **/
     const std::vector<Mistake>& getMistakes() const { return m_mistakes; }
 
 private:

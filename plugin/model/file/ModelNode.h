@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What a ModelValue refers to. Only for the files of this folder. **/
+The data behind a ModelValue. Only for the files of this folder. **/
 
 #include <map>
 #include <memory>
@@ -16,13 +16,13 @@ What a ModelValue refers to. Only for the files of this folder. **/
 namespace simflex {
 namespace model {
 
-/** The file that values stand in. **/
 struct ModelFile {
     std::string path;
     formula::Scope scope;
-    /** Words of laws and the quantity that each means: x, place.x, probes.x; see LawWords.h. **/
+    /** Words of laws and the quantity that each denotes: x, place.x, probes.x; see LawWords.h. **/
     std::map<std::string, std::string> words;
-    std::map<std::string, std::string> ambiguous;  ///< that could mean two things, and the cure
+    std::map<std::string, std::string> ambiguous;  ///< words with two meanings, with advice
+                                                   ///< how to resolve them
 };
 
 struct ModelValue::Node {
@@ -31,13 +31,13 @@ struct ModelValue::Node {
     ModelPlace place;
     std::string path, name;
     bool isPlainText = false;
-    const std::vector<SchemaForm>* forms = nullptr;  ///< that it may have
-    const SchemaForm* form = nullptr;                ///< that it has
+    const std::vector<SchemaForm>* forms = nullptr;  ///< the allowed forms
+    const SchemaForm* form = nullptr;                ///< the actual form
     const SchemaKey* key = nullptr;                  ///< null for items and entries
     std::string scalar;
-    Expression expression;        ///< of Number, Integer, Function; of a law: none
-    bool isLaw = false;           ///< a Function that names quantities
-    mutable bool isRead = false;  ///< somebody has asked for the scalar
+    Expression expression;        ///< for Number, Integer and Function, but not for a law
+    bool isLaw = false;           ///< a Function of quantities of the motion
+    mutable bool isRead = false;  ///< the scalar has been used
     std::vector<std::shared_ptr<const Node>> items;
     std::vector<std::pair<std::string, std::shared_ptr<const Node>>> entries;
 
@@ -52,7 +52,7 @@ std::shared_ptr<const ModelValue::Node> checkModelValue(
     const std::vector<SchemaForm>& forms, const SchemaKey* key, const std::string& path,
     const std::string& name);
 
-/** Checks a whole model; parameters and tables become part of `file`. **/
+/** Checks a whole model; adds parameters and tables to `file`. **/
 std::shared_ptr<const ModelValue::Node> checkModel(const std::shared_ptr<ModelFile>& file,
                                                    const YamlTree& tree);
 

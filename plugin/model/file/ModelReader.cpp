@@ -24,7 +24,7 @@ const int Format = 1;
 const std::string Hdf5 = "\x89HDF\r\n";
 const std::uintmax_t LargestFile = 16000000;
 
-/** Refuses files of newer formats before anything else of them is judged. **/
+/** Refuses files of newer formats before checking anything else in them. **/
 void checkFormat(const YamlTree& tree, const std::string& path) {
     if (tree.kind == YamlTree::Kind::Empty)
         throw ModelError({path}, "", "the file is empty; a model begins with 'simflex: 1'");
@@ -47,7 +47,7 @@ void checkFormat(const YamlTree& tree, const std::string& path) {
                              std::to_string(Format));
 }
 
-/** A setting changes parameters that are there: others would change nothing. **/
+/** Requires that a setting changes an existing parameter; a new one would have no effect. **/
 void checkSetting(const YamlTree& tree, const std::string& setting) {
     const std::string group = "parameters.";
     if (setting.compare(0, group.size(), group) != 0) return;
@@ -63,7 +63,6 @@ void checkSetting(const YamlTree& tree, const std::string& setting) {
         "the model has no parameter '" + name + "'" + (proposal.empty() ? "" : "; " + proposal));
 }
 
-/** Adds the functions of a program to what formulas may name. **/
 void addFunctions(const ModelText& text, formula::Scope& scope) {
     for (const auto& [name, function] : text.functions) {
         const auto fail = [&, &key = name](const std::string& message) {
@@ -90,7 +89,7 @@ void checkFunctions(const ModelText& text, const formula::Scope& scope) {
                                  "' has the name of a parameter or table: rename one of them");
 }
 
-/** Laws are checked with the numbers, expressions are read when probes are made. **/
+/** Checks the words of expressions, which are parsed only when probes are made. **/
 void checkExpressions(const ModelValue& model) {
     const ModelValue probes = model.get("probes");
     for (const std::string& name : probes.getKeys())

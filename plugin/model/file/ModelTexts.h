@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Texts about a model: its title, and of files that it misses. **/
+Title of a model, and the message for a missing file. **/
 
 #include <string>
 
@@ -9,10 +9,10 @@ Texts about a model: its title, and of files that it misses. **/
 namespace simflex {
 namespace model {
 
-/** Its title, or the file's name without its ending. **/
+/** The model's title, or the file's name without its extension. **/
 std::string getModelTitle(const ModelValue& model);
 
-/** Fails for a path at which there is no file. **/
+/** @throws ModelError for a path at which there is no file. **/
 [[noreturn]] void failMissingFile(const ModelValue& value);
 
 }  // namespace model

@@ -20,7 +20,7 @@ namespace {
 using Node = ModelValue::Node;
 using NodePointer = std::shared_ptr<const Node>;
 
-/** What a missing value stands for: the schema's default, or nothing. **/
+/** Default of a missing value from the schema; null if none. **/
 NodePointer makeDefault(const Node& node) {
     if (!node.key || node.key->defaultText.empty()) return nullptr;
     YamlTree tree = parseYaml(node.key->defaultText, "default of " + node.path);
@@ -246,7 +246,7 @@ double calcConstant(const ModelValue& model, const std::string& text) {
 }
 
 struct VariableFormula::Shared {
-    std::unique_ptr<const formula::Formula> formula;  ///< of t and what is used
+    std::unique_ptr<const formula::Formula> formula;  ///< of t and the used variables
     std::vector<std::string> used, quantities;
     std::vector<SharedWord> sharedWords;
 };
@@ -301,7 +301,7 @@ const std::vector<VariableFormula::SharedWord>& VariableFormula::getSharedWords(
 
 namespace {
 
-/** Time and values, on the stack as long as they are few. **/
+/** Time and values, on the stack if there are few. **/
 template <class Number>
 class Inputs {
 public:
@@ -346,7 +346,7 @@ double VariableFormula::calcSlopes(double time, const double* values, double* sl
 void VariableFormula::checkUnits(const ModelValue& text,
                                  const std::vector<std::string>& units) const {
     std::vector<std::string> all = units;
-    all.insert(all.begin(), "s");  // of the time
+    all.insert(all.begin(), "s");  // unit of time
     try {
         m_shared->formula->checkUnits(all);
     } catch (const formula::SyntaxError& error) {

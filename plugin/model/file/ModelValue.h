@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-A value of a model file that was read and checked against the schema, with the place where it
-stands. A cheap handle: copies refer to the same file.
+A value of a model file that was read and checked against the schema, with its place in the file. A
+cheap handle: copies refer to the same file.
 
     const ModelValue joint = model.get("joints").get("bearing");
     const std::string type = joint.get("type").getText();
     const SimTK::Vec3 axis = joint.get("axis").getVec3();
     if (axis.norm() == 0) joint.get("axis").fail("the axis has no direction");
 
-A key that the file leaves out gives a value that is not isGiven() and has the schema's default. **/
+A key missing from the file returns a value that is not isGiven() and has the schema's default. **/
 
 #include <memory>
 #include <string>
@@ -31,7 +31,7 @@ public:
     bool isMap() const { return getKind() == Kind::Map; }
     bool isScalar() const { return getKind() == Kind::Scalar; }
 
-    /** @name Maps; of anything else they are empty. **/
+    /** @name Maps; all other values act as empty maps. **/
     /**@{**/
     bool has(const std::string& key) const;
     /** @throws std::logic_error if the schema has no such key here. **/
@@ -40,14 +40,14 @@ public:
     std::vector<std::string> getKeys() const;
     /**@}**/
 
-    /** @name Lists; a scalar counts as a list of one. **/
+    /** @name Lists; a scalar acts as a list of one. **/
     /**@{**/
     int getSize() const;
     ModelValue at(int index) const;
     /**@}**/
 
     /** @name Contents
-    All throw ModelError for what is of another kind. Numbers are constant expressions. **/
+    All throw ModelError for a value of another kind. Numbers are constant expressions. **/
     /**@{**/
     double getNumber() const;
     int getInteger() const;
@@ -56,37 +56,37 @@ public:
     std::vector<double> getNumbers() const;
     std::vector<std::string> getTexts() const;
     SimTK::Vec3 getVec3() const;
-    /** A function of time; fails for a law that names quantities. **/
+    /** A function of time.
+    @throws ModelError for a law that names quantities. **/
     Expression getExpression() const;
-    /** True if it is a law that names quantities of the motion. **/
+    /** True for a law that names quantities of the motion. **/
     bool isLaw() const;
-    /** One for each item of a list. **/
     std::vector<Expression> getExpressions() const;
     /**@}**/
 
-    /** A text as the path of a file: relative ones begin at the model file's folder. **/
+    /** A text as a file path; relative paths start at the model file's folder. **/
     std::string getFilePath() const;
 
     /** "joints.bearing.axis". **/
     std::string getPath() const;
     /** Last part of the path: the name of a body, joint … **/
     std::string getName() const;
-    /** "crank.yaml:12:9"; of a missing value that of the map which lacks it. **/
+    /** "crank.yaml:12:9"; for a missing value the place of the map that lacks it. **/
     std::string getPlace() const;
 
-    /** All scalars in here that nobody has asked for: they have no effect. **/
+    /** All scalars below this value that were never used and so have no effect. **/
     std::vector<ModelValue> findUnread() const;
-    /** @throws ModelError that names them all if there are any. **/
+    /** @throws ModelError naming all unused scalars, if there are any. **/
     void checkRead() const;
 
     /** @throws ModelError "PLACE: PATH: message". **/
     [[noreturn]] void fail(const std::string& message) const;
-    /** The same for a name that is not among those there are: proposes the nearest, or lists them
-    all if they are few. `what`: "body", "joint" … **/
+    /** The same for an unknown name: suggests the nearest of the known names, or lists them all if
+    there are few. `what`: "body", "joint" … **/
     [[noreturn]] void failUnknown(const std::string& what, const std::string& name,
                                   const std::vector<std::string>& known) const;
 
-    struct Node;  ///< what the reader made
+    struct Node;  ///< data made by the reader
     explicit ModelValue(std::shared_ptr<const Node> node);
     const Node& getNode() const { return *m_node; }
 
@@ -94,7 +94,7 @@ private:
     std::shared_ptr<const Node> m_node;
 };
 
-/** A constant as typed by a user (`30*deg`, `L/2`), with the parameters of `model`.
+/** Evaluates a constant typed by a user (`30*deg`, `L/2`), with the parameters of `model`.
 @throws std::invalid_argument. **/
 double calcConstant(const ModelValue& model, const std::string& text);
 

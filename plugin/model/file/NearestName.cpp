@@ -7,7 +7,7 @@ namespace model {
 
 namespace {
 
-const std::size_t FewNames = 16;  // are listed all
+const std::size_t FewNames = 16;  // listed in full
 
 }  // namespace
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The known name that was probably meant. **/
+Suggestions for misspelled names. **/
 
 #include <iterator>
 #include <stdexcept>
@@ -12,14 +12,14 @@ The known name that was probably meant. **/
 namespace simflex {
 namespace model {
 
-/** "did you mean 'x'?", or "there is: a, b, c" if they are few, or "". **/
+/** "did you mean 'x'?", or "there is: a, b, c" if there are few, or "". **/
 std::string proposeName(const std::string& name, const std::vector<std::string>& known);
 
-/** "there is no joint 'bearng'; did you mean 'bearing'?" or a list of all if they are few. **/
+/** "there is no joint 'bearng'; did you mean 'bearing'?", or with a list of all if there are few.
+ **/
 std::string describeUnknown(const std::string& what, const std::string& name,
                             const std::vector<std::string>& known);
 
-/** The names of items that have one each. **/
 template <class Items>
 std::vector<std::string> getNames(const Items& items) {
     std::vector<std::string> names;
@@ -27,7 +27,7 @@ std::vector<std::string> getNames(const Items& items) {
     return names;
 }
 
-/** The item that is called so; null if there is none. **/
+/** The item of that name; null if none. **/
 template <class Items>
 auto seekNamed(Items& items, const std::string& name) -> decltype(&*std::begin(items)) {
     for (auto& item : items)
@@ -35,7 +35,8 @@ auto seekNamed(Items& items, const std::string& name) -> decltype(&*std::begin(i
     return nullptr;
 }
 
-/** The same. @throws Error as describeUnknown(). **/
+/** The same.
+@throws Error with describeUnknown(). **/
 template <class Error = std::runtime_error, class Items>
 const auto& findNamed(const Items& items, const std::string& what, const std::string& name) {
     if (const auto* item = seekNamed(items, name)) return *item;

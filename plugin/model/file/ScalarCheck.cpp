@@ -38,7 +38,7 @@ std::string describeFound(const YamlTree& tree) {
     }
 }
 
-/** A model file writes only where it is run. **/
+/** Restricts output to paths below the current folder. **/
 void checkOutput(const Node& node) {
     const std::filesystem::path path(node.scalar);
     bool climbs = path.empty() || path.is_absolute() || node.scalar[0] == '~';
@@ -49,7 +49,7 @@ void checkOutput(const Node& node) {
                   "current folder (the command line may name any other)");
 }
 
-/** True of what would be a law elsewhere. **/
+/** True for a text that would be a valid law elsewhere. **/
 bool namesQuantities(const std::string& text, const Node& node, const SchemaForm& form) {
     try {
         return !readLaw(text, *node.file, form, form.locals).getUsedVariables().empty();
@@ -69,7 +69,7 @@ void checkNumber(Node& node, const SchemaForm& form) {
     double ignored = 0;
     try {
         if (canMove && form.isLaw && !formula::readPlainNumber(text, ignored)) {
-            // Which of the form's own quantities a connector has is known once it is built.
+            // The quantities that a connector has of its form are known only once it is built.
             checkLawWords(node, form.locals);
             const std::vector<std::string> used =
                 readLaw(text, *node.file, form, form.locals).getUsedVariables();

@@ -27,14 +27,14 @@ const int MaxDepth = 64;
     throw ModelError(place, "", message);
 }
 
-/** A formula without quotes in {…} or […] falls apart at its commas. **/
+/** An unquoted formula in {…} or […] is split at its commas. **/
 std::string explainKey(const std::string& key) {
     return key.find_first_not_of("0123456789.+-") == std::string::npos
                ? ": a formula with commas stands in quotes, decimals have a point"
                : "";
 }
 
-/** Makes a YamlTree of what yaml-cpp's parser tells. **/
+/** Builds a YamlTree from the events of yaml-cpp's parser. **/
 class TreeMaker : public YAML::EventHandler {
 public:
     TreeMaker(const std::string& text, const std::string& name) : m_text(text), m_name(name) {
@@ -98,7 +98,7 @@ public:
     }
 
 private:
-    /** A list or map that is not complete yet. **/
+    /** An incomplete list or map. **/
     struct Open {
         YamlTree tree;
         YAML::anchor_t anchor = 0;
@@ -197,7 +197,7 @@ private:
         open.tree.entries.push_back({open.key.scalar, open.key.place, std::move(tree)});
     }
 
-    /** `<<: *name` adds what is not there yet. **/
+    /** Adds the entries of `<<: *name` that are not there yet. **/
     static void mergeBases(Open& open) {
         for (const YamlTree& base : open.bases) {
             if (base.kind != YamlTree::Kind::Map) fail(base.place, "'<<' needs a map");
@@ -206,7 +206,7 @@ private:
         }
     }
 
-    /** Where a mark stands in the text; its end for what stands nowhere. **/
+    /** Position of a mark in the text; the text's end if the mark has none. **/
     std::size_t findByte(const YAML::Mark& mark) const {
         if (mark.is_null() || mark.line < 0 || mark.column < 0) return m_text.size();
         if (static_cast<std::size_t>(mark.line) >= m_lines.size()) return m_text.size();
@@ -214,7 +214,7 @@ private:
                                            static_cast<std::size_t>(mark.column));
     }
 
-    /** A text in quotes must end, which yaml-cpp does not ask for. **/
+    /** Requires a closing quote, which yaml-cpp does not check. **/
     void checkQuote(const YAML::Mark& mark) const {
         std::size_t at = findByte(mark);
         if (at >= m_text.size() || (m_text[at] != '"' && m_text[at] != '\'')) return;
@@ -226,7 +226,7 @@ private:
         fail(makePlace(mark), std::string("the text that begins here has no closing ") + quote);
     }
 
-    /** Sees whether the scalar stands in the file as it is. **/
+    /** Finds out whether the scalar stands in the file verbatim. **/
     void findText(const YAML::Mark& mark, YamlTree& tree) const {
         std::size_t at = findByte(mark);
         if (at >= m_text.size()) return;
@@ -238,19 +238,19 @@ private:
     }
 };
 
-/** Where a line begins, counted from 1; the text's end behind its last. **/
+/** Start of a line, counted from 1; the text's end after the last line. **/
 std::size_t findLine(const std::string& text, int line) {
     std::size_t at = 0;
     while (--line > 0 && at < text.size()) at = std::min(text.find('\n', at), text.size() - 1) + 1;
     return at;
 }
 
-/** The last '[' or '{' before a line's end that is not closed; column 0: none. **/
+/** The last unclosed '[' or '{' before the end of a line; column 0 if there is none. **/
 ModelPlace findOpenBracket(const std::string& text, const std::string& name, int lastLine) {
     std::vector<ModelPlace> open;
-    std::string ends;  // of those open
+    std::string ends;  // their closing brackets
     ModelPlace place{name, 1, 0};
-    char quote = 0, before = '\n';  // last that is no space
+    char quote = 0, before = '\n';  // the last one that is not a space
     bool afterSpace = true, isComment = false;
     for (const char c : text) {
         if (c == '\n' && ++place.line > lastLine) break;
@@ -279,7 +279,7 @@ ModelPlace findOpenBracket(const std::string& text, const std::string& name, int
     return open.empty() ? ModelPlace{name, 0, 0} : open.back();
 }
 
-/** What the parser's words mean for who wrote the file. **/
+/** Translates the parser's messages for the author of the file. **/
 [[noreturn]] void explain(const std::string& text, const std::string& name, const ModelPlace& place,
                           const std::string& words) {
     namespace Words = YAML::ErrorMsg;
@@ -349,7 +349,7 @@ void checkEncoding(const std::string& text, const std::string& name) {
     }
 }
 
-/** The line of the first tab that indents, from 1; 0: none. **/
+/** Line of the first indentation by a tab, from 1; 0 if none. **/
 int findTab(const std::string& text) {
     int line = 1;
     bool isIndent = true;
@@ -396,14 +396,14 @@ YamlTree parseYaml(const std::string& text, const std::string& name) {
                 return false;
             }
         };
-        if (!canRead(line - 1) || canRead(line)) throw;  // it is not for the tab
+        if (!canRead(line - 1) || canRead(line)) throw;  // the tab is not the cause
         fail({name, line, 1}, "this line is indented by a tab: YAML needs spaces");
     }
 }
 
 namespace {
 
-/** YAML, but for formulas with ? : and !, which YAML takes for a map and for a tag. **/
+/** Reads YAML, but also formulas with ? : and !, which YAML would read as a map and a tag. **/
 YamlTree readSettingValue(const std::string& text, const std::string& name) {
     const std::size_t first = text.find_first_not_of(' ');
     const bool isPlain = first != std::string::npos && text.find('\n') == std::string::npos &&

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-A YAML document as a plain tree: aliases expanded within bounds, keys unique, every value with its
-place. **/
+A YAML document as a plain tree: aliases are expanded within bounds, keys are unique, and every
+value has its place. **/
 
 #include <string>
 #include <utility>
@@ -20,7 +20,7 @@ struct YamlTree {
     ModelPlace place;
     std::string scalar;
     bool isQuoted = false;
-    /** The text stands in the file just as it is in `scalar`, from `place` (behind a quote). **/
+    /** The text in the file equals `scalar`, starting at `place` (after a quote). **/
     bool isPlainText = false;
     std::vector<YamlTree> items;
     std::vector<Entry> entries;
@@ -35,11 +35,12 @@ struct YamlTree::Entry {
 };
 
 /** @param name  of the file, for messages
-@throws ModelError  for what is no YAML, tags, duplicate keys, more than 64 levels or 200 000
-values, more than 16 MB. **/
+@throws ModelError for invalid YAML, tags, duplicate keys, more than 64 levels or 200 000 values, or
+more than 16 MB. **/
 YamlTree parseYaml(const std::string& text, const std::string& name);
 
-/** Replaces or adds what a setting "PATH=VALUE" names. @throws ModelError. **/
+/** Replaces or adds the value of a setting "PATH=VALUE".
+@throws ModelError. **/
 void applySetting(YamlTree& tree, const std::string& setting);
 
 }  // namespace model

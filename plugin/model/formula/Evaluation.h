@@ -1,12 +1,12 @@
 #pragma once
 /** @file
-The value of a tree, in any of the kinds of numbers of Jet.h.
+Evaluation of a tree with any of the number types of Jet.h.
 
     evaluate<double>(tree, tree.getRoot(), &time);
     const Jet<double> now = Jet<double>::makeVariable(time);
     evaluate(tree, tree.getRoot(), &now);     // with derivatives
 
-What has no value is NaN, and so is all that is made of it. **/
+A result that does not exist is NaN, and so is everything computed from it. **/
 
 #include <optional>
 #include <vector>
@@ -25,7 +25,7 @@ inline Interval signOf(const Interval& x) {
     return {signAfter(x.low), signAfter(x.high)};
 }
 
-/** y0 before t0, y1 from t1 on, between them y0 + (y1 − y0)·shape(s), s = 0…1. **/
+/** y0 before t0, y1 from t1 on, and y0 + (y1 − y0)·shape(s), s = 0…1, in between. **/
 template <class S, class Shape>
 S rise(const S* t, Shape shape) {
     const S &at = t[0], &t0 = t[1], &y0 = t[2], &t1 = t[3], &y1 = t[4];
@@ -59,15 +59,15 @@ S raise(const S& x, const S& p, double value, bool isConstant) {
         [](auto y) { return exp(y); });
 }
 
-/** What one operation makes of its operands.
-@tparam Operands  `S operator()(std::size_t i)` is operand i: what is not taken is not asked for;
-    `findNumber(i)` points to it if it is a Number **/
+/** Applies one operation to its operands.
+@tparam Operands  `S operator()(std::size_t i)` evaluates operand i, and is called only for operands
+    in use; `findNumber(i)` points to it if it is a Number  **/
 template <class S, class Operands>
 class Application {
 public:
     explicit Application(const Operands& operands) : operand(operands) {}
 
-    /** Of what is no Number, Variable or Call. **/
+    /** For all operations except Number, Variable and Call. **/
     S calc(Operation operation, const Table* table, const SurfaceTable* surface) const {
         using std::acos;
         using std::asin;
@@ -238,7 +238,7 @@ private:
     static Interval decimalLogarithm(const Interval& x) { return log10(x); }
     static double calcTangent(double x) { return std::tan(x); }
     static Interval calcTangent(const Interval& x) { return sin(x) / cos(x); }
-    /** Of asin. **/
+    /** Derivative of asin. **/
     template <class T>
     static T calcArcSlope(const T& x) {
         using std::sqrt;
@@ -249,7 +249,7 @@ private:
     static bool hasNoValue(const Jet<double>& x) { return std::isnan(x.value); }
     static bool hasNoValue(const Jet<Interval>&) { return false; }
 
-    /** Times of a step, ramp or pulse in the wrong order. **/
+    /** True if the times of a step, ramp or pulse are in the wrong order. **/
     static bool descends(double begin, double end) { return begin > end; }
     static bool descends(const Jet<double>& begin, const Jet<double>& end) {
         return begin.value > end.value;
@@ -258,7 +258,8 @@ private:
 
     static constexpr bool isOfBounds = std::is_same<S, Jet<Interval>>::value;
 
-    /** Of a number without value nothing follows; of bounds, that one is false. **/
+    /** Logical and. NaN makes the result unknown; with bounds, No decides even if the other is
+    unknown. **/
     static Truth both(Truth a, Truth b) {
         if (!isOfBounds && (a == Truth::Unknown || b == Truth::Unknown)) return Truth::Unknown;
         if (a == Truth::No || b == Truth::No) return Truth::No;
@@ -319,7 +320,7 @@ private:
     }
 
     static double calcAtan2(double y, double x) { return std::atan2(y, x); }
-    /** Slopes are those of atan(y/x), or of −atan(x/y). **/
+    /** The derivatives are those of atan(y/x), or of −atan(x/y). **/
     static Jet<double> calcAtan2(const Jet<double>& y, const Jet<double>& x) {
         Jet<double> result = std::abs(x.value) >= std::abs(y.value)
                                  ? Application::calcAtan(divide(y, x))
@@ -351,7 +352,7 @@ private:
     }
 };
 
-/** One evaluation of a tree; a node that several name is evaluated once. **/
+/** One evaluation of a tree; shared nodes are evaluated once. **/
 template <class S>
 class TreeEvaluation {
 public:

@@ -11,8 +11,8 @@ namespace formula {
 
 namespace {
 
-/** The largest parts that depend on variable 0 alone; not on what a program's own function makes of
-it. **/
+/** The largest parts that depend on variable 0 alone, excluding results of user-defined functions.
+ **/
 std::vector<int> collectTimed(const Tree& tree) {
     enum class Kind { Constant, Timed, Other };
     std::vector<Kind> kinds;
@@ -105,7 +105,7 @@ std::string Formula::explain(int number, const double* values) const {
     const auto calcOperand = [&](std::size_t i) {
         return evaluate(*m_tree, node.operands[i], values);
     };
-    // The first operand without a value is to blame, unless it is a branch that is not taken.
+    // The cause is the first operand without a value, except for a branch that is not taken.
     double x = 0;
     for (std::size_t i = 0; i < node.operands.size(); ++i) {
         if (node.operation == Operation::If && i > 0 && (x != 0) != (i == 1)) continue;
@@ -164,11 +164,11 @@ std::string Formula::explain(int number, const double* values) const {
 }
 
 void Formula::checkUnits(const std::vector<std::string>& units) const {
-    std::vector<std::string> found;  // of the nodes before
+    std::vector<std::string> found;  // by node
     for (const Node& node : m_tree->nodes) found.push_back(findUnit(node, units, found));
 }
 
-/** Empty if it is not known: a factor may have any. **/
+/** Unit of a node; empty if unknown, since a factor may have any. **/
 std::string Formula::findUnit(const Node& node, const std::vector<std::string>& units,
                               const std::vector<std::string>& ofNodes) const {
     if (node.operation == Operation::Variable)

@@ -19,30 +19,29 @@ public:
     /** @throws SyntaxError. **/
     Formula(std::string text, const Scope& scope, const std::vector<std::string>& variables);
 
-    /** NaN where it has no value.
+    /** The value, or NaN.
     @param values  of the variables, in their order **/
     double calc(const double* values) const;
     Jet<double> calc(const Jet<double>* values) const;
-    /** The value, and ∂f/∂x_i of the first `count` variables; not finite where it has none, at a
-    kink those of growing x_i. **/
+    /** Returns the value and sets ∂f/∂x_i of the first `count` variables, at a kink those for
+    growing x_i; not finite where they do not exist. **/
     double calcSlopes(const double* values, double* slopes, int count) const;
-    /** True for `a < b`, `a > b` and the like, and what `&&` and `||` make of these. **/
+    /** True for comparisons such as `a < b`, and their combinations by `&&` and `||`. **/
     bool isComparison() const;
-    /** How far a comparison holds, negative where it does not: b − a, over the larger of 1, |a| and
-    |b|; of several the least, or the largest. **/
+    /** Margin of a comparison, negative where it does not hold: b − a relative to the largest of 1,
+    |a| and |b|; for combinations the smallest or largest one. **/
     double calcMargin(const double* values) const;
-    /** Why it has no finite value: "the root of -1 in 'sqrt(1 - t)'". **/
+    /** Why the value is not finite: "the root of -1 in 'sqrt(1 - t)'". **/
     std::string explain(const double* values) const;
 
-    /** @param units  of the variables; empty: not known
-    @throws SyntaxError where numbers are added or compared whose units are known and differ. **/
+    /** @param units  of the variables; an empty unit is not known
+    @throws SyntaxError at a sum or comparison of numbers with known, different units. **/
     void checkUnits(const std::vector<std::string>& units) const;
 
-    /** Times in (from, to] at which it changes its course, see Switches.h: of several variables the
-    first is the time, and parts that depend on it alone are searched. **/
+    /** Times in (from, to] at which the formula changes course, see Switches.h. The first variable
+    is the time; with several variables, only parts that depend on time alone are searched. **/
     std::vector<double> findSwitches(double from, double to) const;
 
-    /** Those of the variables that occur in the text. **/
     const std::vector<std::string>& getUsedVariables() const { return m_used; }
     const std::string& getText() const { return m_text; }
 

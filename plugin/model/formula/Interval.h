@@ -1,10 +1,10 @@
 #pragma once
 /** @file
-A set of numbers between two bounds, and what functions make of it: every value that the function
-has on the set lies in the result, which may be larger (Moore, Interval Analysis, ch. 3). Where a
-function is nowhere defined the result is empty; where it is unbounded, it has infinite bounds.
+Interval arithmetic: the result contains every value of the function on the set, and may be larger
+(Moore, Interval Analysis, ch. 3). It is empty where the function is undefined everywhere, and has
+infinite bounds where the function is unbounded.
 
-Bounds are rounded to nearest: good for finding where something may happen, no proof. **/
+Bounds are rounded to nearest: sufficient for finding candidates, but no proof. **/
 
 #include <algorithm>
 #include <cmath>
@@ -55,7 +55,7 @@ inline Interval operator-(const Interval& a, const Interval& b) {
 inline Interval operator*(const Interval& a, const Interval& b) {
     if (a.isEmpty() || b.isEmpty()) return Interval::makeEmpty();
     if ((a.isPoint() && a.low == 0) || (b.isPoint() && b.low == 0)) return 0;
-    // 0·∞ stands for products of numbers near both, which have no bounds
+    // 0·∞ stands for products of numbers nearby, which are unbounded.
     const double products[] = {a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high};
     for (double product : products)
         if (std::isnan(product)) return Interval::makeWhole();
@@ -67,7 +67,7 @@ inline Interval operator/(const Interval& a, const Interval& b) {
     return a * Interval(1 / b.high, 1 / b.low);
 }
 
-/** Of a function that nowhere falls and is defined on [low, high]. **/
+/** For a nondecreasing function defined on [low, high]. **/
 template <class Function>
 Interval mapRising(const Interval& x, double low, double high, Function function) {
     const double first = std::max(x.low, low), last = std::min(x.high, high);
@@ -138,7 +138,7 @@ inline Interval sin(const Interval& x) {
             meets(x, quarter) ? 1 : std::max(low, high)};
 }
 
-/** x^p, p one number. **/
+/** x^p for a single number p. **/
 inline Interval pow(const Interval& x, double p) {
     const bool isWhole = p == std::floor(p), isEven = isWhole && std::fmod(p, 2) == 0;
     if (p == 0) return 1;

@@ -1,15 +1,15 @@
 #pragma once
 /** @file
-Numbers that know their derivatives (forward mode; Griewank & Walther, Evaluating Derivatives,
-ch. 13), and what the functions of formulas make of three kinds of numbers:
+Automatic differentiation in forward mode (Griewank & Walther, Evaluating Derivatives, ch. 13), and
+the functions of formulas for three number types:
 
 - `double`: values alone;
-- `Jet<double>`: value, first and second derivative along one direction. Seeded with (t, 1, 0) for
-  the time; of several inputs, the one with (x, 1, 0) is the one by which is differentiated;
+- `Jet<double>`: value, first and second derivative along one direction. Seed the time with (t, 1,
+0); among several inputs, seed the one to differentiate by with (x, 1, 0);
 - `Jet<Interval>`: bounds of all three over an interval.
 
-Where a function has a kink its derivatives are those of the side that comes next: |x| at 0 has the
-slope |x'|. Derivatives that do not exist are not finite. **/
+At a kink, derivatives are those of the side ahead: |x| at 0 has the slope |x'|. Derivatives that do
+not exist are not finite. **/
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ namespace formula {
 template <class T>
 struct Jet {
     T value = 0, first = 0, second = 0;
-    bool isConstant = true;  ///< whatever the inputs are; its derivatives are 0
+    bool isConstant = true;  ///< independent of all inputs, so derivatives are 0
 
     Jet() = default;
     Jet(double constant) : value(constant) {}
@@ -36,12 +36,13 @@ struct Jet {
     static Jet makeVariable(T v) { return {v, T(1), T(0)}; }
 };
 
+/** Truth of a statement; Unknown for NaN, and for bounds that allow both. **/
 enum class Truth { No, Yes, Unknown };
 
 const double NoNumber = std::numeric_limits<double>::quiet_NaN();
 
-//---------------------------------------------------------------------------------------------------------
-// arithmetic
+//-------------------------------------------------------------------------------------------------
+// Arithmetic
 
 template <class T>
 Jet<T> operator+(const Jet<T>& a, const Jet<T>& b) {
@@ -74,12 +75,12 @@ Jet<T> operator*(const Jet<T>& a, const Jet<T>& b) {
 }
 
 inline double divide(double a, double b) {
-    return b == 0 ? NoNumber : a / b;  // an infinite value would come to look like a finite one
+    return b == 0 ? NoNumber : a / b;  // an infinity could later become finite
 }
 inline Interval divide(const Interval& a, const Interval& b) {
     return a / b;
 }
-/** Likewise; and what has no value has no power, not even the zeroth. **/
+/** NaN outside the domain; a NaN has no power, not even the zeroth. **/
 inline double logarithm(double x) {
     return x > 0 ? std::log(x) : NoNumber;
 }
@@ -87,7 +88,7 @@ inline Interval logarithm(const Interval& x) {
     return log(x);
 }
 inline double power(double x, double p) {
-    if (p == 2) return x * x;  // the same, without a call
+    if (p == 2) return x * x;  // same value, without a call
     return std::isnan(x) || std::isnan(p) || (x == 0 && p < 0) ? NoNumber : std::pow(x, p);
 }
 inline Interval power(const Interval& x, double p) {
@@ -105,9 +106,8 @@ Jet<T> divide(const Jet<T>& a, const Jet<T>& b) {
     return {value, first, divide(a.second - 2 * (first * b.first) - value * b.second, b.value)};
 }
 
-//---------------------------------------------------------------------------------------------------------
-// functions of one argument: f(x) from the values of f, f' and f'' at x; the derivatives are
-// calculated only where they are wanted
+//-------------------------------------------------------------------------------------------------
+// Functions of one argument: f(x) from f, f' and f'' at x; derivatives are computed only if needed
 
 template <class F, class D, class DD>
 double chain(double x, F f, D, DD) {
@@ -125,7 +125,7 @@ Jet<T> chain(const Jet<T>& x, F f, D df, DD ddf) {
     return result;
 }
 
-/** f as it is, flat between its jumps. **/
+/** Piecewise constant functions. **/
 template <class F>
 double applySteps(double x, F f) {
     return f(x);
@@ -143,10 +143,10 @@ Jet<Interval> applySteps(const Jet<Interval>& x, F f) {
     return result;
 }
 
-//---------------------------------------------------------------------------------------------------------
-// what depends on where a number lies
+//-------------------------------------------------------------------------------------------------
+// Functions that depend on the sign of a number
 
-/** 1, 0 or −1 as x is from now on: if it is 0 now, its derivatives tell. NaN of NaN. **/
+/** The sign of x just ahead: 1, 0 or −1. At x = 0 the derivatives decide. NaN for NaN. **/
 inline double signAfter(double x) {
     return x > 0 ? 1 : x < 0 ? -1 : x;
 }
@@ -163,7 +163,7 @@ S absolute(const S& x) {
 template <class S>
 S minimum(const S& a, const S& b) {
     const double sign = signAfter(a - b);
-    return sign < 0 ? a : sign >= 0 ? b : a + b;  // the sum has no value either
+    return sign < 0 ? a : sign >= 0 ? b : a + b;  // NaN, like the sum
 }
 template <class S>
 S maximum(const S& a, const S& b) {
@@ -172,7 +172,7 @@ S maximum(const S& a, const S& b) {
 }
 
 inline double minimum(double a, double b) {
-    const double least = a < b ? a : b;  // no branch, but for a NaN
+    const double least = a < b ? a : b;  // compiles without a branch
     return a == a ? least : a;
 }
 inline double maximum(double a, double b) {
@@ -180,11 +180,11 @@ inline double maximum(double a, double b) {
     return a == a ? most : a;
 }
 
-/** One or the other. **/
+/** Either of two functions. **/
 inline Jet<Interval> hull(const Jet<Interval>& a, const Jet<Interval>& b) {
     return {hull(a.value, b.value), Interval::makeWhole(), Interval::makeWhole()};
 }
-/** The same of functions that meet where they take over: slopes are bounded. **/
+/** Either of two functions that meet where they switch, so that slopes are bounded. **/
 inline Jet<Interval> joined(const Interval& value, const Jet<Interval>& a, const Jet<Interval>& b) {
     return {value, hull(a.first, b.first), Interval::makeWhole()};
 }
@@ -202,7 +202,7 @@ inline Jet<Interval> maximum(const Jet<Interval>& a, const Jet<Interval>& b) {
     return -minimum(-a, -b);
 }
 
-/** True if x ∈ {0, 1, …} where it is a truth; of a NaN nothing is known. **/
+/** Truth of a number: nonzero is true, NaN unknown. **/
 inline Truth truthOf(double x) {
     return std::isnan(x) ? Truth::Unknown : x != 0 ? Truth::Yes : Truth::No;
 }
@@ -214,7 +214,7 @@ inline Truth truthOf(const Jet<Interval>& x) {
     return x.value.isPoint() ? Truth::No : Truth::Unknown;
 }
 
-/** `x < 0` and `x <= 0`. **/
+/** Truth of `x < 0`. **/
 inline Truth isBelow(double x) {
     return std::isnan(x) ? Truth::Unknown : x < 0 ? Truth::Yes : Truth::No;
 }
@@ -228,7 +228,7 @@ inline Truth negate(Truth truth) {
     return truth == Truth::Yes ? Truth::No : truth == Truth::No ? Truth::Yes : truth;
 }
 
-/** 1, 0, or what stands for either: NaN, all between them. **/
+/** 1, 0, or if unknown NaN or the whole range between them. **/
 template <class S>
 S makeTruth(Truth truth) {
     const double number = truth == Truth::Unknown ? NoNumber : truth == Truth::Yes ? 1 : 0;
@@ -243,8 +243,8 @@ S makeTruth(Truth truth) {
     }
 }
 
-//---------------------------------------------------------------------------------------------------------
-// tables: NaN, or no bounds, where they refuse
+//-------------------------------------------------------------------------------------------------
+// Tables: NaN, or no bounds, where they refuse extrapolation
 
 inline double lookUp(const Table& table, double x) {
     return table.covers(x) ? table.calc(x) : NoNumber;
@@ -272,7 +272,8 @@ inline Jet<Interval> lookUp(const Table& table, const Jet<Interval>& x) {
 inline double lookUp(const SurfaceTable& table, double x, double y) {
     return table.covers(x, y) ? table.calc(x, y) : NoNumber;
 }
-/** f(x, y) by the chain rule. @param f  f(i, j): ∂^(i+j) f/∂x^i ∂y^j **/
+/** f(x, y) by the chain rule.
+@param f  f(i, j): ∂^(i+j) f/∂x^i ∂y^j **/
 template <class T, class F>
 Jet<T> chainTwo(const Jet<T>& x, const Jet<T>& y, const F& f) {
     Jet<T> result;
@@ -305,15 +306,15 @@ inline Jet<Interval> lookUp(const SurfaceTable& table, const Jet<Interval>& x,
     });
 }
 
-//---------------------------------------------------------------------------------------------------------
-// functions of a program's own: slopes by central differences, no second derivative
+//-------------------------------------------------------------------------------------------------
+// User-defined functions: slopes by central differences, no second derivatives
 
 inline double call(const OwnFunction& function, const double* x, int count) {
     for (int i = 0; i < count; ++i)
         if (std::isnan(x[i])) return NoNumber;
     return function.calc(x, count);
 }
-/** Of x(s) = x + s·direction, by s. **/
+/** Slope by s of x(s) = x + s·direction. **/
 inline double callSlope(const OwnFunction& function, const double* x, const double* direction,
                         int count) {
     double size = 1, length = 0;

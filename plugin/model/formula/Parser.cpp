@@ -14,13 +14,13 @@ namespace formula {
 namespace {
 
 const std::size_t MaxLength = 10000;
-const int MaxNesting = 200;  // of parentheses, signs, powers and choices
-const int MaxDepth = 1000;   // of the tree: terms in a row
+const int MaxNesting = 200;  // of parentheses, signs, powers and conditionals
+const int MaxDepth = 1000;   // of the tree: terms in a sum
 
 struct Function {
     const char* name;
     Operation operation;
-    int fewest, most;  ///< arguments
+    int fewest, most;  ///< number of arguments
 };
 const int Any = 1000;
 const Function FormulaFunctions[] = {
@@ -59,7 +59,7 @@ public:
         checkCharacters();
         const int root = parseChoice();
         if (!isAtEnd()) failAtToken();
-        // A constant may stand before nodes that it has replaced.
+        // Drop nodes that a constant has replaced.
         return m_tree.copyPart(root);
     }
 
@@ -68,10 +68,9 @@ private:
     const Scope& m_scope;
     const std::vector<std::string>& m_variables;
     Tree m_tree;
-    std::size_t m_at = 0, m_end = 0;  ///< of what is read next; of what was read last
+    std::size_t m_at = 0, m_end = 0;  ///< start of the next token; end of the last one
     int m_nesting = 0;
 
-    /** Counts what calls itself. **/
     class Nesting {
     public:
         explicit Nesting(Parser& parser) : m_parser(parser) {
@@ -87,8 +86,8 @@ private:
         Parser& m_parser;
     };
 
-    //-----------------------------------------------------------------------------------------------------
-    // errors
+    //---------------------------------------------------------------------------------------------
+    // Errors
 
     [[noreturn]] void fail(const std::string& message, std::size_t position) const {
         throw SyntaxError(message, static_cast<int>(position));
@@ -112,7 +111,6 @@ private:
         }
     }
 
-    /** What stands here stands in a wrong place. **/
     [[noreturn]] void failAtToken() {
         skipBlanks();
         if (m_at >= m_text.size()) fail("the formula ends too early", m_text.size());
@@ -130,7 +128,7 @@ private:
                       : "an operator '" + std::string(1, c) + "' has no meaning here");
     }
 
-    /** After a number: "5 mm", "3t". **/
+    /** Reports a word after a number: "5 mm", "3t". **/
     [[noreturn]] void failAtUnit(const std::string& number, std::size_t begin) {
         std::size_t end = m_at;
         while (end < m_text.size() && isWordCharacter(m_text[end])) ++end;
@@ -143,7 +141,7 @@ private:
             {"min", "*60"},  {"h", "*3600"},  {"bar", "*1e5"}, {"kHz", "*1e3"}};
         const auto unit = units.find(name);
         if (unit != units.end() && !(end < m_text.size() && m_text[end] == '(')) {
-            // "5e-3" rather than "5*1e-3"
+            // Write "5e-3" rather than "5*1e-3".
             const bool isPower = unit->second.compare(0, 3, "*1e") == 0 &&
                                  number.find_first_of("eE") == std::string::npos;
             fail("numbers have no units here, all are SI: write " + number +
@@ -154,8 +152,8 @@ private:
              "*" + name);
     }
 
-    //-----------------------------------------------------------------------------------------------------
-    // characters
+    //---------------------------------------------------------------------------------------------
+    // Characters
 
     void skipBlanks() {
         while (m_at < m_text.size() && std::strchr(" \t\r\n", m_text[m_at])) ++m_at;
@@ -164,7 +162,7 @@ private:
         skipBlanks();
         return m_at >= m_text.size();
     }
-    /** Reads it if it stands here. **/
+    /** Consumes the symbol if it comes next. **/
     bool take(const char* symbol) {
         skipBlanks();
         const std::size_t length = std::strlen(symbol);
@@ -178,8 +176,8 @@ private:
         return m_text.compare(m_at, std::strlen(symbol), symbol) == 0;
     }
 
-    //-----------------------------------------------------------------------------------------------------
-    // nodes
+    //---------------------------------------------------------------------------------------------
+    // Nodes
 
     int add(Operation operation, std::vector<int> operands, std::size_t begin,
             std::shared_ptr<const Table> table = nullptr,
@@ -209,7 +207,7 @@ private:
         return m_tree.getRoot();
     }
 
-    /** Comparisons stay comparisons, whose margin is known: !(a < b) is b <= a. **/
+    /** Negates a node. Comparisons stay comparisons, which have a margin: !(a < b) is b <= a. **/
     int addNot(int number, std::size_t begin) {
         const Node node = m_tree[number];
         const auto addSwapped = [&](Operation operation) {
@@ -238,7 +236,8 @@ private:
         }
     }
 
-    /** The last node as a Number if it is one. What has no value stays, to tell why. **/
+    /** Replaces the last node by a Number if it has a constant value; without one it stays, for
+    messages. **/
     int fold() {
         Node& node = m_tree.nodes.back();
         const auto isNumber = [&](int operand) {
@@ -265,8 +264,8 @@ private:
         return m_tree.getRoot();
     }
 
-    //-----------------------------------------------------------------------------------------------------
-    // grammar
+    //---------------------------------------------------------------------------------------------
+    // Grammar
 
     int parseChoice() {
         skipBlanks();
@@ -481,7 +480,7 @@ private:
         return result;
     }
 
-    /** Functions that are made of others; −1: it is none. **/
+    /** Functions defined by others; −1 for all other functions. **/
     int compose(const std::string& word, const std::vector<int>& x, std::size_t begin) {
         const auto make = [&](Operation operation, int a, int b) {
             return add(operation, {a, b}, begin);
@@ -512,7 +511,7 @@ private:
             const int within = make(Operation::Max, make(Operation::Min, x[0], most), least);
             return make(Operation::Subtract, x[0], within);
         }
-        // Rounded over a width.
+        // With a second argument, the corner is rounded over that width.
         if (word == "abs" && x.size() == 2) return make(Operation::Hypot, x[0], x[1]);
         if (word == "sign" && x.size() == 2)
             return make(Operation::Divide, x[0], make(Operation::Hypot, x[0], x[1]));
@@ -549,7 +548,7 @@ bool readPlainNumber(const std::string& text, double& value) {
     if (text.find_first_not_of("0123456789+-.eE") != std::string::npos) return false;
     const char* const end = text.data() + text.size();
     const char* const begin = text.data() + (text[0] == '+' && text[1] != '-' ? 1 : 0);
-    const std::from_chars_result read = std::from_chars(begin, end, value);  // in any locale
+    const std::from_chars_result read = std::from_chars(begin, end, value);  // locale-independent
     return read.ec == std::errc() && read.ptr == end && std::isfinite(value);
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 /** @file
-From text to tree.
+Parses the text of a formula into a tree. Precedence, from the weakest:
 
-    or:    ? :        of all weakest, from the right
-    then   ||   &&   < <= == != >= >   + -   * /   signs and !   ^ (from the right)
+    ? :   (right to left)
+    ||   &&   < <= == != >= >   + -   * /   signs and !   ^ (right to left)
 
 so that −2^2 is −4 and 2^3^2 is 2^9. **/
 
@@ -18,27 +18,27 @@ so that −2^2 is −4 and 2^3^2 is 2^9. **/
 namespace simflex {
 namespace formula {
 
-/** What formulas may name besides their variables and the functions that are always there. **/
+/** Names that formulas may use besides their variables and the built-in functions. **/
 struct Scope {
     std::map<std::string, double> constants;
     std::map<std::string, std::shared_ptr<const Table>> tables;
     std::map<std::string, std::shared_ptr<const SurfaceTable>> surfaces;  ///< of two variables
 
-    std::map<std::string, std::shared_ptr<const OwnFunction>> functions{};  ///< of a program
+    std::map<std::string, std::shared_ptr<const OwnFunction>> functions{};  ///< user-defined
 
-    /** One of those that are called by their names. **/
+    /** True for a table or a user-defined function. **/
     bool hasTable(const std::string& name) const {
         return tables.count(name) > 0 || surfaces.count(name) > 0 || functions.count(name) > 0;
     }
 };
 
-/** What is wrong with a formula; `position` counts its characters from 0. **/
+/** An error in a formula; `position` counts characters from 0. **/
 class SyntaxError : public std::runtime_error {
 public:
     SyntaxError(const std::string& message, int where, std::string unknownWord = "")
         : std::runtime_error(message), position(where), unknown(std::move(unknownWord)) {}
     int position;
-    std::string unknown;  ///< the word, if it is one that nobody knows
+    std::string unknown;  ///< the unknown word, if that is the error
 };
 
 /** @throws SyntaxError. **/
@@ -46,7 +46,8 @@ Tree parse(const std::string& text, const Scope& scope, const std::vector<std::s
 
 std::vector<std::string> getFunctionNames();
 
-/** A plain number in YAML's way ("1e-6", "+2", "-.5"); false for anything else. **/
+/** Reads a plain number in YAML's notation ("1e-6", "+2", "-.5"); returns false for anything else.
+ **/
 bool readPlainNumber(const std::string& text, double& value);
 
 }  // namespace formula

@@ -11,14 +11,14 @@ namespace {
 
 constexpr int FewRegisters = 64;
 
-/** Not initialized. **/
+/** Uninitialized registers. **/
 template <class S>
 union Few {
     Few() {}
     S numbers[FewRegisters];
 };
 
-/** What `work` makes of registers, on the stack as long as they are few. **/
+/** Calls `work` with an array of registers, on the stack if there are few. **/
 template <class S, class Work>
 auto withRegisters(int count, const Work& work) {
     if (count <= FewRegisters) {
@@ -176,7 +176,7 @@ void Program::run(const S* inputs, S* registers) const {
             continue;
         }
         S& result = registers[at->target];
-        switch (at->operation) {  // what occurs often, without a call
+        switch (at->operation) {  // frequent operations, inlined
             case Operation::Add:
                 result = operand(0) + operand(1);
                 break;
@@ -229,7 +229,7 @@ std::optional<double> Program::calcSlopes(const double* inputs, double* slopes, 
             std::fill_n(adjoints, m_numRegisters, 0.0);
             adjoints[m_result] = 1;
             for (auto at = m_instructions.rbegin(); at != m_instructions.rend(); ++at) {
-                // What was skipped has no part in the value.
+                // Skipped instructions do not affect the value.
                 if (at->jump != Jump::None || adjoints[at->target] == 0) continue;
                 if (at->operation == Operation::Call)
                     addInCallAdjoints(*at, registers, adjoints);

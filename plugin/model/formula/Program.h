@@ -1,12 +1,11 @@
 #pragma once
 /** @file
-A tree as a list of instructions on numbered registers: what is evaluated often.
+A tree compiled to instructions on numbered registers, for repeated evaluation.
 
     sin(2*t) > 0 ? t : 1        r3 = 2·t,  r4 = sin r3,  r5 = 0 < r4,  r6 = if(r5, t, 1)
 
-Values are those of evaluate() of the tree. Slopes by all variables at once go
-backwards through the instructions (reverse mode; Griewank & Walther, Evaluating Derivatives, ch.
-3): what they cost does not grow with the number of variables. **/
+Values equal those of evaluate() on the tree. Slopes are computed by reverse mode (Griewank &
+Walther, Evaluating Derivatives, ch. 3): their cost does not grow with the number of variables. **/
 
 #include <optional>
 #include <vector>
@@ -19,28 +18,28 @@ namespace formula {
 
 class Program {
 public:
-    /** @param tree  outlives it, where it is **/
+    /** @param tree  outlives the program, in place **/
     explicit Program(const Tree& tree);
 
     double calc(const double* inputs) const;
     Jet<double> calc(const Jet<double>* inputs) const;
 
-    /** The value, and its slopes by all variables; nothing at a kink, where slopes depend on the
-    direction. **/
+    /** Returns the value and sets its slopes by all variables; empty at a kink, where slopes depend
+    on the direction. **/
     std::optional<double> calcSlopes(const double* inputs, double* slopes, int count) const;
 
 private:
     enum class Jump { None, UnlessTrue, IfTrue, IfFalse, Always };
     struct Instruction {
-        Jump jump = Jump::None;  ///< by the truth of operand 0
+        Jump jump = Jump::None;  ///< depends on the truth of operand 0
         Operation operation = Operation::Number;
         int skipTo = 0;
         int target = 0;  ///< register
         int operands[5] = {};
-        const double* exponent = nullptr;  ///< if it is a Number
+        const double* exponent = nullptr;  ///< if the exponent is a Number
         const Table* table = nullptr;
         const SurfaceTable* surface = nullptr;
-        const OwnFunction* function = nullptr;  ///< operands: where its arguments begin, how many
+        const OwnFunction* function = nullptr;  ///< operands: start and number of arguments
     };
     struct Input {
         int variable, target;
@@ -50,7 +49,7 @@ private:
     std::vector<double> m_numbers;
     std::vector<Input> m_inputs;
     std::vector<Instruction> m_instructions;
-    std::vector<int> m_arguments;  ///< of calls: registers
+    std::vector<int> m_arguments;  ///< registers of arguments of calls
     int m_numRegisters = 0, m_result = 0;
 
     void findConstants(const Tree& tree, std::vector<int>& registers);
@@ -63,7 +62,7 @@ private:
                            double* adjoints) const;
     template <class S>
     void run(const S* inputs, S* registers) const;
-    /** False at a kink. **/
+    /** Returns false at a kink. **/
     static bool addInAdjoints(const Instruction& instruction, const double* registers,
                               double* adjoints);
 };

@@ -106,7 +106,7 @@ SurfaceTable SurfaceTable::fromPoints(std::string name,
                                     writeGeneral(axes[1][j], 6) + ") " + what +
                                     "; there must be one for every x and every y");
     };
-    // Before room is made for them: some columns make no grid at all.
+    // Check before allocating, since some columns form no grid at all.
     if (axes[0].size() * axes[1].size() > numPoints + MostValues)
         throw std::invalid_argument(std::to_string(numPoints) + " points with " +
                                     std::to_string(axes[0].size()) + " values of x and " +
@@ -139,7 +139,7 @@ bool SurfaceTable::covers(double x, double y) const {
     return isIn(0, x) && isIn(1, y);
 }
 
-/** −1, and one beyond the last, outside. **/
+/** See Table::findPiece(). **/
 int SurfaceTable::findPiece(int axis, double at, Table::Side side) const {
     const std::vector<double>& points = m_points[axis];
     const int last = static_cast<int>(points.size()) - 2;
@@ -217,7 +217,7 @@ std::vector<SurfaceTable::Weights<Interval>> SurfaceTable::weighAll(int axis, co
     const int first = findPiece(axis, at.low, Table::Side::Right),
               last = std::max(first, findPiece(axis, at.high, Table::Side::Left)),
               count = static_cast<int>(points.size()) - 1;
-    // Beyond a kink the next derivative has no bounds.
+    // Across a kink, the next derivative is unbounded.
     const int smooth = m_interpolation == Table::Interpolation::Spline ? 2 : 1;
     if (last > first && (order > smooth || (order > 0 && (first < 0 || last == count)))) return {};
     std::vector<Weights<Interval>> all;

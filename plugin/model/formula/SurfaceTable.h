@@ -2,9 +2,9 @@
 /** @file
 A function of two variables given on a grid.
 
-Linear: bilinear in every cell. Splines are tensor products of those of Table.h (de Boor, A
-Practical Guide to Splines, ch. XVII): bicubic, twice continuously differentiable, exact for x³y³.
-**/
+Linear interpolation is bilinear in each cell. Splines are tensor products of those of Table.h (de
+Boor, A Practical Guide to Splines, ch. XVII): bicubic, twice continuously differentiable, exact for
+x³y³. **/
 
 #include <array>
 #include <string>
@@ -18,32 +18,34 @@ namespace formula {
 class SurfaceTable {
 public:
     /** @param x, y  strictly increasing
-    @param z  one row for every x, one value of y each @throws std::invalid_argument. **/
+    @param z  one row for each x, with one value for each y
+    @throws std::invalid_argument. **/
     SurfaceTable(std::string name, std::vector<double> x, std::vector<double> y,
                  const std::vector<std::vector<double>>& z,
                  Table::Interpolation interpolation = Table::Interpolation::Spline,
                  Table::Extrapolation extrapolation = Table::Extrapolation::Constant);
 
-    /** Of points in any order, one for every x and every y of them.
-    @param points  x, y and z of all
-    @throws std::invalid_argument, naming the point that is missing or there twice **/
+    /** Makes a table from points in any order, one for each combination of x and y.
+    @param points  columns x, y and z
+    @throws std::invalid_argument naming the point that is missing or given twice **/
     static SurfaceTable fromPoints(
         std::string name, const std::vector<std::vector<double>>& points,
         Table::Interpolation interpolation = Table::Interpolation::Spline,
         Table::Extrapolation extrapolation = Table::Extrapolation::Constant);
 
-    /** False of NaN, and outside of the grid if extrapolation is refused. **/
+    /** False for NaN, and outside the grid if extrapolation is refused. **/
     bool covers(double x, double y) const;
 
     using Sides = std::array<Table::Side, 2>;
     /** ∂^(i+j) f/∂x^i ∂y^j, i, j ≤ 2. @pre covers(x, y) **/
     double calc(double x, double y, int i = 0, int j = 0,
                 const Sides& sides = {Table::Side::Right, Table::Side::Right}) const;
-    /** What calc() can be for any x and y between the bounds. @pre it covers them **/
+    /** Bounds of calc() for all x and y in the intervals.
+    @pre the table covers them **/
     Interval calcBounds(const Interval& x, const Interval& y, int i, int j) const;
 
     const std::string& getName() const { return m_name; }
-    /** Where the cells meet. **/
+    /** Grid points along an axis. **/
     const std::vector<double>& getPoints(int axis) const { return m_points[axis]; }
     bool isAtPoint(double x, double y) const {
         return std::binary_search(m_points[0].begin(), m_points[0].end(), x) ||
@@ -55,12 +57,12 @@ public:
 private:
     std::string m_name;
     std::array<std::vector<double>, 2> m_points;
-    /** At every point z, ∂²z/∂y², ∂²z/∂x², ∂⁴z/∂x²∂y². **/
+    /** z, ∂²z/∂y², ∂²z/∂x² and ∂⁴z/∂x²∂y² at every point. **/
     std::vector<std::array<double, 4>> m_values;
     Table::Interpolation m_interpolation;
     Table::Extrapolation m_extrapolation;
 
-    /** Factors of the values and second derivatives at both ends of a piece. **/
+    /** Factors of values and second derivatives at both ends of a piece. **/
     template <class Number>
     struct Weights {
         int piece;
@@ -71,7 +73,7 @@ private:
     Weights<Number> weigh(int axis, int piece, const Number& at, int order) const;
     template <class Number>
     Number sum(const Weights<Number>& x, const Weights<Number>& y) const;
-    /** Of every piece that an interval meets; empty: no bounds. **/
+    /** Weights of all pieces in an interval; empty: no bounds. **/
     std::vector<Weights<Interval>> weighAll(int axis, const Interval& at, int order) const;
 };
 

@@ -13,23 +13,23 @@ namespace formula {
 namespace {
 
 const double Never = std::numeric_limits<double>::infinity();
-/** Passings of one argument between two others that are told apart [part of the interval]. **/
+/** Closest crossings that are resolved, relative to the interval between two other switches. **/
 const double Resolution = 1e-9;
-/** Intervals that one search looks at; beyond, those left are taken for monotone. **/
+/** Largest number of intervals in a search; the remaining ones are treated as monotone. **/
 const long MostIntervals = 2000000;
 
-/** Times closer together than this are one. **/
+/** Times closer than this are equal. **/
 double calcRoundOff(double time) {
     return 1e-14 * std::max(1.0, std::abs(time));
 }
 
-/** About a time at which something happens; what vanishes in there, vanishes there. **/
+/** Neighbourhood of a switch; functions that may vanish here vanish at the switch. **/
 Interval makeNeighbourhood(double time) {
     const double distance = 1e-9 * std::max(1.0, std::abs(time));
     return {time - distance, time + distance};
 }
 
-/** Numbers that an argument may pass. **/
+/** The levels that an argument may cross. **/
 class Levels {
 public:
     static Levels zero() { return Levels(Kind::Zero, nullptr); }
@@ -38,9 +38,9 @@ public:
         return Levels(Kind::Points, &points);
     }
 
-    /** Rises by 1 on a level, by 1 above it. **/
+    /** Rises by 1 on reaching a level, and by 1 above it. **/
     double count(double x) const {
-        if (std::isnan(x)) return -Never;  // where the argument begins and ends
+        if (std::isnan(x)) return -Never;  // the argument's domain begins and ends at a switch
         switch (m_kind) {
             case Kind::Zero:
                 return x < 0 ? 0 : x > 0 ? 2 : 1;
@@ -66,7 +66,6 @@ private:
     const std::vector<double>* m_points;
 };
 
-/** Sorted, and one for those that are the same. **/
 void unite(std::vector<double>& times) {
     std::sort(times.begin(), times.end());
     const auto isSame = [](double a, double b) { return b - a <= calcRoundOff(a); };
@@ -77,7 +76,7 @@ class Search {
 public:
     explicit Search(const Tree& tree) : m_tree(tree) {}
 
-    /** Of a node and all below it, in (from, to]. **/
+    /** Switches of a node and those below it, in (from, to]. **/
     std::vector<double> find(int number, double from, double to) {
         if (!m_tree.isShared) return findAnew(number, from, to);
         const auto key = std::make_tuple(number, from, to);
@@ -106,7 +105,7 @@ private:
         return all;
     }
 
-    /** a − b, a if there is no b, a/b. **/
+    /** a − b; a if there is no b; a/b for a quotient. **/
     struct Argument {
         int a, b;
         Levels levels;
@@ -115,9 +114,9 @@ private:
 
     const Tree& m_tree;
     long m_numIntervals = 0;
-    std::map<std::tuple<int, double, double>, std::vector<double>> m_known;  ///< of find()
+    std::map<std::tuple<int, double, double>, std::vector<double>> m_known;  ///< results of find()
 
-    /** What a node compares with what. **/
+    /** Arguments whose level crossings are switches of a node. **/
     std::vector<Argument> listArguments(const Node& node) const {
         const auto operand = [&](std::size_t i) { return node.operands[i]; };
         std::vector<Argument> arguments;
@@ -160,7 +159,7 @@ private:
         }
     }
 
-    /** Where the first operand turns back on one of these, the node has a kink: √x² = |x|. **/
+    /** Levels at which turning points of the first operand are kinks of the node: √x² = |x|. **/
     std::vector<double> listTurningLevels(const Node& node) const {
         switch (node.operation) {
             case Operation::Sqrt:
@@ -180,7 +179,7 @@ private:
         }
     }
 
-    /** True of what is 0 or 1. **/
+    /** True if a node's value is 0 or 1. **/
     bool isTruth(int number) const {
         switch (m_tree[number].operation) {
             case Operation::Less:
@@ -196,7 +195,7 @@ private:
         }
     }
 
-    /** Those of the condition, and between them those of the branch that is taken. **/
+    /** Switches of the condition, and between them those of the branch taken. **/
     std::vector<double> findInChoice(const Node& choice, double from, double to) {
         const int condition = choice.operands[0];
         const std::vector<double> inner = find(condition, from, to);
@@ -229,7 +228,7 @@ private:
         return argument.isQuotient ? divide(a, b) : a - b;
     }
 
-    /** Calls work(begin, end) between `breaks`, where formulas keep their course. **/
+    /** Calls work(begin, end) between `breaks`, where formulas do not change course. **/
     template <class Work>
     static void forEachStretch(const std::vector<double>& breaks, double from, double to,
                                const Work& work) {
@@ -256,7 +255,7 @@ private:
         });
     }
 
-    /** Of √(a² + b²): one of both passes zero while the other is zero. **/
+    /** Zeros of √(a² + b²): one operand crosses zero while the other is zero. **/
     void findCommonZeros(const Node& node, const std::vector<double>& breaks, double from,
                          double to, std::vector<double>& times) {
         for (int i : {0, 1}) {

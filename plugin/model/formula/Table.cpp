@@ -30,7 +30,7 @@ std::vector<double> calcSplineCurvature(const std::vector<double>& x,
         return {c, c, c};
     }
     // h_{i-1} M_{i-1} + 2 (h_{i-1} + h_i) M_i + h_i M_{i+1} = 6 (slope_i - slope_{i-1}), with M_0
-    // and M_{n-1} eliminated by continuity of the third derivative
+    // and M_{n-1} eliminated by continuity of the third derivative.
     std::vector<double> lower(n, 0), diagonal(n, 1), upper(n, 0), right(n, 0);
     for (std::size_t i = 1; i + 1 < n; ++i) {
         lower[i] = h(i - 1);
@@ -98,7 +98,7 @@ int Table::findPiece(double x, Side side) const {
     if (x < m_x.front()) return -1;
     const int last = static_cast<int>(m_x.size()) - 2;
     if (x > m_x.back()) return last + 1;
-    // The last point belongs to the last piece, and so does the first to the first.
+    // The first and last points belong to the first and last pieces.
     const auto next = side == Side::Right ? std::upper_bound(m_x.begin(), m_x.end(), x)
                                           : std::lower_bound(m_x.begin(), m_x.end(), x);
     return std::clamp(static_cast<int>(next - m_x.begin()) - 1, 0, last);
@@ -128,7 +128,7 @@ double Table::calcPiece(int piece, double x, int order) const {
         c1 = m_curvature[i + 1];
     }
     switch (order) {
-        case 0:  // the nearer end first: exact at the points
+        case 0:  // this form is exact at the points
             return m_y[i] * (a / h) + m_y[i + 1] * (b / h) + c0 * a * (a * a - h * h) / (6 * h) +
                    c1 * b * (b * b - h * h) / (6 * h);
         case 1:
@@ -138,7 +138,7 @@ double Table::calcPiece(int piece, double x, int order) const {
     }
 }
 
-/** A function lies within (b − a)²/8 · max|f''| of its secant, and f' likewise. **/
+/** A function deviates from its secant by at most (b − a)²/8 · max|f''|, and f' likewise. **/
 Interval Table::calcPieceBounds(int piece, const Interval& x, int order) const {
     const double a = x.low, b = x.high, width = b - a;
     const Interval ends =
@@ -154,7 +154,7 @@ Interval Table::calcPieceBounds(int piece, const Interval& x, int order) const {
 Interval Table::calcBounds(const Interval& x, int order) const {
     const int first = findPiece(x.low, Side::Right), last = findPiece(x.high, Side::Left);
     const int count = static_cast<int>(m_x.size()) - 1;
-    // Beyond one kink or jump the next derivative has no bounds.
+    // Across a kink or jump, the next derivative is unbounded.
     const int smooth = m_interpolation == Interpolation::Spline   ? 2
                        : m_interpolation == Interpolation::Linear ? 1
                                                                   : 0;
@@ -173,10 +173,10 @@ Interval Table::calcBounds(const Interval& x, int order) const {
 
 namespace {
 
-/** Numbers of a line, as far as they can be read. **/
+/** Numbers of a line, up to the first unreadable field. **/
 struct TableLine {
     std::vector<double> values;
-    std::string unread;      ///< begins where no number is
+    std::string unread;      ///< text from the first unreadable field on
     std::string separators;  ///< ',', ';' and ' ', each once
 };
 
@@ -212,7 +212,7 @@ std::vector<std::vector<double>> readTableFile(const std::string& path,
     const int wanted = *std::max_element(columns.begin(), columns.end());
     std::ifstream file = openInputFile(path);
     if (!file.is_open()) throw std::runtime_error("cannot read the file " + path);
-    std::vector<char> buffer(100002);  // what has no ends of lines may be longer than memory
+    std::vector<char> buffer(100002);  // a file without line ends may exceed memory
     std::string line;
     for (int number = 1;
          file.getline(buffer.data(), std::streamsize(buffer.size())) || file.gcount() > 0;

@@ -1,12 +1,12 @@
 #pragma once
 /** @file
-A formula as a tree: what the parser makes, and what is evaluated (Evaluation.h) and searched for
-switches (Switches.h).
+A formula as a tree: the parser's result, to be evaluated (Evaluation.h) and searched for switches
+(Switches.h).
 
     2*t + step(t, 0, 0, 1, 5)      Add(Multiply(2, t), Step(t, 0, 0, 1, 5))
 
-Operands stand before what is made of them, and may be of several: deadband(x, w) names x twice.
-What depends on no variable is a Number. **/
+Operands precede the nodes that use them, and may be shared: deadband(x, w) uses x twice. Nodes that
+depend on no variable are Numbers. **/
 
 #include <memory>
 #include <vector>
@@ -23,7 +23,7 @@ enum class Operation {
     Variable,
     Lookup,     ///< in a table
     LookupTwo,  ///< in a table of two variables
-    Call,       ///< of a function of a program's own
+    Call,       ///< of a user-defined function
     Negate,
     Add,
     Subtract,
@@ -36,7 +36,7 @@ enum class Operation {
     NotEqual,
     And,
     Or,
-    If,  ///< condition, then, else: only what is taken is evaluated
+    If,  ///< condition, then, else; only one branch is evaluated
     Sin,
     Cos,
     Tan,
@@ -66,21 +66,21 @@ enum class Operation {
 
 struct Node {
     Operation operation = Operation::Number;
-    std::vector<int> operands;                    ///< numbers of nodes
-    double number = 0;                            ///< of Number
-    int variable = -1;                            ///< of Variable
-    std::shared_ptr<const Table> table;           ///< of Lookup
-    std::shared_ptr<const SurfaceTable> surface;  ///< of LookupTwo
-    std::shared_ptr<const OwnFunction> function;  ///< of Call
-    int begin = 0, end = 0;                       ///< its characters
-    int depth = 1;                                ///< of the tree below
+    std::vector<int> operands;                    ///< indices of nodes
+    double number = 0;                            ///< for Number
+    int variable = -1;                            ///< for Variable
+    std::shared_ptr<const Table> table;           ///< for Lookup
+    std::shared_ptr<const SurfaceTable> surface;  ///< for LookupTwo
+    std::shared_ptr<const OwnFunction> function;  ///< for Call
+    int begin = 0, end = 0;                       ///< in the text
+    int depth = 1;                                ///< of the subtree
 };
 
 struct Tree {
     std::vector<Node> nodes;  ///< the last is the root
-    bool isShared = false;    ///< whether a node is an operand of several
+    bool isShared = false;    ///< some node is an operand of several others
 
-    /** The part below a node, each of whose nodes is copied once. **/
+    /** Copies the subtree below a node, each node once. **/
     Tree copyPart(int root) const;
 
     int getRoot() const { return static_cast<int>(nodes.size()) - 1; }

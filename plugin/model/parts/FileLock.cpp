@@ -12,7 +12,7 @@ namespace model {
 
 namespace {
 
-/** Whether the open file is still the one of that name: its holder may have removed it. **/
+/** True if the path still refers to the open file, which its last holder may have removed. **/
 bool isStillThere(int file, const std::string& path) {
     struct stat opened, named;
     return fstat(file, &opened) == 0 && stat(path.c_str(), &named) == 0 &&
@@ -25,7 +25,7 @@ FileLock::FileLock(const std::string& path) : m_path(path) {}
 
 FileLock::~FileLock() {
     if (m_file < 0) return;
-    unlink(m_path.c_str());  // before the lock goes
+    unlink(m_path.c_str());  // before the lock is released
     close(m_file);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A lock that processes of one machine (or of a disk with file locks) take one after the other.
+A lock between processes of one machine, or of several that share a disk with file locks.
 
     FileLock lock("entry.lock");
     while (lock.tryToHold() == FileLock::State::Busy) ...wait  **/
@@ -10,14 +10,14 @@ A lock that processes of one machine (or of a disk with file locks) take one aft
 namespace simflex {
 namespace model {
 
-/** flock(2) on a file that exists while somebody holds it. The lock goes with the process, however
-that ends; the file of a killed one is taken over. **/
+/** flock(2) on a file that exists while the lock is held. The system releases the lock when the
+process ends in any way; the file left by a killed process is reused. **/
 class FileLock {
 public:
     enum class State {
         Held,
-        Busy,       ///< somebody else holds it
-        Impossible  ///< the file cannot be made, or its disk knows no locks
+        Busy,       ///< another process holds it
+        Impossible  ///< the file cannot be created, or its disk has no locks
     };
 
     explicit FileLock(const std::string& path);
@@ -25,7 +25,7 @@ public:
     FileLock(const FileLock&) = delete;
     FileLock& operator=(const FileLock&) = delete;
 
-    /** Does not wait. **/
+    /** Returns at once. **/
     State tryToHold();
 
 private:

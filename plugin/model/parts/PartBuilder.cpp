@@ -46,7 +46,7 @@ ReducedBody keepModes(ReducedBody part, const ModelValue& keep) {
     });
 }
 
-/** The part with further modes. **/
+/** The part with additional modes. **/
 std::shared_ptr<const ReducedBody> findFiner(const ModelValue& value, const ReducedBody& part) {
     if (part.finer) return part.finer;
     value.fail(

@@ -21,7 +21,7 @@ constexpr size_t KeySize = 32;
 const char* const Ending = ".h5";
 const char* const LockEnding = ".lock";
 
-/** The key that a file's name begins with, or "". **/
+/** The key at the start of a file's name; empty if none. **/
 std::string findKey(const fs::path& path) {
     const std::string name = path.filename().string();
     const size_t end = name.find_first_not_of("0123456789abcdef");
@@ -84,7 +84,7 @@ void PartCache::keep(const PartKey& key, const Kept& kept) const {
             throw std::runtime_error("there is no folder for it: set SIMFLEX_CACHE");
         fs::create_directories(m_folder);
         const fs::path path = fs::path(m_folder) / (key.getText() + Ending);
-        fs::remove(path);  // what is damaged need not look like a part
+        fs::remove(path);  // writing refuses to replace a file that is not a part
         writeReducedBody(path.string(), kept.part, kept.warnings);
     } catch (const std::exception& error) {
         if (m_note)
@@ -110,7 +110,7 @@ std::vector<PartCache::Entry> PartCache::list() const {
         entry.key = key;
         entry.size = fs::file_size(path, error);
         if (!error) entry.used = fs::last_write_time(path, error);
-        if (error) continue;  // gone meanwhile
+        if (error) continue;  // removed in the meantime
         entry.part = readName(path);
         entries.push_back(entry);
     }

@@ -32,10 +32,10 @@ bool isDeck(const std::string& ending) {
     return false;
 }
 
-/** File names after INPUT= of *INCLUDE cards, and behind INCLUDE of bulk data. **/
+/** File names after INPUT= on *INCLUDE cards, and after INCLUDE in bulk data. **/
 std::vector<std::string> findDeckIncludes(std::string text) {
     std::vector<std::string> names;
-    // Lines may end in CR, letters have two bytes.
+    // Accept lines that end in CR, and two-byte characters.
     text.erase(std::remove(text.begin(), text.end(), '\0'), text.end());
     std::replace(text.begin(), text.end(), '\r', '\n');
     std::istringstream in(text);
@@ -65,7 +65,7 @@ std::vector<std::string> findDeckIncludes(std::string text) {
     return names;
 }
 
-/** The compiled code that reduces, which may change within a version. **/
+/** The compiled reduction code, which may change within a version. **/
 std::string readReductionCode() {
     Dl_info library;
     if (dladdr(reinterpret_cast<const void*>(&reduce), &library) == 0) return "";
@@ -116,7 +116,7 @@ std::string PartKey::addBytes(const std::string& path) {
 
 void PartKey::addFile(const std::string& path, int depth, IncludeLimit& includes) {
     const std::string bytes = addBytes(path), ending = endingOf(path);
-    // Beyond the limit the deck is refused when it is read.
+    // Reading refuses decks beyond the limit.
     if (!includes.enter(depth).empty() || (depth == 0 && !isDeck(ending))) return;
     for (const std::string& name : findDeckIncludes(bytes)) {
         const fs::path beside = fs::path(path).parent_path() / name;

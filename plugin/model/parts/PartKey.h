@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Name of a reduced part by its content: of what it is made from, byte by byte. **/
+Key of a reduced part: a hash of all its inputs. **/
 
 #include <string>
 
@@ -12,15 +12,15 @@ class IncludeLimit;
 
 namespace model {
 
-/** 128 bits over everything that a reduction depends on. **/
+/** 128-bit hash of everything that a reduction depends on. **/
 class PartKey {
 public:
-    /** Begins with the version of simflex and the bytes of the library that reduces. **/
+    /** Starts with the version of simflex and the bytes of the reduction library. **/
     PartKey();
     void add(const std::string& text);
     void add(double number);
-    /** The bytes of a file and of those that it includes: *INCLUDE of decks, listScriptFiles() of
-    Gmsh's scripts. A file that does not exist counts as such. **/
+    /** Adds the bytes of a file and of the files it includes: *INCLUDE of decks, listScriptFiles()
+    of Gmsh scripts. That a file does not exist is part of the key, too. **/
     void addFile(const std::string& path);
     /** 32 hexadecimal digits. **/
     std::string getText() const;

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/** Normal modes that a finer part has more. **/
+/** Number of additional normal modes of a finer part. **/
 constexpr int FurtherModes = 24;
 
 struct Request {
@@ -222,7 +222,7 @@ Request readRequest(const ModelValue& part, ModelOptions::Bodies bodies) {
     return request;
 }
 
-/** Nodes are looked for before minutes of assembling and factoring. **/
+/** Checks node names before minutes of assembling and factoring. **/
 void checkNodes(const ModelValue& value, const Mesh& mesh) {
     const ModelValue nodes = value.isMap() ? value.get("nodes") : value;
     try {
@@ -275,7 +275,7 @@ PartCache::Kept runReduction(const ModelValue& part, Request& request,
 
 constexpr auto Wait = std::chrono::milliseconds(50);
 
-/** Until no other process makes the same part. **/
+/** Waits until no other process reduces the same part. **/
 void waitFor(FileLock& lock, const std::string& part, const ModelOptions& options) {
     const std::string what = "waiting for another run that reduces part '" + part + "'";
     bool isTold = false;
@@ -302,7 +302,7 @@ ReducedBody reducePart(const ModelValue& value, const ModelOptions& options) {
         kept.part.name = value.getName();
         return std::move(kept.part);
     };
-    // Of a damaged entry the second look tells.
+    // The second search, below, reports a damaged entry.
     if (auto kept = PartCache(options.cacheFolder, {}).find(request.key))
         return take(std::move(*kept));
     FileLock lock(cache.prepareLock(request.key));

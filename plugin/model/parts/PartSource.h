@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Reduction of a part that a model file gives by its deck, geometry or matrices. **/
+Reduces a part given by its deck, geometry or matrices in a model file. **/
 
 #include "simflex/model/Model.h"
 #include "simflex/part/ReducedBody.h"
@@ -8,8 +8,8 @@ Reduction of a part that a model file gives by its deck, geometry or matrices. *
 namespace simflex {
 namespace model {
 
-/** From the cache if it has been reduced before, see PartCache.h.
-@param value  of `parts`
+/** Takes the part from the cache if it was reduced before, see PartCache.h.
+@param value  entry of `parts`
 @throws ModelError; Cancelled if the listener asks to stop. **/
 ReducedBody reducePart(const ModelValue& value, const ModelOptions& options);
 

@@ -45,7 +45,7 @@ void addConnectors(const Model& model, OffscreenVisualizer& viz) {
     const SimTK::State start = model.makeInitialState();
     for (const std::string& name : connectors.getKeys()) {
         const ModelValue value = connectors.get(name), between = value.get("between");
-        if (!between.isGiven()) continue;  // a motor is inside of its joint
+        if (!between.isGiven()) continue;  // a motor is inside its joint
         DrawnConnector connector{chooseKind(value), model.findFrame(between.at(0)),
                                  model.findFrame(between.at(1))};
         if (value.has("free_length")) connector.freeLength = value.get("free_length").getNumber();
@@ -79,7 +79,7 @@ void addForce(const Model& model, const ModelValue& load, OffscreenVisualizer& v
     viz.addLoad(drawn);
 }
 
-/** What acts on modes alone has no place. **/
+/** Loads on modes alone have no position and are not drawn. **/
 void addSpreadLoad(const Model& model, const ModelValue& load, OffscreenVisualizer& viz) {
     if (!load.has("nodes")) return;
     const FlexibleBody& body = *model.findBody(load.get("body")).flexible;

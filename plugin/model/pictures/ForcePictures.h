@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Connectors and loads of a model in its pictures (private to this room). **/
+Draws connectors and loads of a model (private to this folder). **/
 
 #include "simflex/model/Model.h"
 #include "simflex/render/OffscreenVisualizer.h"
@@ -8,7 +8,8 @@ Connectors and loads of a model in its pictures (private to this room). **/
 namespace simflex {
 namespace model {
 
-/** Adds those of the model file. @throws ModelError. **/
+/** Adds the connectors and loads of the model file.
+@throws ModelError. **/
 void addForces(const Model& model, OffscreenVisualizer& viz);
 
 }  // namespace model

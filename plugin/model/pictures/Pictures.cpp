@@ -38,14 +38,14 @@ using SimTK::Vector;
 
 namespace {
 
-constexpr int PicturesPerPeriod = 24;  // of a mode
-constexpr double ModeRate = 20;        // pictures a second
-// What is smaller is not worth a picture in which bodies stick out of their joints.
-constexpr double LargestFactor = 1000;   // of an automatic exaggeration
+constexpr int PicturesPerPeriod = 24;  // frames per period of a mode
+constexpr double ModeRate = 20;        // frames per second
+// Deformations that need more are too small to show; bodies would visibly separate at their joints.
+constexpr double LargestFactor = 1000;   // of automatic exaggeration
 constexpr size_t MostTimes = 1000;       // of an animation
 constexpr size_t MostTimesOfPage = 300;  // of a report
-constexpr double BallOfSticks = 0.05;    // in the mass centre, to their length
-constexpr double ModeAmplitude = 0.04;   // largest displacement, to the scene's size
+constexpr double BallOfSticks = 0.05;    // at the mass centre, relative to the sticks
+constexpr double ModeAmplitude = 0.04;   // largest displacement, relative to the scene's size
 
 CameraView makeCamera(const Model& model, const ModelValue& camera, const UnitVec3& up) {
     CameraView view(camera.get("name").isGiven() ? camera.get("name").getText() : "");
@@ -116,7 +116,7 @@ void setReferences(const Model& model, const ModelValue& frames, OffscreenVisual
     }
 }
 
-/** Colours of bodies that have none: those that follow each other differ. **/
+/** Default colours of bodies; consecutive ones differ. **/
 const Vec3 UsualColors[] = {{0.62, 0.67, 0.73}, {0.78, 0.70, 0.56}, {0.60, 0.72, 0.60},
                             {0.70, 0.62, 0.72}, {0.78, 0.60, 0.54}, {0.52, 0.70, 0.71},
                             {0.52, 0.56, 0.66}, {0.78, 0.76, 0.54}};
@@ -154,8 +154,9 @@ void setLooks(const Model& model, OffscreenVisualizer& viz) {
     }
 }
 
-/** Of a body without a shape: sticks from its mass centre to its joints, or a ball of its inertia.
-@param ends  in the body's frame **/
+/** Draws a body without a shape: sticks from its mass centre to its joints, or a ball of the same
+inertia.
+@param ends  joints in the body's frame **/
 void addStandIn(const SimTK::MobilizedBody& body, const State& state, const std::vector<Vec3>& ends,
                 OffscreenVisualizer& viz) {
     const SimTK::MassProperties mass = body.getBodyMassProperties(state);
@@ -198,7 +199,7 @@ void addStandIns(const Model& model, OffscreenVisualizer& viz) {
             addStandIn(body.mobod, state, ends[body.mobod.getMobilizedBodyIndex()], viz);
 }
 
-/** Names of files by analysis, where a model has several that are drawn. **/
+/** Adds the analysis' name to a file's name if several analyses are drawn. **/
 std::string makeName(const Model& model, const std::string& file, const std::string& analysis) {
     const ModelValue analyses = model.getFile().get("analyses");
     int numDrawn = 0;
@@ -224,9 +225,9 @@ void checkVideos(const ModelValue& video) {
     }
 }
 
-/** Curves of one unit, in the unit that suits their size. **/
+/** Curves of one unit, scaled to a suitable display unit. **/
 struct PlotPanel {
-    std::string heading, lastName, unit;  ///< the heading names all that are in it
+    std::string heading, lastName, unit;  ///< the heading names all curves
     std::vector<std::string> labels;
     std::vector<std::vector<double>> values;
 
@@ -241,7 +242,7 @@ struct PlotPanel {
     }
 };
 
-/** Plots beside the pictures, of the analysis' rows up to now. **/
+/** Adds plots beside the pictures, of the analysis' rows up to now. **/
 void addPlots(const Model& model, const Results::Analysis& rows, OffscreenVisualizer& viz) {
     const ModelValue plots = model.getFile().get("pictures").get("plots");
     const std::vector<ChosenColumn> columns = chooseColumns(rows, {});
@@ -275,7 +276,7 @@ void addPlots(const Model& model, const Results::Analysis& rows, OffscreenVisual
 
 namespace {
 
-/** Multipliers and friction of the State that is drawn: Simbody's lack the friction. **/
+/** Multipliers and friction of the State being drawn; Simbody's multipliers lack the friction. **/
 class ReactionSource {
 public:
     explicit ReactionSource(const Model& model) : m_model(model) {}
@@ -326,13 +327,12 @@ void addReactions(const Model& model, OffscreenVisualizer& viz) {
         });
 }
 
-/** Of pictures that carry their analysis' name. **/
+/** Folder of pictures whose names include their analysis. **/
 std::string findFolder(const Model& model, const std::string& usual) {
     const ModelValue folder = model.getFile().get("pictures").get("folder");
     return folder.isGiven() ? folder.getText() : usual;
 }
 
-/** Looks at a whole motion. **/
 void fitTo(const Model& model, const MotionRecorder& motion, OffscreenVisualizer& viz) {
     viz.fitToMotion(motion);
     if (isText(model.getFile().get("pictures").get("exaggeration"), "auto") &&
@@ -340,7 +340,7 @@ void fitTo(const Model& model, const MotionRecorder& motion, OffscreenVisualizer
         viz.setDeformationFactor(LargestFactor).fitToMotion(motion);
 }
 
-/** Rows as States; of more than `most` every second one, third one … and the last. **/
+/** Rows as States; above `most` rows only every second, third … one and the last. **/
 MotionRecorder collectMotion(const Model& model, const Results::Analysis& rows, size_t most) {
     const StateRows states(model);
     MotionRecorder motion(model.getSystem());
@@ -430,7 +430,7 @@ std::unique_ptr<OffscreenVisualizer> makeVisualizer(const Model& model) {
         viz->setGroundHeight(ground.getNumber());
     if (isText(pictures.get("theme"), "dark")) viz->setTheme(OffscreenVisualizer::Theme::Dark);
     const ModelValue cameras = pictures.get("cameras");
-    // Insets lie over the others, so they are drawn after them.
+    // Draw insets last, since they cover the other cameras.
     bool isFirst = true;
     for (const bool isInset : {false, true})
         for (int k = 0; cameras.isGiven() && k < cameras.getSize(); ++k) {
@@ -525,7 +525,7 @@ void checkAnimationName(const std::string& file) {
 std::string writeAnimation(const Model& model, const Results::Analysis& rows,
                            const std::string& file) {
     const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
-    // What results do not tell, and what comes and goes.
+    // Hide items without results, or that come and go.
     viz->setShowReactions(false).setShowLoads(false).setShowJoints(false);
     const MotionRecorder motion = collectMotion(model, rows, MostTimes);
     fitTo(model, motion, *viz);
@@ -579,7 +579,7 @@ bool drawMotion(const Model& model, const MotionRecorder& motion, const Results:
 
 namespace {
 
-/** A period of each; `kind` is "mode" or "shape". **/
+/** Draws a period of each mode; `kind` is "mode" or "shape". **/
 std::string drawPeriods(const Model& model, const State& about, const std::vector<Eigenmode>& modes,
                         const std::vector<std::string>& titles, const std::string& kind,
                         const std::string& analysis, const std::string& usualFolder,
@@ -588,7 +588,7 @@ std::string drawPeriods(const Model& model, const State& about, const std::vecto
     fs::create_directories(folder);
     Linearization linear;
     copyState(about, linear.state);
-    // The largest of the bodies' sizes, and of their distances from Ground's origin.
+    // Largest body size or distance of a body from Ground's origin.
     double size = 0;
     model.getSystem().realize(linear.state, SimTK::Stage::Velocity);
     for (const Model::BodyEntry& body : model.getBodies()) {
@@ -600,7 +600,7 @@ std::string drawPeriods(const Model& model, const State& about, const std::vecto
     for (size_t k = 0; k < modes.size(); ++k) {
         const std::unique_ptr<OffscreenVisualizer> viz = makeVisualizer(model);
         viz->setWindowTitle(titles[k]).setShowSimTime(false).setShowLoads(false);
-        // A mode has no size of its own.
+        // The amplitude of a mode is arbitrary.
         viz->setDeformationFactor(1).setShowDeformationFactor(false).setShowColorBar(false);
         VideoOptions options;
         options.framesPerSecond = ModeRate;

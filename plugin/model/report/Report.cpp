@@ -28,8 +28,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr size_t MostRowsOfCurve = 4000;  // of a curve that is told as it is
-constexpr size_t NumBuckets = 1500;       // of one that is not
+constexpr size_t MostRowsOfCurve = 4000;  // longer curves are reduced
+constexpr size_t NumBuckets = 1500;       // of a reduced curve
 constexpr int ReportDigits = 6;
 
 std::string escapeHtml(const std::string& text) {
@@ -44,8 +44,8 @@ std::string escapeHtml(const std::string& text) {
     return escaped;
 }
 
-/** What a browser lets the page do: run its own script and nothing else, ask no other place for
-anything. The second line of defence against texts of a model file; escapeHtml() is the first. **/
+/** Content security policy of the page: only its own script may run, and nothing may be loaded. It
+is the second line of defence against texts of a model file, after escapeHtml(). **/
 std::string makePolicy() {
     std::string hash;
     for (const char* digits = PageScriptSha256; *digits; digits += 2)
@@ -54,7 +54,8 @@ std::string makePolicy() {
            encodeBase64(hash.data(), hash.size()) + "'";
 }
 
-/** A row of a table. @param tag  "th" or "td" **/
+/** A row of a table.
+@param tag  "th" or "td" **/
 std::string writeTableRow(const std::vector<std::string>& cells, const char* tag = "td") {
     std::string row = "<tr>";
     for (const std::string& cell : cells)
@@ -73,7 +74,7 @@ std::string writeWarnings(const std::vector<std::string>& warnings) {
     return text;
 }
 
-/** Of many values the least and the largest of each bucket, in their order. **/
+/** Keeps the minimum and maximum of each bucket, in order. **/
 void thinCurve(const std::vector<double>& x, const std::vector<double>& y,
                std::vector<double>& keptX, std::vector<double>& keptY) {
     for (size_t bucket = 0; bucket < NumBuckets; ++bucket) {
@@ -82,7 +83,7 @@ void thinCurve(const std::vector<double>& x, const std::vector<double>& y,
         const auto [least, largest] =
             findExtremes(y.begin() + std::ptrdiff_t(first), y.begin() + std::ptrdiff_t(end));
         std::vector<size_t> kept{size_t(least - y.begin()), size_t(largest - y.begin())};
-        // Curves begin and end where they do.
+        // Keep the first and last points.
         if (bucket == 0) kept.push_back(0);
         if (bucket + 1 == NumBuckets) kept.push_back(x.size() - 1);
         std::sort(kept.begin(), kept.end());
@@ -103,7 +104,6 @@ std::string encodeShort(const std::vector<double>& values) {
     return encodeBase64(numbers.data(), numbers.size() * sizeof(float));
 }
 
-/** A figure of the page, and its curves for the script. **/
 struct PagePlot {
     std::string caption;
     Json curves = Json::list();
@@ -197,7 +197,7 @@ std::string writeProbeTable(const Results::Analysis& analysis) {
         const std::vector<double>& values = column.values;
         if (values.empty()) continue;
         if (!isTransient) {
-            // Of a path, the last point is the result.
+            // The last point of a path is the result.
             rows += writeTableRow({name, writeGeneral(values.back(), ReportDigits)});
             continue;
         }
@@ -257,7 +257,7 @@ public:
         }
         Json data = Json::object();
         data.add("analyses", std::move(analyses));
-        // No text in it may end the element that it stands in.
+        // Escape '<', so that no text can end the enclosing element.
         std::string json = data.write(0);
         for (size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at + 6))
             json.replace(at, 1, "\\u003c");
@@ -308,7 +308,7 @@ private:
         options.bodies =
             m_results.header.isRigid ? ModelOptions::Bodies::Rigid : ModelOptions::Bodies::AsGiven;
         options.code = m_options.code;
-        options.code.fmus = AllowedCode::Fmus::Described;  // their outputs are in the results
+        options.code.fmus = AllowedCode::Fmus::Described;  // the results have their outputs
         options.listener = m_options.listener;
         try {
             auto model = std::make_unique<Model>(text, options);

@@ -16,12 +16,12 @@ namespace simflex {
 namespace model {
 namespace {
 
-constexpr double SameLoadFactor = 1e-9;     // of two points of paths
-constexpr double ConstantRange = 1e-9;      // what varies by less of its size is constant
-constexpr double LeastDampingRatio = 1e-6;  // what is less, is a part of this
-constexpr size_t MostFrequencies = 64;      // at which linear models are compared
+constexpr double SameLoadFactor = 1e-9;     // relative, for points of paths
+constexpr double ConstantRange = 1e-9;      // relative variation below which a signal is constant
+constexpr double LeastDampingRatio = 1e-6;  // least reference for damping ratios
+constexpr size_t MostFrequencies = 64;      // for comparing linear models
 
-/** Value at time t of the polynomial through the four nearest rows (fewer if there are fewer). **/
+/** Value at time t of the cubic through the four nearest rows (fewer if there are fewer). **/
 template <class Value>
 Value interpolate(const std::vector<double>& time, const std::vector<Value>& values, double t) {
     const size_t count = time.size();
@@ -51,14 +51,14 @@ double findSize(const std::vector<double>& values) {
     return size;
 }
 
-/** What is no number on both sides does not differ; also where both are infinite. **/
+/** Returns 0 if both are NaN, or the same infinity. **/
 template <class Value>
 Value subtract(const Value& from, const Value& what) {
     const bool isSame = from == what || (std::isnan(std::abs(from)) && std::isnan(std::abs(what)));
     return isSame ? Value(0) : from - what;
 }
 
-/** Largest and RMS of the difference. What is no number on one side only differs without bound. **/
+/** Sets largest and RMS difference. NaN on one side only counts as infinite. **/
 void measure(ColumnDifference& column) {
     double sum = 0;
     for (size_t k = 0; k < column.difference.size(); ++k) {
@@ -86,10 +86,10 @@ void addComplex(const Complex& first, const Complex& second, ColumnDifference& c
     column.difference.push_back(std::abs(subtract(second, first)));
 }
 
-/** Of an output by an input, or the spectral density of an output. **/
+/** Response of an output to an input, or spectral density of an output. **/
 struct Response {
     std::string name, unit, output;
-    std::string input;  ///< empty: density
+    std::string input;  ///< empty for a density
     std::vector<Complex> values;
 
     std::string getProbe() const { return output.substr(0, output.find('.')); }
@@ -118,7 +118,7 @@ std::vector<Response> listResponses(const Results::Analysis& analysis) {
     return responses;
 }
 
-/** By how much a curve changes if it keeps only some of its rows and is interpolated between. **/
+/** Largest change of a curve if only some of its rows are kept and interpolated. **/
 double calcLost(const std::vector<double>& x, const std::vector<Complex>& curve,
                 const std::vector<double>& kept) {
     std::vector<double> rows;
@@ -154,7 +154,7 @@ StateSpace makeStateSpace(const Results::Analysis& analysis) {
     return space;
 }
 
-/** By ascending size, of a pair first that above the real axis. **/
+/** Poles by ascending magnitude, of a pair the one with positive imaginary part first. **/
 std::vector<Complex> calcPoles(const StateSpace& space) {
     SimTK::Vector_<SimTK::Complex> values;
     SimTK::Eigen(space.A).getAllEigenValues(values);
@@ -166,8 +166,8 @@ std::vector<Complex> calcPoles(const StateSpace& space) {
     return poles;
 }
 
-/** Between all poles, half the slowest and twice the fastest [Hz]: a pole at a frequency would have
-no response. **/
+/** Frequencies between all poles, half the slowest and twice the fastest [Hz]: at a pole, the
+response may be infinite. **/
 std::vector<double> chooseFrequencies(const std::vector<Complex>& first,
                                       const std::vector<Complex>& second) {
     constexpr double Zero = 1e-9, Apart = 1.001;
@@ -192,7 +192,7 @@ std::vector<double> chooseFrequencies(const std::vector<Complex>& first,
     return chosen;
 }
 
-/** The same as an analysis of frequency response would have it. **/
+/** Responses in the form of a frequency_response analysis. **/
 Results::Analysis calcResponses(const Results::Analysis& analysis, const StateSpace& space,
                                 const std::vector<double>& frequencies) {
     Results::Analysis responses;
@@ -242,7 +242,7 @@ public:
         }
     }
 
-    /** @param column  of a probe; empty: the analysis is **/
+    /** @param column  of a probe; empty for the whole analysis **/
     void noteMissing(const std::string& analysis, const std::string& column, Reason reason) {
         result.missing.push_back({reason, analysis, column,
                                   (column.empty() ? "" : "probe '" + column + "' of ") +
@@ -326,7 +326,7 @@ private:
             measure(difference);
             result.columns.push_back(std::move(difference));
         }
-        // Responses of one probe to one input have one range.
+        // All responses of one probe to one input share one range.
         for (size_t k = 0; k < compared.size(); ++k) {
             double& range = result.columns[begin + k].range;
             for (size_t other = 0; other < compared.size(); ++other)
@@ -350,7 +350,7 @@ private:
         result.notes.push_back(text);
     }
 
-    /** All that either has in the range that both cover. **/
+    /** All frequencies of either response within the common range. **/
     static std::vector<double> mergeFrequencies(const std::vector<double>& f,
                                                 const std::vector<double>& g) {
         if (f == g) return f;
@@ -364,7 +364,6 @@ private:
         return all;
     }
 
-    /** Of random motion. **/
     void compareEffectiveValues(const Results::Analysis& a, const Results::Analysis& b) {
         const std::string prefix = "rms of ";
         const auto isWanted = [&](const std::string& name) {
@@ -386,7 +385,7 @@ private:
             ColumnDifference difference;
             difference.analysis = a.name;
             difference.name = name;
-            // Those of no output: von Mises's stress.
+            // The von Mises stress has no output of its own.
             difference.unit = output == a.outputs.end()
                                   ? "Pa"
                                   : a.outputUnits.at(size_t(output - a.outputs.begin()));
@@ -426,7 +425,7 @@ private:
         }
         int number = 0;
         for (size_t k = 0; k < first.size(); ++k) {
-            // The other one of a pair says the same.
+            // Skip the conjugate pole.
             if (k > 0 && first[k] == std::conj(first[k - 1]) && first[k].imag() < 0 &&
                 partners[k] == std::conj(partners[k - 1]))
                 continue;
@@ -462,7 +461,7 @@ private:
             difference.unit = column.unit;
             difference.probe = column.probe;
             if (isStatic) {
-                // Points of paths may lie elsewhere, but for the last.
+                // Points of paths may differ in position, except the last.
                 if (!factors.empty()) difference.axis = "load factor";
                 difference.x = factors;
                 const size_t count = std::max<size_t>(1, factors.size());
@@ -484,8 +483,8 @@ private:
         shareRanges(begin);
     }
 
-    /** Columns of one probe have one range: that of a component that stays at zero says nothing.
-     * **/
+    /** Gives all columns of a probe the same range, since that of a component near zero has no
+    meaning. **/
     void shareRanges(size_t begin) {
         for (size_t k = begin; k < result.columns.size(); ++k) {
             double range = 0, size = 0;
@@ -499,9 +498,9 @@ private:
         }
     }
 
-    /** Of paths of equilibria, load factors of all their points if they are the same. Between
-    points nothing is interpolated: by load factor equilibria bend without bound where a path turns.
-    **/
+    /** Load factors of all points of two paths of equilibria if they are the same. Nothing is
+    interpolated between points: at a turning point, equilibria change without bound with the load
+    factor. **/
     std::vector<double> findCommonFactors(const Results::Analysis& a, const Results::Analysis& b) {
         const auto list = [](const Results::Analysis& analysis) {
             std::vector<double> factors;
@@ -527,7 +526,7 @@ private:
         return {};
     }
 
-    /** Times of the first that the second covers. **/
+    /** Times of the first that lie within the range of the second. **/
     std::vector<double> findCommonTimes(const Results::Analysis& a, const Results::Analysis& b) {
         if (a.time == b.time) return a.time;
         std::vector<double> common;
@@ -568,7 +567,8 @@ private:
         pairModes(a, b);
     }
 
-    /** Notes which mode of `b` has the shape of each of `a`, by the modal assurance criterion. **/
+    /** Notes the mode of `b` most similar to each mode of `a`, by the modal assurance criterion.
+     **/
     void pairModes(const Results::Analysis& a, const Results::Analysis& b) {
         if (a.type != "eigen" || a.outputs.empty() || a.outputs != b.outputs) return;
         if (a.frequency.at(0).empty() || b.frequency.at(0).empty()) return;

@@ -20,7 +20,7 @@ std::vector<double> findCriticalSpeeds(const Results::Analysis& campbell) {
                 return double(NAN);
             return TwoPi * campbell.frequency[k][branch] - std::abs(speeds[k]);
         };
-        size_t last = speeds.size();  // speed that has modes
+        size_t last = speeds.size();  // index of the last speed with modes
         for (size_t k = 0; k < speeds.size() && std::isnan(critical[branch]); ++k) {
             const double after = calcGap(k);
             if (std::isnan(after)) continue;

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Speeds of a Campbell diagram at which a natural frequency is once a revolution. **/
+Critical speeds of a Campbell diagram, where a natural frequency equals the rotation frequency. **/
 
 #include <vector>
 
@@ -9,9 +9,10 @@ Speeds of a Campbell diagram at which a natural frequency is once a revolution. 
 namespace simflex {
 namespace model {
 
-/** Of each branch the first speed [rad/s] at which 2π times its frequency is the speed, between the
-speeds of the diagram by a straight line; NaN where that is at none of them, and at rest.
-@param campbell  its speeds are in rad/s **/
+/** For each branch, the first speed [rad/s] that equals 2π times its frequency, by linear
+interpolation between the speeds of the diagram; NaN if there is none. A zero frequency at rest does
+not count.
+@param campbell  with speeds in rad/s **/
 std::vector<double> findCriticalSpeeds(const Results::Analysis& campbell);
 
 }  // namespace model

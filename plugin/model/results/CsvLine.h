@@ -13,15 +13,15 @@ namespace model {
 
 class CsvLine {
 public:
-    /** A field, in quotation marks where it needs them. Behind an apostrophe if a spreadsheet would
-    take it for a formula, which may start programs. **/
+    /** Adds a field, with quotation marks if needed. A field that a spreadsheet would read as a
+    formula, which may start programs, is prefixed by an apostrophe. **/
     CsvLine& add(const std::string& text) {
         double number = 0;
         const bool isFormula = !text.empty() && std::string("=+-@").find(text[0]) != text.npos &&
                                !readNumber(text, number);
         return put(isFormula ? "'" + text : text);
     }
-    /** With 17 digits. **/
+    /** Writes 17 digits. **/
     CsvLine& add(double value) { return put(writeGeneral(value)); }
     template <class Values>
     CsvLine& addAll(const Values& values) {

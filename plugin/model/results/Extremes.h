@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The least and the largest of numbers some of which may be NaN: where a quantity has no value. **/
+Smallest and largest of numbers that may be NaN where a quantity has no value. **/
 
 #include <cmath>
 #include <utility>
@@ -8,8 +8,8 @@ The least and the largest of numbers some of which may be NaN: where a quantity 
 namespace simflex {
 namespace model {
 
-/** Places of the least and the largest number, each the first of its kind; the first place if there
-is none, as of an empty range. **/
+/** Positions of the smallest and the largest number, each its first occurrence; `first` if there
+are none. **/
 template <class Iterator>
 std::pair<Iterator, Iterator> findExtremes(Iterator first, Iterator last) {
     std::pair<Iterator, Iterator> extremes(first, first);

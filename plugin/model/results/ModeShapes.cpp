@@ -20,12 +20,12 @@ namespace {
 using ShapeValues = std::vector<std::complex<double>>;
 
 constexpr double SameAbscissa = 1e-6;  // relative
-constexpr double StandsOut = 4;        // of |H|², 6 dB
+constexpr double StandsOut = 4;        // ratio of |H|², 6 dB
 constexpr double SameAssurance = 1e-6;
-constexpr double OfMode = 1e-9;       // round-off beside the largest value of a mode
-constexpr double OfAllModes = 1e-12;  // and of all modes, whose sizes may differ much
+constexpr double OfMode = 1e-9;       // round-off relative to the largest value of the mode
+constexpr double OfAllModes = 1e-12;  // and of all modes, which may differ much in magnitude
 
-/** Fields between commas; quotation marks hold commas. **/
+/** Splits a line at commas, except within quotation marks. **/
 std::vector<std::string> splitCsvLine(std::string_view line) {
     std::vector<std::string> fields(1);
     bool isQuoted = false;
@@ -85,7 +85,7 @@ ModeShapes readShapeTable(const std::string& path) {
     return modes;
 }
 
-/** "12.x", and the sign of its direction. **/
+/** "12.x", and the sign of the direction. **/
 std::pair<std::string, int> nameFreedom(const UniversalFile::Freedom& freedom) {
     constexpr const char* names[] = {"", ".x", ".y", ".z", ".rx", ".ry", ".rz"};
     const int direction = std::abs(freedom.direction);
@@ -114,7 +114,7 @@ ModeShapes takeMeasuredShapes(const UniversalFile& file) {
     return modes;
 }
 
-/** Places where a function stands out from what is between it and what is higher. **/
+/** Positions of peaks that stand out from the minima between them and higher values. **/
 std::vector<size_t> findPeaks(const std::vector<double>& values) {
     std::vector<size_t> peaks;
     for (size_t k = 1; k + 1 < values.size(); ++k) {
@@ -128,7 +128,7 @@ std::vector<size_t> findPeaks(const std::vector<double>& values) {
     return peaks;
 }
 
-/** A fixed sensor and a roving hammer: as if the hammer were fixed and the sensor roved. **/
+/** True for a fixed sensor and a roving hammer, treated as a fixed hammer and a roving sensor. **/
 bool isRovingHammer(const UniversalFile& file) {
     std::set<int> nodes;
     std::set<std::string> outputs, references;
@@ -195,8 +195,8 @@ ModeShapes takePeaks(const UniversalFile& file) {
     return modes;
 }
 
-/** What is more than round-off: of each output whether any mode moves it, and of each mode its size
-that values are compared with. **/
+/** Values above round-off: whether any mode moves an output, and the smallest significant value of
+each mode. **/
 struct Movement {
     std::vector<bool> isMoving;
     std::vector<double> smallest;
@@ -217,7 +217,7 @@ Movement findMovement(const ModeShapes& modes) {
     return movement;
 }
 
-/** At those places; all zero if none of them moves. **/
+/** The shape at those places; all zero if none of them moves. **/
 ShapeValues takeMoving(const ShapeValues& shape, const std::vector<size_t>& places,
                        double smallest) {
     ShapeValues taken;
@@ -315,7 +315,7 @@ ModalAssurance calcModalAssurance(const ModeShapes& a, const ModeShapes& b) {
         const auto found = std::find(b.outputs.begin(), b.outputs.end(), a.outputs[k]);
         if (found == b.outputs.end()) continue;
         const size_t l = size_t(found - b.outputs.begin());
-        // Of a single mode, a zero may be a node of its shape.
+        // In a single mode, a zero may be a node of its shape.
         const bool movesInA = moves[0].isMoving[k], movesInB = moves[1].isMoving[l];
         const bool isCounted = (movesInA && movesInB) || (movesInA && b.shapes.size() == 1) ||
                                (movesInB && a.shapes.size() == 1);

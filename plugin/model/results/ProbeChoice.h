@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Analyses and probes of result files by the names that a user gives. **/
+Finds analyses and probes of result files by names from the user. **/
 
 #include <string>
 #include <vector>
@@ -10,48 +10,49 @@ Analyses and probes of result files by the names that a user gives. **/
 namespace simflex {
 namespace model {
 
-/** A column of a probe. **/
 struct ChosenColumn {
-    std::string name;   ///< "tip.x", or "energy" of a single number
+    std::string name;   ///< "tip.x", or "energy" for a single number
     std::string probe;  ///< "tip"
     std::string column;
     std::string unit;
     std::vector<double> values;  ///< one for each row
 };
 
-/** Whether a pattern, which may have `*`, `?` and `[…]`, means a column or its whole probe. **/
+/** True if a pattern, with `*`, `?` and `[…]`, matches a column or its whole probe. **/
 bool fits(const std::string& pattern, const ChosenColumn& column);
 
-/** Columns that one of the patterns fits, in the file's order; no patterns: all.
-@throws std::runtime_error proposing others if a pattern fits none. **/
+/** Columns that match one of the patterns, in the file's order; no patterns: all.
+@throws std::runtime_error with suggestions if a pattern matches none. **/
 std::vector<ChosenColumn> chooseColumns(const Results::Analysis& analysis,
                                         const std::vector<std::string>& patterns);
 
-/** The analysis of that name; with no name the first transient one, else the first.
-@throws std::runtime_error proposing another. **/
+/** The analysis of that name; without a name the first transient one, else the first.
+@throws std::runtime_error with a suggestion. **/
 const Results::Analysis& chooseAnalysis(const Results& results, const std::string& path,
                                         const std::string& name);
 
-/** @throws std::runtime_error proposing another if there is no analysis of one of these names. **/
+/** @throws std::runtime_error with a suggestion if an analysis of these names is missing. **/
 void requireAnalyses(const Results& results, const std::string& path,
                      const std::vector<std::string>& names);
 
-/** One of an analysis' responses, of type frequency_response. **/
+/** A response of an analysis of type frequency_response. **/
 struct ChosenResponse {
     std::string name;    ///< "tip.y by loads.push.force.y", or "tip.y" if there is one input
     std::string output;  ///< "tip.y"
     std::string input;   ///< "loads.push.force.y"
     std::string unit;    ///< "m/N"
-    std::vector<double> magnitude, phase;  ///< at its frequencies; [degrees]
+    std::vector<double> magnitude, phase;  ///< at the analysis' frequencies; [degrees]
+                                           ///< [degrees]
 };
 
-/** Responses of outputs that one of the patterns fits, those of the first output first; no
-patterns: all. @throws std::runtime_error proposing others if a pattern fits none. **/
+/** Responses of outputs that match one of the patterns, those of the first output first; no
+patterns: all.
+@throws std::runtime_error with suggestions if a pattern matches none. **/
 std::vector<ChosenResponse> chooseResponses(const Results::Analysis& analysis,
                                             const std::vector<std::string>& patterns);
 
-/** Short names that tell files apart: their names without folders and extension, or as much of
-their paths as it takes. **/
+/** Short labels that distinguish files: names without folders and extension, or as much of their
+paths as needed. **/
 std::vector<std::string> makeFileLabels(const std::vector<std::string>& paths);
 
 }  // namespace model

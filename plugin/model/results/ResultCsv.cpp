@@ -7,7 +7,7 @@ namespace simflex {
 namespace model {
 namespace {
 
-/** Shapes as readModeShapes() reads them. **/
+/** Writes shapes in the format of readModeShapes(). **/
 std::string writeModes(const Results::Analysis& analysis) {
     const bool hasShapes = !analysis.outputs.empty();
     bool isComplex = false;

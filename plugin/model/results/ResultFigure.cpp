@@ -18,24 +18,23 @@ namespace model {
 namespace {
 
 constexpr size_t MostPanels = 12, MostCurves = 40;
-constexpr double MostRatio = 30;  // of the probes that share a panel
+constexpr double MostRatio = 30;  // of the magnitudes of probes in one panel
 
-/** A curve before its panel is known. **/
+/** A curve not yet assigned to a panel. **/
 struct Candidate {
     ChosenColumn column;
     size_t source;
     std::vector<double> x;
-    std::vector<double> error;  ///< of runs with error bars, else empty
+    std::vector<double> error;  ///< empty for runs without error bars
 };
 
-/** Whether it is the error of another probe. **/
 bool isErrorOfAnother(const Results::Analysis& analysis, const std::string& probe) {
     return std::any_of(
         analysis.probes.begin(), analysis.probes.end(),
         [&](const Results::Series& series) { return probe == series.column.name + ErrorSuffix; });
 }
 
-/** The error of a column, if the run has error bars. **/
+/** Errors of a column; empty if the run has no error bars. **/
 std::vector<double> findErrors(const Results::Analysis& analysis, const ChosenColumn& column) {
     std::vector<double> errors;
     for (const Results::Series& series : analysis.probes) {
@@ -58,7 +57,7 @@ void scale(std::vector<double>& values, double size) {
     for (double& value : values) value /= size;
 }
 
-/** Keeps the rows of the wanted times. **/
+/** Keeps only the rows within the time range. **/
 void cutToTimes(const std::vector<double>& time, const FigureWishes& wishes,
                 std::vector<double>& values) {
     std::vector<double> kept;
@@ -109,22 +108,21 @@ std::vector<Candidate> collect(const std::vector<FigureSource>& sources, const F
     return candidates;
 }
 
-/** Candidates that share a panel. **/
 struct Group {
     std::string key;
-    double largest = 0;  ///< of the values in it
+    double largest = 0;  ///< largest value in the group
     std::vector<Candidate> candidates;
 };
 
-/** Whether a probe would not be lost in a panel, nor make others lost. **/
+/** True if two magnitudes can share a panel without one being too small to see. **/
 bool isOfSize(double largest, double other) {
     return largest == 0 || other == 0 ||
            std::max(largest, other) < MostRatio * std::min(largest, other);
 }
 
-/** In the order of the first candidate. **/
+/** Groups in the order of their first candidates. **/
 std::vector<Group> group(std::vector<Candidate> candidates, FigureWishes::Panels panels) {
-    std::map<std::string, double> largest;  // of each probe
+    std::map<std::string, double> largest;  // by probe
     for (const Candidate& candidate : candidates) {
         double& value = largest[candidate.column.probe];
         value = findLargest(candidate.column.values, value);
@@ -217,7 +215,7 @@ Figure makeTransientFigure(const std::vector<FigureSource>& sources, const Figur
     return figure;
 }
 
-/** The rows of the wanted times of a speed in rad/s. **/
+/** A speed in rad/s at the rows within the time range. **/
 std::vector<double> chooseSpeed(const FigureSource& source, const FigureWishes& wishes) {
     if (wishes.speedProbe.empty()) return {};
     const auto columns = chooseColumns(*source.analysis, {wishes.speedProbe});
@@ -232,7 +230,6 @@ std::vector<double> chooseSpeed(const FigureSource& source, const FigureWishes& 
     return speed;
 }
 
-/** Adds a curve to the panel of its unit. **/
 void addByUnit(Figure& figure, const std::string& what, const std::string& unit,
                const FigureCurve& curve) {
     const std::string label = makeAxisLabel(what, unit);
@@ -320,7 +317,7 @@ Figure makeVibrationFigure(const std::vector<FigureSource>& sources, const Figur
                 panel.map.label = makeAxisLabel(name, column.unit);
                 panel.map.y.assign(waterfall.frequency.begin(),
                                    waterfall.frequency.begin() + std::ptrdiff_t(shown));
-                // Onto even places.
+                // Resample at even positions.
                 for (size_t i = 0; i < x.size(); ++i) {
                     const double share = x.size() > 1 ? double(i) / double(x.size() - 1) : 0;
                     const double at = x.front() + share * (x.back() - x.front());
@@ -357,7 +354,7 @@ Figure makeVibrationFigure(const std::vector<FigureSource>& sources, const Figur
     return figure;
 }
 
-/** Of what oscillates. **/
+/** True if an oscillating mode is damped. **/
 bool hasDamping(const std::vector<FigureSource>& sources) {
     for (const FigureSource& source : sources)
         for (const auto& row : source.analysis->dampingRatio)
@@ -378,7 +375,7 @@ Figure makeEigenFigure(const std::vector<FigureSource>& sources) {
         curve.color = int(s);
         curve.marks = FigureCurve::Marks::Stems;
         const size_t count = sources[s].analysis->frequency.at(0).size();
-        for (size_t k = 0; k < count; ++k)  // beside each other, so that none hides another
+        for (size_t k = 0; k < count; ++k)  // side by side, so that none hides another
             curve.x.push_back(double(k + 1) + 0.5 *
                                                   (double(s) + 0.5 - 0.5 * double(sources.size())) /
                                                   double(sources.size()));
@@ -393,7 +390,7 @@ Figure makeEigenFigure(const std::vector<FigureSource>& sources) {
     return figure;
 }
 
-/** Values of one mode over the speeds. **/
+/** Values of a mode over the speeds. **/
 FigureCurve makeModeCurve(const FigureSource& source, size_t file, size_t mode, bool isSeveral,
                           const std::vector<std::vector<double>>& table, double unitSize) {
     FigureCurve curve;
@@ -414,7 +411,7 @@ FigureCurve makeModeCurve(const FigureSource& source, size_t file, size_t mode, 
     return curve;
 }
 
-/** Of modes whose curves lie on each other one is drawn, with the names of all. **/
+/** Draws modes with coincident curves once, with the names of all. **/
 void joinAlike(FigurePanel& panel) {
     constexpr double invisible = 2e-3;  // of the largest value
     double largest = 0;
@@ -461,7 +458,7 @@ Figure makeCampbellFigure(const std::vector<FigureSource>& sources, const Figure
         line.isFaint = true;
         for (const double speed : sources.at(0).analysis->speeds) {
             const double hertz = order * std::abs(speed) / (2 * pi);
-            if (hertz > 1.2 * highest) continue;  // what is beyond the modes would flatten them
+            if (hertz > 1.2 * highest) continue;  // lines far above the modes would compress them
             line.x.push_back(speed);
             line.y.push_back(hertz);
         }
@@ -473,12 +470,12 @@ Figure makeCampbellFigure(const std::vector<FigureSource>& sources, const Figure
     return figure;
 }
 
-/** Whether it spans so much that a decade says more than a length. **/
+/** True if the range is wide enough for a logarithmic axis. **/
 bool isWide(const std::vector<double>& frequencies) {
     return frequencies.front() > 0 && frequencies.back() > 5 * frequencies.front();
 }
 
-/** Bode's diagram: magnitudes by unit, then phases without their jumps by a turn. **/
+/** Bode diagram: magnitudes by unit, then unwrapped phases. **/
 Figure makeBodeFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
     Figure figure;
     figure.xLabel = "frequency [Hz]";
@@ -523,7 +520,7 @@ Figure makeBodeFigure(const std::vector<FigureSource>& sources, const FigureWish
     return figure;
 }
 
-/** Nyquist's diagram: where the complex response goes as frequency rises. **/
+/** Nyquist diagram: the complex response as frequency rises. **/
 Figure makeNyquistFigure(const std::vector<FigureSource>& sources, const FigureWishes& wishes) {
     constexpr double degree = 3.14159265358979323846 / 180;
     Figure figure;
@@ -575,8 +572,8 @@ Figure makeNyquistFigure(const std::vector<FigureSource>& sources, const FigureW
     return figure;
 }
 
-/** A response between its frequencies: magnitudes by straight lines in logarithms, phases along the
-shorter way; NaN outside. **/
+/** Interpolates a response: log–log for magnitudes, along the shorter way for phases; NaN outside
+the range. **/
 std::pair<double, double> interpolateResponse(const std::vector<double>& frequencies,
                                               const ChosenResponse& response, double frequency) {
     const auto upper = std::lower_bound(frequencies.begin(), frequencies.end(), frequency);
@@ -634,7 +631,8 @@ Figure makeMapFigure(std::vector<FigureSource> sources, const FigureWishes& wish
     for (size_t i = 0; i < numFrequencies; ++i)
         magnitude.map.y.push_back(from + (to - from) * double(i) / double(numFrequencies - 1));
     phase.map.y = magnitude.map.y;
-    // Onto even places: each shows the nearest value, as between resonances nothing is known.
+    // Resample at even positions by the nearest value, since responses between resonances are
+    // unknown.
     const double first = sources.front().value, last = sources.back().value;
     std::vector<std::vector<double>> magnitudes, phases;
     for (size_t k = 0; k < sources.size(); ++k) {
@@ -685,8 +683,8 @@ Figure makeMapFigure(std::vector<FigureSource> sources, const FigureWishes& wish
 
 namespace {
 
-/** Equilibria along a path, over the loads' factor: a probe beside the others, which may be drawn
-over another one of them. **/
+/** A path of equilibria over the load factor. The factor is added as a probe, so that any other
+probe can be the x axis instead. **/
 Figure makePathFigure(const std::vector<FigureSource>& sources, FigureWishes wishes) {
     std::vector<Results::Analysis> paths;
     for (const FigureSource& source : sources) {
@@ -699,7 +697,7 @@ Figure makePathFigure(const std::vector<FigureSource>& sources, FigureWishes wis
         Results::Series factor{{"load factor", "", {""}}, {}};
         for (const auto& row : path.matrices.at("path")) {
             factor.rows.push_back({row[0]});
-            path.time.push_back(0);  // all of one time
+            path.time.push_back(0);  // all at the same time
         }
         path.probes.push_back(factor);
     }

@@ -21,7 +21,7 @@ namespace {
 constexpr char JournalMark[] = "simflex rows  2\n";  // 16 bytes
 constexpr std::uint64_t JournalMarkSize = sizeof JournalMark - 1;
 constexpr std::uint64_t RecordFrame =
-    3 * sizeof(std::uint64_t);  // kind and size before, sum behind
+    3 * sizeof(std::uint64_t);  // kind and size before the payload, checksum after it
 constexpr size_t LeastSeries = 4 * sizeof(std::uint64_t),
                  LeastStatistic = 2 * sizeof(std::uint64_t);
 enum EntryKind : std::uint64_t { Header = 1, Begin, Row, Statistics, Complete, Warning, Events };
@@ -38,7 +38,7 @@ std::string explain(const std::string& what, const std::string& path) {
            (code == ENOSPC ? "; make room and continue with --resume" : "");
 }
 
-/** @returns how many bytes there were. **/
+/** @returns the number of bytes read. **/
 size_t readAt(int file, std::uint64_t offset, char* bytes, size_t size) {
     size_t done = 0;
     while (done < size) {
@@ -73,7 +73,7 @@ void visit(Archive& archive, ResultHeader& header) {
     for (const std::string& input : inputs) archive.visit(header.inputs[input]);
 }
 
-/** All but the rows. **/
+/** Visits all but the rows. **/
 void visit(Archive& archive, ResultJournal::Analysis& analysis) {
     Results::Analysis& contents = analysis.contents;
     archive.visit(contents.name, contents.type);
@@ -98,7 +98,7 @@ void visit(Archive& archive, ResultJournal::Analysis& analysis) {
     for (const std::string& name : names) archive.visit(contents.matrices[name]);
 }
 
-/** A record of texts and numbers. **/
+/** Packs texts and numbers into a record. **/
 template <class... Values>
 std::string pack(Values... values) {
     Archive archive;
@@ -266,7 +266,7 @@ void ResultJournal::checkSize() const {
 }
 
 void ResultJournal::append(std::uint64_t kind, const std::string& payload) {
-    checkSize();  // else the gap would be filled with zeros
+    checkSize();  // in a truncated file, zeros would fill the gap
     const std::uint64_t head[2] = {kind, payload.size()};
     m_record.assign(reinterpret_cast<const char*>(head), sizeof head);
     m_record += payload;

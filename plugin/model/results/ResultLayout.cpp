@@ -12,11 +12,11 @@ namespace simflex {
 namespace model {
 namespace {
 
-constexpr size_t BlockNumbers = size_t(1) << 20;  // of rows read from the journal at once
-constexpr size_t LongestText = size_t(1) << 28;   // of a model file
+constexpr size_t BlockNumbers = size_t(1) << 20;  // numbers of rows read from the journal at once
+constexpr size_t LongestText = size_t(1) << 28;   // limit for model files
 using Rows = std::vector<std::vector<double>>;
 
-/** A text of any length as a data set of its own. **/
+/** Writes a text of any length as a data set. **/
 hdf5::Handle writeLongText(hid_t parent, const std::string& name, const std::string& text) {
     const hdf5::Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "describe '" + name + "'");
     hdf5::check(H5Tset_size(type, text.size() + 1), "describe '" + name + "'");
@@ -83,7 +83,7 @@ std::map<std::string, double> readStatistics(hid_t group) {
     return statistics;
 }
 
-/** An empty matrix of doubles that is filled row by row. **/
+/** Creates an empty matrix of doubles that is filled row by row. **/
 hdf5::Handle createMatrix(hid_t parent, const std::string& name,
                           const std::vector<hsize_t>& shape) {
     const hdf5::Handle space(H5Screate_simple(int(shape.size()), shape.data(), nullptr), H5Sclose,
@@ -102,7 +102,7 @@ void writeStateColumns(hid_t states, const Results::Analysis& contents) {
         if (!names.empty()) hdf5::writeTexts(columns, name, names);
 }
 
-/** Where a data set stands in a row of the journal. **/
+/** Position of a data set within a row of the journal. **/
 struct Strip {
     hdf5::Handle data;
     int begin, width;
@@ -167,7 +167,7 @@ void writeMatrix(hid_t parent, const std::string& name, const Rows& rows) {
     hdf5::write(parent, name, {rows.size(), width}, joined.data());
 }
 
-/** Of an analysis without time: one row. **/
+/** Writes the states of an analysis without time. **/
 void writeStates(hid_t group, const Results::Analysis& contents) {
     const auto states = hdf5::createGroup(group, "states");
     for (const ResultState& state : ResultStates) {
@@ -177,7 +177,7 @@ void writeStates(hid_t group, const Results::Analysis& contents) {
     writeStateColumns(states, contents);
 }
 
-/** Inputs, outputs and what lies between. **/
+/** Writes inputs, outputs and their matrices. **/
 void writePorts(hid_t group, const Results::Analysis& contents) {
     hdf5::writeTexts(group, "inputs", contents.inputs);
     hdf5::writeTexts(group, "input_units", contents.inputUnits);
@@ -251,7 +251,7 @@ void writeAnalysis(hid_t analyses, int index, const ResultJournal::Analysis& ana
     if (!warnings.empty()) hdf5::writeTexts(group, "warnings", warnings);
 }
 
-/** The members of a group in the order of their attribute `index`. **/
+/** The members of a group, sorted by their attribute `index`. **/
 std::vector<std::string> listInOrder(hid_t group) {
     std::vector<std::pair<int, std::string>> members;
     for (const std::string& name : hdf5::listLinks(group)) {
@@ -266,7 +266,7 @@ std::vector<std::string> listInOrder(hid_t group) {
 }
 
 /** @param numRows  at least 1
-@param width  0: whatever it is **/
+@param width  0: any **/
 Rows readMatrix(hid_t parent, const std::string& name, hsize_t numRows, hsize_t width) {
     const std::vector<double> numbers = hdf5::readNumbers(parent, name, {numRows, width});
     const std::ptrdiff_t columns = std::ptrdiff_t(numbers.size() / numRows);
@@ -296,7 +296,7 @@ void readStates(hid_t group, hsize_t numRows, Results::Analysis& analysis) {
     for (const ResultState& state : ResultStates)
         if (hdf5::hasLink(states, state.name))
             analysis.*state.rows = readMatrix(states, state.name, numRows, 0);
-    if (!hdf5::hasLink(states, "columns")) return;  // of an older simflex
+    if (!hdf5::hasLink(states, "columns")) return;  // written by an older simflex
     const auto columns = hdf5::openGroup(states, "columns");
     for (const ResultState& state : ResultStates) {
         const auto& rows = analysis.*state.rows;
@@ -339,7 +339,7 @@ void readPorts(hid_t group, Results::Analysis& analysis) {
     analysis.matrices["B"] = readMatrix(matrices, "B", numStates, numInputs);
 }
 
-/** What eigen has besides frequencies, where it was wanted. **/
+/** Reads optional data of eigen analyses. **/
 void readModeMatrices(hid_t group, Results::Analysis& analysis) {
     const hsize_t n = analysis.frequency[0].size();
     if (n > 0 && hdf5::hasLink(group, "effective_mass"))

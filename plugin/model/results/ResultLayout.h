@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The HDF5 file of Results.h, made of a journal. Internal to results. **/
+The HDF5 file of Results.h, written from a journal. Internal to results. **/
 
 #include <string>
 
@@ -11,14 +11,14 @@ namespace model {
 
 constexpr int ResultFormat = 1;
 
-/** Path of the journal of a result file. **/
 std::string getJournalPath(const std::string& path);
 
 /** Writes the whole HDF5 file: the same bytes for the same contents.
 @throws std::runtime_error. **/
 void writeResultLayout(const std::string& path, const ResultJournal& journal);
 
-/** Reads it. @throws std::runtime_error that names the object, not the file. **/
+/** Reads the file.
+@throws std::runtime_error that names the object, not the file. **/
 Results readResultLayout(const std::string& path, ReadStates states);
 
 }  // namespace model

@@ -16,7 +16,7 @@ namespace model {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double MostOfTheTime = 0.1;  // spent on replacing the file at flush()
+constexpr double MostOfTheTime = 0.1;  // spent on replacing the file in flush()
 
 bool isSameRun(const ResultHeader& a, const ResultHeader& b) {
     return a.title == b.title && a.modelPath == b.modelPath && a.modelText == b.modelText &&
@@ -24,7 +24,7 @@ bool isSameRun(const ResultHeader& a, const ResultHeader& b) {
            a.inputs == b.inputs;
 }
 
-/** Whether the journal has everything that the file has, and is of the same run. **/
+/** True if the journal has everything in the file and is of the same run. **/
 bool continues(const ResultJournal& journal, const Results& file) {
     if (!isSameRun(journal.getHeader(), file.header)) return false;
     for (const auto& analysis : file.analyses) {
@@ -37,7 +37,7 @@ bool continues(const ResultJournal& journal, const Results& file) {
     return true;
 }
 
-/** The rows of a journal over time, as the file would have them. **/
+/** Adds the rows of a transient analysis from the journal. **/
 void fillRows(const ResultJournal& journal, const ResultJournal::Analysis& analysis,
               ReadStates states, Results::Analysis& result) {
     constexpr int RowsPerBlock = 256;
@@ -120,7 +120,7 @@ void checkShapes(const Results::Analysis& analysis) {
 
 }  // namespace
 
-/** Runs `work`; its errors name the file. **/
+/** Runs `work` and adds the file's name to its errors. **/
 template <class Work>
 void ResultWriter::guard(const Work& work) {
     try {
@@ -154,7 +154,7 @@ ResultWriter::~ResultWriter() {
     try {
         if (m_isChanged) replaceFile();
         fs::remove(getJournalPath(m_path));
-    } catch (const std::exception&) {  // the journal stays, and has it all
+    } catch (const std::exception&) {  // the journal remains, with all data
     }
 }
 
@@ -163,7 +163,7 @@ void ResultWriter::removeLeftovers() const {
     removeUnfinishedFiles(file.parent_path(), file.filename().string() + ".");
 }
 
-/** Takes the journal that a killed run left; else makes one of the file. **/
+/** Continues the journal of a killed run, or makes one from the file. **/
 void ResultWriter::reopen() {
     const Results file = readResultLayout(m_path, ReadStates::Yes);
     const std::string path = getJournalPath(m_path);
@@ -182,9 +182,9 @@ void ResultWriter::beginJournal(const Results& contents) {
     for (const Results::Analysis& analysis : contents.analyses) append(analysis);
 }
 
-/** Takes an analysis out of the journal, which can only be continued at its end. **/
+/** Removes an analysis from the journal, since only the last one can be continued. **/
 Results::Analysis ResultWriter::takeOut(const std::string& name) {
-    replaceFile();  // which has all until the journal has it again
+    replaceFile();  // preserves all data until the journal has it again
     Results rest = readJournal(*m_journal, ReadStates::Yes);
     m_journal.reset();
     const auto found = std::find_if(rest.analyses.begin(), rest.analyses.end(),
@@ -195,7 +195,7 @@ Results::Analysis ResultWriter::takeOut(const std::string& name) {
     return taken;
 }
 
-/** Makes the HDF5 file anew beside the old one and gives it its name. **/
+/** Writes a new HDF5 file beside the old one and renames it. **/
 void ResultWriter::replaceFile() {
     const Clock::time_point start = Clock::now();
     UnfinishedFile file(m_path);
@@ -228,7 +228,7 @@ void ResultWriter::append(const Results::Analysis& source) {
     ResultJournal::Analysis analysis;
     analysis.contents = source;
     analysis.contents.isComplete = false;
-    if (source.type == "transient") {  // its rows follow
+    if (source.type == "transient") {  // rows follow
         for (Results::Series& series : analysis.contents.probes) series.rows.clear();
         for (const ResultState& state : ResultStates) {
             (analysis.contents.*state.rows).clear();
@@ -239,7 +239,7 @@ void ResultWriter::append(const Results::Analysis& source) {
     for (const auto& [name, columns] : analysis.contents.stateColumns)
         analysis.numStates += int(columns.size());
     begin(analysis);
-    for (const std::string& warning : source.warnings)  // before rows, which may be cut
+    for (const std::string& warning : source.warnings)  // before the rows, which may be cut
         m_journal->addWarning(source.name, warning);
     for (size_t k = 0; k < source.time.size(); ++k) {
         std::vector<double> values;
@@ -350,7 +350,7 @@ Results readResults(const std::string& path, ReadStates states) {
         try {
             const ResultJournal journal(journalPath, ResultJournal::Access::Read);
             if (continues(journal, file)) return readJournal(journal, states);
-        } catch (const std::runtime_error&) {  // one that is no use changes nothing
+        } catch (const std::runtime_error&) {  // ignore an unusable journal
         }
         return file;
     } catch (const std::exception& error) {

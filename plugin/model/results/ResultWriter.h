@@ -10,43 +10,44 @@ Writes result files. **/
 namespace simflex {
 namespace model {
 
-/** Writes. Every method throws std::runtime_error naming the file (no space left …); rows flushed
-before stay readable. **/
+/** Writes a result file. Every method throws std::runtime_error naming the file (disk full …); rows
+flushed before remain readable. **/
 class ResultWriter {
 public:
-    /** Makes the file anew, with the analyses `kept` of an earlier run of the same model.
+    /** Creates the file, with the analyses `kept` from an earlier run of the same model.
     @throws also if another run is writing it. **/
     ResultWriter(const std::string& path, const ResultHeader& header,
                  const std::vector<Results::Analysis>& kept = {});
-    /** Goes on with a file that was left by a run: reopens it. **/
+    /** Continues the file of an earlier run. **/
     explicit ResultWriter(const std::string& path);
     ~ResultWriter();
     ResultWriter(const ResultWriter&) = delete;
     ResultWriter& operator=(const ResultWriter&) = delete;
 
-    /** Begins an analysis of rows over time; one of that name that is not complete is dropped.
-    @param states  columns of states that are kept, by Results' names of them **/
+    /** Starts a transient analysis, replacing an incomplete one of that name.
+    @param states  names of the state columns, by their array names in Results **/
     void beginTransient(const std::string& analysis, const std::vector<ResultColumn>& probes,
                         const std::map<std::string, std::vector<std::string>>& states = {});
-    /** Goes on with one after its first `numRows` rows; its later ones are dropped. **/
+    /** Continues an analysis after its first `numRows` rows; later rows are dropped. **/
     void resumeTransient(const std::string& analysis, int numRows);
     /** @param values  of all probes, column after column
-    @param states  one behind the other in the order of ResultStates **/
+    @param states  one after another in the order of ResultStates **/
     void addRow(double time, const std::vector<double>& values,
                 const std::vector<double>& states = {});
-    /** Everything so far is on the disk, where readResults() finds it. The HDF5 file is replaced
-    too, unless that would take more than a tenth of the time. **/
+    /** Writes everything so far to the disk, where readResults() finds it. Also replaces the HDF5
+    file, unless that would take more than a tenth of the run time. **/
     void flush();
 
-    /** A whole analysis, in the place of one of that name that is not complete. A complete one
+    /** Adds a whole analysis, replacing an incomplete one of that name. A complete analysis also
     replaces the HDF5 file. **/
     void add(const Results::Analysis& analysis);
     void setStatistics(const std::string& analysis, const std::map<std::string, double>& values);
     void setEvents(const std::string& analysis,
                    const std::vector<Results::Analysis::Event>& events);
-    /** Each text counts once. @param analysis  need not have begun; empty: all **/
+    /** Adds a warning unless it exists already.
+    @param analysis  need not have begun; empty: all **/
     void addWarning(const std::string& analysis, const std::string& text);
-    /** Replaces the HDF5 file, too. **/
+    /** Also replaces the HDF5 file. **/
     void setComplete(const std::string& analysis);
 
 private:
@@ -70,7 +71,7 @@ private:
     std::vector<double> m_row;
     bool m_isChanged = true;
     Clock::time_point m_replaced = Clock::now();
-    double m_cost = 0;  ///< of the last replacement [s]
+    double m_cost = 0;  ///< duration of the last replacement [s]
 };
 
 }  // namespace model

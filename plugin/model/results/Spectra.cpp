@@ -15,10 +15,11 @@ namespace {
 
 constexpr double WholeTurn = 6.283185307179586;
 constexpr size_t FewestRows = 8;
-constexpr double EvenInterval = 1e-4;  // of the interval: times of rows are round to a few digits
-constexpr double RowsPerPeriod = 2.5;  // of an order that is to be told
+constexpr double EvenInterval = 1e-4;  // relative; times are rounded to a few digits
+                                       // a few digits
+constexpr double RowsPerPeriod = 2.5;  // least rows per period of an order
 
-/** How many of the times are evenly spaced: all, or all but the last. **/
+/** Number of evenly spaced times: all, or all but the last. **/
 size_t countEvenTimes(const std::vector<double>& time, const std::vector<double>& values) {
     if (time.size() != values.size())
         throw std::invalid_argument("there are " + std::to_string(values.size()) + " values at " +
@@ -51,7 +52,7 @@ double calcHann(size_t k, size_t count) {
     return 0.5 - 0.5 * std::cos(WholeTurn * (double(k) + 0.5) / double(count));
 }
 
-/** Amplitudes at k/(count·interval), from `first` on. **/
+/** Amplitudes at k/(count·interval), of values from `first` on. **/
 std::vector<double> calcAmplitudes(const std::vector<double>& values, size_t first, size_t count) {
     double mean = 0, sum = 0;
     for (size_t k = 0; k < count; ++k) {
@@ -102,7 +103,7 @@ Waterfall calcWaterfall(const std::vector<double>& time, const std::vector<doubl
         throw std::invalid_argument("there are " + std::to_string(speed.size()) + " speeds at " +
                                     std::to_string(time.size()) + " times");
     if (numPieces < 1) throw std::invalid_argument("a waterfall must have at least one piece");
-    // Pieces of 2 h rows, h apart.
+    // Segments of 2 h rows, h apart.
     const size_t count = std::max<size_t>(1, 2 * all / (size_t(numPieces) + 1));
     if (count < FewestRows)
         throw std::invalid_argument(std::to_string(all) + " rows make " +
@@ -145,7 +146,7 @@ std::vector<OrderTrack> trackOrders(const std::vector<double>& time,
         throw std::invalid_argument("the revolutions of a piece must be positive");
     const double interval = (time[all - 1] - time[0]) / double(all - 1);
 
-    // Simpson's rule by the quadratic through three speeds, so that θ is of third order.
+    // Integrate the quadratic through three speeds, so that θ is of third order.
     std::vector<double> angle(all, 0);
     double fastest = 0;
     bool hasForward = false, hasBackward = false;
@@ -154,7 +155,7 @@ std::vector<OrderTrack> trackOrders(const std::vector<double>& time,
         hasForward = hasForward || speed[k] > 0;
         hasBackward = hasBackward || speed[k] < 0;
         if (k == 0) continue;
-        const size_t m = k + 1 < all ? k : k - 1;  // middle of three
+        const size_t m = k + 1 < all ? k : k - 1;  // middle one of the three
         const double bend = speed[m + 1] - 2 * speed[m] + speed[m - 1];
         angle[k] = angle[k - 1] + interval * (0.5 * (speed[k - 1] + speed[k]) - bend / 12);
     }

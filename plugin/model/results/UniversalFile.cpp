@@ -11,7 +11,7 @@ namespace simflex {
 namespace model {
 namespace {
 
-constexpr int MostNumbers = 100000000;  // of a dataset
+constexpr int MostNumbers = 100000000;  // largest dataset
 
 std::vector<std::string> splitAtBlanks(std::string_view line) {
     std::vector<std::string> fields;
@@ -57,8 +57,8 @@ private:
         if (!m_lines.next() || isMark()) m_lines.refuse("the dataset ends too early");
     }
 
-    /** Fields of the line at hand: between blanks if these are as many, else of fixed widths, as
-    FORTRAN writes them where numbers fill their fields. **/
+    /** Fields of the current line: split at blanks if that gives the right number, else by fixed
+    widths, since FORTRAN's numbers may fill their fields. **/
     std::vector<std::string> getFields(const std::vector<int>& widths) {
         std::vector<std::string> fields = splitAtBlanks(m_lines.line());
         if (fields.size() == widths.size()) return fields;
@@ -82,7 +82,8 @@ private:
         if (int(values.size()) < least) m_lines.refuse(std::string("there is no ") + what);
         return values;
     }
-    /** Numbers over as many lines as it takes. @param widths  of a whole line **/
+    /** Reads numbers over as many lines as needed.
+    @param widths  of a full line **/
     std::vector<double> readNumbers(size_t count, const std::vector<int>& widths,
                                     const char* what) {
         std::vector<double> values;

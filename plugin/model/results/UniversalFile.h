@@ -1,11 +1,11 @@
 #pragma once
 /** @file
-Universal files (SDRC I-DEAS, as modal test systems write them), of which are read:
+Universal files (SDRC I-DEAS), written by modal test systems. Supported datasets:
 
     dataset 55  data at nodes: shapes of normal and complex modes
     dataset 58  functions at nodal freedoms: frequency response functions, as text
 
-Other datasets are passed over. Formats: Structural Dynamics Research Laboratory, University of
+Other datasets are skipped. Formats: Structural Dynamics Research Laboratory, University of
 Cincinnati, "Universal File Formats for Modal Analysis Testing". **/
 
 #include <complex>
@@ -19,7 +19,8 @@ namespace model {
 struct UniversalFile {
     struct Freedom {
         int node = 0;
-        int direction = 0;  ///< 1 x, 2 y, 3 z, 4 … 6 about them; negative: against; 0: a scalar
+        int direction = 0;  ///< 1 x, 2 y, 3 z, 4 … 6 rotations; negative: opposite direction; 0: a
+                            ///< scalar
         bool operator<(const Freedom& other) const {
             return node != other.node ? node < other.node : direction < other.direction;
         }

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-What a model file may hold: its keys, the forms of their values, units, defaults and meanings. The
-one source for checking, for the JSON schema, the key reference and completion. **/
+The schema of model files: keys, forms of their values, units, defaults and meanings. It is the
+single source for validation, the JSON schema, the key reference and completion. **/
 
 #include <limits>
 #include <string>
@@ -12,8 +12,8 @@ namespace model {
 
 struct SchemaKey;
 
-/** One form that a value may have. A key has at most one form that is a list and at most one that
-is a map (fixed keys) or a group of entries (keys chosen by the user). **/
+/** One form of a value. A key has at most one form that is a list, and at most one that is a map
+(fixed keys) or a group of entries (keys chosen by the user). **/
 struct SchemaForm {
     enum class Kind {
         Number,    ///< constant expression
@@ -22,10 +22,10 @@ struct SchemaForm {
         Bool,
         Text,
         Name,     ///< of a body, joint … or BODY.INTERFACE
-        Formula,  ///< of other names, which whoever uses it compiles
+        Formula,  ///< of other names, compiled by its user
         Choice,
-        File,    ///< name of a file that is read
-        Output,  ///< relative path without '..' that is written
+        File,    ///< name of an input file
+        Output,  ///< relative path of an output file, without '..'
         List,
         Map,
         Entries
@@ -35,15 +35,15 @@ struct SchemaForm {
 
     double minimum = -std::numeric_limits<double>::infinity();
     double maximum = std::numeric_limits<double>::infinity();
-    bool isOpen = false;  ///< the minimum itself is not allowed
+    bool isOpen = false;  ///< excludes the minimum itself
 
-    bool isLaw = false;               ///< of a function: of quantities of the motion, too
-    std::vector<std::string> locals;  ///< of a law: quantities of its own entry
+    bool isLaw = false;               ///< a Function may depend on quantities of the motion
+    std::vector<std::string> locals;  ///< a law's own quantities
 
     std::vector<std::string> choices;
 
-    std::vector<SchemaForm> items;  ///< forms of a list's items, or of entries
-    std::vector<int> sizes;         ///< of a list; empty: any but zero
+    std::vector<SchemaForm> items;  ///< forms of the items of a list, or of entries
+    std::vector<int> sizes;         ///< allowed sizes of a list; empty: any but zero
     bool hasNumbers = false;        ///< the keys of entries are numbers from 1
     bool hasWords = false;          ///< the keys of entries are words of formulas
     bool hasPaths = false;          ///< the keys of entries may be paths: bodies.arm.mass
@@ -61,14 +61,14 @@ struct SchemaKey {
     std::string meaning;  ///< one sentence
     std::string unit;
     std::string defaultText;  ///< YAML
-    std::string defaultNote;  ///< where the default is no value
+    std::string defaultNote;  ///< describes the default if it is not a value
     std::string example;      ///< YAML
     bool isRequired = false;
     std::vector<std::string> onlyFor;   ///< values of `type` that have this key; empty: all
-    std::vector<std::string> onlyWith;  ///< one of these keys must be given as well
-    std::vector<std::string> notWith;   ///< none of these keys may be given as well
+    std::vector<std::string> onlyWith;  ///< requires one of these keys
+    std::vector<std::string> notWith;   ///< excludes these keys
 
-    /** @name For writing the schema: each returns a changed copy. **/
+    /** @name Modifiers for writing the schema; each returns a changed copy. **/
     /**@{**/
     SchemaKey in(const std::string& unit) const;
     SchemaKey orElse(const std::string& defaultText) const;
@@ -81,7 +81,7 @@ struct SchemaKey {
     /**@}**/
 };
 
-/** The whole: a map. **/
+/** Schema of a whole model: a map. **/
 const SchemaForm& getModelSchema();
 
 /** The key `name` of a map, or null. **/

@@ -1,5 +1,5 @@
 /** @file
-Chapters of the schema: parameters, tables, parts, bodies, frames. **/
+Sections of the schema: parameters, tables, parts, bodies, frames. **/
 
 #include "simflex/model/schema/SchemaForms.h"
 
@@ -9,7 +9,7 @@ namespace forms {
 
 namespace {
 
-/** `keep:` which of the reduced modes are used. **/
+/** `keep:` selects the reduced modes in use. **/
 Forms keep() {
     return {
         choice({"all"}), list({integer(1)}),

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Forms that occur at many places of the schema, and the parts that the schema is put together of. **/
+Common forms of the schema, and the sections of which it consists. **/
 
 #include "simflex/model/schema/Schema.h"
 
@@ -28,7 +28,7 @@ SchemaForm output(const std::string& title);
 SchemaForm list(const Forms& items, const std::vector<int>& sizes = {});
 SchemaForm map(const std::string& title, const std::vector<SchemaKey>& keys,
                const std::vector<std::string>& oneOf = {});
-/** Names of the user → values. **/
+/** Names chosen by the user → values. **/
 SchemaForm entries(const std::string& title, const Forms& values);
 /** Numbers from 1 → values. **/
 SchemaForm numbered(const std::string& title, const Forms& values);
@@ -42,12 +42,12 @@ Forms rotation();
 Forms axis();
 /** A name, or a map. **/
 Forms frame();
-/** Keys of {on, node, position, rotation}. **/
+/** Keys of a frame: {on, node, position, rotation}. **/
 std::vector<SchemaKey> frameKeys();
 Forms place();
 SchemaForm color();
 
-/** @name Keys of the whole, by chapter. **/
+/** @name Top-level keys by section. **/
 /**@{**/
 std::vector<SchemaKey> makePartKeys();
 std::vector<SchemaKey> makeBodyKeys();

@@ -1,5 +1,5 @@
 /** @file
-Chapters of the schema: joints, motions, loads, connectors, initial values. **/
+Sections of the schema: joints, motions, loads, connectors, initial values. **/
 
 #include "simflex/model/schema/SchemaForms.h"
 
@@ -59,7 +59,7 @@ SchemaForm joint() {
     const std::vector<std::string> paired{
         "ball",   "pin",   "slider",        "weld",           "cylinder", "universal",
         "planar", "screw", "point_on_line", "point_in_plane", "rod"};
-    const std::vector<std::string> laid(paired.begin(), paired.end() - 1);  // but rods
+    const std::vector<std::string> laid(paired.begin(), paired.end() - 1);  // all except rods
     std::vector<std::string> types = paired;
     types.insert(types.end(), {"gear", "coupler"});
     return map(

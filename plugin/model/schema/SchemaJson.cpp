@@ -20,7 +20,7 @@ namespace {
 using Kind = SchemaForm::Kind;
 constexpr int JsonDigits = 9;
 
-/** The default of a key, which is written in YAML. **/
+/** Converts a key's default from YAML. **/
 Json convert(const YamlTree& tree) {
     if (tree.kind == YamlTree::Kind::List) {
         Json list = Json::list();
@@ -65,7 +65,8 @@ const char* const PathPattern = "^[A-Za-z_][A-Za-z0-9_-]*(\\.[A-Za-z_][A-Za-z0-9
 
 Json makeForms(const std::vector<SchemaForm>& forms);
 
-/** `properties` of `type` among `types`; which counts as given if the default is among them. **/
+/** Condition that `type` is one of `types`; an omitted type matches if they include the default.
+ **/
 Json makeTypeCondition(const std::vector<std::string>& types, const std::string& defaultType) {
     Json condition = Json::object().add(
         "properties", Json::object().add("type", Json::object().add("enum", types)));

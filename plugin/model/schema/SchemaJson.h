@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-The schema for editors: JSON Schema, draft 7. **/
+The schema as JSON Schema, draft 7, for editors. **/
 
 #include <string>
 
 namespace simflex {
 namespace model {
 
-/** What editors check model files against. It knows keys, kinds, choices and ranges of plain
-numbers; the reader knows more (formulas, names of bodies). **/
+/** JSON schema of model files. It covers keys, kinds, choices and ranges of plain numbers; only the
+reader checks formulas and names of bodies. **/
 std::string writeJsonSchema();
 
 }  // namespace model

@@ -41,13 +41,12 @@ std::vector<const SchemaForm*> findBelow(const std::vector<const SchemaForm*>& f
     return below;
 }
 
-/** A map of the schema and the path it has in the reference. **/
 struct Section {
     std::string path;
     const SchemaForm* form;
 };
 
-/** Forms that many keys have: they are described once, under these names. **/
+/** Name of a form that many keys share, which is described once; else empty. **/
 std::string findCommonName(const SchemaForm& form) {
     if (form.kind != Kind::Map) return "";
     if (form.title == "a frame") return form.keys[0].name == "on" ? "FRAME" : "";
@@ -82,11 +81,10 @@ public:
             for (const SchemaForm& value : form.items) addSections(value, path);
     }
 
-    /** A key that has no keys below it. **/
     void addKey(const SchemaKey& key, const std::string& path) { writeKey(key, path); }
 
     std::string write() {
-        for (std::size_t i = 0; i < m_commons.size(); ++i) {  // grows: a place has frames
+        for (std::size_t i = 0; i < m_commons.size(); ++i) {  // the list grows: a place has frames
             const Section common = m_commons[i];
             addSections(*common.form, common.path);
         }
@@ -137,7 +135,7 @@ private:
             }
             case Kind::List: {
                 const std::string plain = describeForm(form);
-                if (plain.compare(0, 6, "a list") != 0) return plain;  // has a name of its own
+                if (plain.compare(0, 6, "a list") != 0) return plain;  // has its own name
                 std::string sizes;
                 for (int size : form.sizes)
                     sizes += (sizes.empty() ? "" : " or ") + std::to_string(size);
@@ -233,7 +231,7 @@ bool hasItemKey(const std::vector<const SchemaForm*>& forms, const std::string& 
     return false;
 }
 
-/** "joints.NAME.type" for "joints.type": a key of what is named, where a name was left out. **/
+/** "joints.NAME.type" for "joints.type": inserts omitted names of entries. **/
 std::string addNames(const std::string& path) {
     const std::vector<std::string> parts = splitKeys(path);
     std::vector<std::string> full;

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The schema for people: the key reference, and what may stand at a path. **/
+The schema in readable form: the key reference, and the allowed values at a path. **/
 
 #include <string>
 #include <vector>
@@ -10,14 +10,14 @@ The schema for people: the key reference, and what may stand at a path. **/
 namespace simflex {
 namespace model {
 
-/** Forms that a value may have at a path such as "bodies.crank.place" (any name for a name, any
-number for a list's item); empty if the schema has no such path. "": the whole. **/
+/** Allowed forms of a value at a path such as "bodies.crank.place" (any name for a name, any number
+for a list item); empty if the schema has no such path. "": the whole model. **/
 std::vector<const SchemaForm*> findSchemaForms(const std::string& path);
 
-/** Keys that may stand below a path, in the schema's order; for completion. **/
+/** Keys allowed below a path, in the schema's order; for completion. **/
 std::vector<std::string> getSchemaChildren(const std::string& path);
 
-/** Values among which the one at a path is chosen; empty if it is free. **/
+/** Allowed choices of the value at a path; empty if it is not a choice. **/
 std::vector<std::string> getSchemaChoices(const std::string& path);
 
 enum class ReferenceFormat { Text, Markdown };

@@ -1,5 +1,5 @@
 /** @file
-Chapters of the schema: solver, analyses, output, probes, pictures. **/
+Sections of the schema: solver, analyses, output, probes, pictures. **/
 
 #include "simflex/model/schema/SchemaForms.h"
 
@@ -311,7 +311,7 @@ SchemaForm resultOutput() {
         });
 }
 
-/** What a probe measures: exactly one of these. **/
+/** Quantities that a probe may measure, of which exactly one is given. **/
 const std::vector<std::string>& getQuantities() {
     static const std::vector<std::string> names{"position",
                                                 "velocity",

@@ -17,10 +17,10 @@ std::string describeForm(const SchemaForm& form);
 /** "at least 0", "greater than 0", "from 0 to 1". **/
 std::string describeRange(const SchemaForm& form);
 
-/** Where a key is known: "solver", "bodies.NAME". **/
+/** Paths at which a key is allowed: "solver", "bodies.NAME". **/
 std::vector<std::string> findSchemaPaths(const std::string& key);
 
-/** At most 9 digits. **/
+/** Writes at most 9 digits. **/
 std::string writeNumber(double value);
 
 }  // namespace model

@@ -18,7 +18,7 @@ std::string format(Real value, const std::string& unit) {
     return writeGeneral(value == 0 ? 0 : value, 6) + ' ' + unit;
 }
 
-/** What cannot be given the value, from here. **/
+/** A requested value, for messages if it cannot be set. **/
 struct DragWish {
     const Model& model;
     const Joint& joint;
@@ -74,7 +74,7 @@ State dragJoint(const Model& model, const State& state, const Joint& joint, int 
         const Real rate = joint.calcCoordinateDots(state)[coordinate];
         setJointRates(model.getFlexibleBodies(), moved, {{joint, coordinate, rate}});
     } catch (const std::runtime_error&) {
-        // It cannot move so there.
+        // The rate is impossible at this position.
     }
     return moved;
 }

@@ -1,19 +1,20 @@
 #pragma once
 /** @file
-Coordinates of joints of a model, and their rates, changed by a person. **/
+Interactive changes of joint coordinates and their rates. **/
 
 #include "simflex/model/Model.h"
 
 namespace simflex {
 namespace model {
 
-/** See simflex::setJointCoordinates(), AngleWay::Whole; the coordinate's rate stays if it can,
-other speeds are made consistent.
-@throws std::runtime_error if the joints or a motion do not allow it, naming which. **/
+/** Sets a coordinate, see simflex::setJointCoordinates() with AngleWay::Whole. The coordinate's
+rate is kept if possible, other speeds are made consistent.
+@throws std::runtime_error naming the joints or the motion that do not allow it. **/
 SimTK::State dragJoint(const Model& model, const SimTK::State& state, const Joint& joint,
                        int coordinate, double value);
 
-/** See simflex::setJointRates(). @throws the same. **/
+/** Sets a rate, see simflex::setJointRates().
+@throws the same. **/
 SimTK::State setJointRate(const Model& model, const SimTK::State& state, const Joint& joint,
                           int coordinate, double rate);
 

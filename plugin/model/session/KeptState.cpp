@@ -24,7 +24,7 @@ std::string formatLine(const char* name, const std::vector<double>& values) {
     return line + '\n';
 }
 
-/** What follows a name, with which the next line must begin. **/
+/** Rest of the next line, which must begin with `name`. **/
 std::string readLine(TextLines& lines, const std::string& name) {
     if (!lines.next() || lines.line().substr(0, name.size()) != name)
         lines.refuse("the state is damaged: there is no '" + name + "' where it belongs");
@@ -52,7 +52,7 @@ void visitNumbers(Archive& archive, SimTK::Vector& numbers) {
     numbers = toVector(values);
 }
 
-/** A State's flags, time, coordinates, speeds and z. **/
+/** Visits a State's flags, time, coordinates, speeds and z. **/
 void visitState(Archive& archive, const Model& model, State& state) {
     for (const Model::BodyEntry& body : model.getBodies()) {
         if (!body.flexible) continue;

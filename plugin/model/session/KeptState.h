@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-States of a model in files: text, with all digits. **/
+Files of a model's States, as text with all digits. **/
 
 #include <string>
 #include <vector>
@@ -14,15 +14,16 @@ struct SavedState;
 
 namespace model {
 
-/** Replaces the file as a whole. @throws std::runtime_error. **/
+/** Replaces the file atomically.
+@throws std::runtime_error. **/
 void writeKeptState(const std::string& path, const Model& model, const SimTK::State& state);
 
-/** Realized to Stage::Velocity.
-@throws std::invalid_argument naming file and line, and what is wrong there; std::runtime_error if
-it cannot be read. **/
+/** Reads a State and realizes it to Stage::Velocity.
+@throws std::invalid_argument naming file, line and defect; std::runtime_error if the file cannot be
+read. **/
 SimTK::State readKeptState(const std::string& path, const Model& model);
 
-/** What Session::save() gives, and the sum of its model, which must be the one it has.
+/** Visits the result of Session::save() and a checksum of its model, which must match.
 @throws std::runtime_error **/
 void visitSaved(Archive& archive, const Model& model, SavedState& saved);
 

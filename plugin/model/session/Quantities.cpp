@@ -30,7 +30,7 @@ std::optional<Quantity> findByPath(const std::vector<Quantity>& quantities,
     return {};
 }
 
-/** An element of what is a list as a whole. **/
+/** An element of a quantity that is a list. **/
 Quantity pickElement(const Quantity& whole, int index, const std::string& name) {
     Quantity element;
     element.path = whole.path + '.' + name;
@@ -45,7 +45,7 @@ Quantity pickElement(const Quantity& whole, int index, const std::string& name) 
     return element;
 }
 
-/** The State that a change makes of the Session's. **/
+/** Makes a function that changes a copy of the Session's State. **/
 template <class Change>
 auto calcChanged(const Session& session, const Change& change) {
     return [&session, change](const Values& values) {
@@ -57,7 +57,7 @@ auto calcChanged(const Session& session, const Change& change) {
 
 // ---- joints
 
-/** Coordinates of a joint and their rates. **/
+/** Quantities for a joint's coordinates and their rates. **/
 std::vector<Quantity> makeJointQuantities(const Session& session, const Model::JointEntry& entry) {
     const Joint& joint = entry.joint;
     const std::vector<std::string> names = getCoordinateNames(joint);
@@ -111,7 +111,7 @@ Transform calcPose(const Session& session, const BodyEntry& body) {
     return body.mobod.getBodyTransform(session.getState()) * body.X_BP;
 }
 
-/** The State with the body's own frame (of a flexible one: of its part) at X_GP. **/
+/** The State with the body's own frame (the part's, for a flexible body) at X_GP. **/
 State place(const Session& session, const BodyEntry& body, const Transform& X_GP) {
     State state = session.copyState();
     const SimbodyMatterSubsystem& matter = session.getModel().getMatter();
@@ -124,7 +124,7 @@ State place(const Session& session, const BodyEntry& body, const Transform& X_GP
     return state;
 }
 
-/** The State with these velocities of the body's own frame's origin, in Ground. **/
+/** The State with the given velocity of the body's own frame in Ground. **/
 State setVelocity(const Session& session, const BodyEntry& body, const SpatialVec& V_GP) {
     State state = session.copyState();
     session.getModel().getSystem().realize(state, Stage::Velocity);

@@ -30,7 +30,7 @@ std::string trim(const std::string& text) {
     return std::string(trimBlanks(text));
 }
 
-/** The shortest text that is the number but for rounding: 0.15, where steps of 0.025 add up to
+/** The shortest text that equals the number up to round-off: 0.15 where steps of 0.025 add up to
 0.15000000000000002. **/
 std::string writeValue(double value) {
     for (int digits = 6; digits <= 14; ++digits) {
@@ -51,7 +51,7 @@ std::vector<std::string> makeRange(double from, double to, int count) {
     return values;
 }
 
-/** "1:2", "1:2:0.5": numbers and colons. **/
+/** True for "1:2" or "1:2:0.5": numbers and colons. **/
 bool looksLikeRange(const std::string& text) {
     return text.find(':') != std::string::npos &&
            text.find_first_not_of("0123456789.+-eE: ") == std::string::npos;
@@ -102,7 +102,7 @@ InputChecksums SweepPlan::calcInputs(const SweepCase& one) const {
     InputChecksums all = inputs;
     all["the list of settings"] = calcSum(getSettings(one));
     all["the choice of analyses"] = calcSum(only);
-    // Cases that have pictures stand where none are wanted.
+    // Cases with pictures also count as done where none are requested.
     if (hasPictures) all["the wish for pictures"] = calcSum({});
     return all;
 }
@@ -133,7 +133,7 @@ SweptKey parseSweptKey(const std::string& text) {
     }
     for (const std::string& value : key.values)
         if (value.empty()) throw std::runtime_error("'" + text + "' has an empty value");
-    // As the second half of 0,05.
+    // A leading zero suggests the second half of 0,05.
     for (const std::string& value : key.values)
         if (double number = 0; value.size() > 1 && value[0] == '0' && value[1] >= '0' &&
                                value[1] <= '9' && readNumber(value, number))
@@ -200,7 +200,7 @@ const std::vector<std::string>& getSweepStatistics() {
 
 namespace {
 
-/** Columns of probes are called x, yz, 12: a longer word is meant as a statistic. **/
+/** Checks a word that must be a statistic, since it is longer than probe columns (x, yz, 12). **/
 void checkStatistic(const std::string& text) {
     const size_t dot = text.rfind('.');
     const std::string last = dot == std::string::npos ? "" : text.substr(dot + 1);
@@ -222,7 +222,7 @@ void checkStatistic(const std::string& text) {
 
 void checkSweepColumns(const SweepPlan& plan) {
     const std::vector<std::string> probes = readModel(plan.model).get("probes").getKeys();
-    if (probes.empty()) return;  // those of the joints, which the built model knows
+    if (probes.empty()) return;  // default probes of the joints, known only to the built model
     for (const std::string& text : plan.of) {
         bool isKnown = false;
         // PROBE, PROBE.COLUMN, PROBE.STATISTIC, PROBE.COLUMN.STATISTIC; patterns may span dots
@@ -251,7 +251,9 @@ void findSweptPaths(SweepPlan& plan) {
         key.path = chapter + name;
         if (parameters.has(name)) continue;
         key.path = key.name;
-        if (!hasChapter && name.find('.') != std::string::npos) continue;  // the reader checks it
+        if (!hasChapter && name.find('.') != std::string::npos)
+            continue;  // the reader checks
+                       // these
         if (!hasChapter && findSchemaKey(getModelSchema(), name)) continue;
         parameters.failUnknown("parameter", name, parameters.getKeys());
     }
@@ -291,7 +293,7 @@ void makeSweepCases(SweepPlan& plan, SweepOrder order) {
         const auto [known, isNew] = folders.emplace(one.folder, one.values);
         if (isNew)
             plan.cases.push_back(one);
-        else if (known->second != one.values)  // a case is done once
+        else if (known->second != one.values)  // equal cases are run once
             throw std::runtime_error("the cases " + listValues(plan.keys, known->second) + " and " +
                                      listValues(plan.keys, one.values) +
                                      " would have the same folder, '" + one.folder +
@@ -329,7 +331,7 @@ void takeModelSweep(SweepPlan& plan, const std::string& name) {
     const std::string analysis = sweep.get("analysis").getText();
     if (!analyses.has(analysis))
         sweep.get("analysis").failUnknown("analysis", analysis, analyses.getKeys());
-    // What an analysis begins from is done, too.
+    // Add the analyses that an analysis starts from.
     std::vector<std::string> wanted{analysis};
     for (size_t k = 0; k < wanted.size(); ++k)
         for (const char* key : {"from", "about"}) {
@@ -364,7 +366,7 @@ void checkSweepCases(SweepPlan& plan) {
                     [](const SweepCase& one) { return !one.error.empty(); }))
         throw std::runtime_error("case " + plan.cases.at(0).folder + ": " + plan.cases[0].error);
     const auto calcSum = [](const auto& add) {
-        PartKey key;  // knows what files include
+        PartKey key;  // follows includes of files
         add(key);
         return key.getText();
     };

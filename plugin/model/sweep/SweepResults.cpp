@@ -18,8 +18,8 @@ namespace {
 
 struct Table {
     std::vector<std::string> keys, columns, units;
-    std::vector<std::vector<double>> values, numbers;  // of each key, each column
-    std::vector<std::vector<std::string>> texts;       // of each key
+    std::vector<std::vector<double>> values, numbers;  // by key, by column
+    std::vector<std::vector<std::string>> texts;       // by key
     std::vector<int> status;
     std::vector<std::string> folders;
 };
@@ -55,7 +55,7 @@ Table readTable(const std::string& path) {
     return table;
 }
 
-/** As readTable(); errors name the file. **/
+/** Like readTable(), but errors name the file. **/
 Table openTable(const std::string& path) {
     try {
         return readTable(path);
@@ -65,7 +65,6 @@ Table openTable(const std::string& path) {
     }
 }
 
-/** Its place among the keys. **/
 size_t chooseKey(const Table& table, const std::string& key, const std::string& path) {
     size_t chosen = table.keys.size(), most = 0;
     for (size_t k = 0; k < table.keys.size(); ++k) {
@@ -85,7 +84,7 @@ size_t chooseKey(const Table& table, const std::string& key, const std::string& 
     return chosen;
 }
 
-/** "a=1, c=3": the values of a case but that of one key. **/
+/** "a=1, c=3": the values of a case except that of one key. **/
 std::string makeLabel(const Table& table, size_t without, size_t index) {
     std::string label;
     for (size_t k = 0; k < table.keys.size(); ++k)

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The table of a sweep as results that can be drawn. **/
+The table of a sweep in the form of results, for plotting. **/
 
 #include <string>
 #include <vector>
@@ -10,22 +10,23 @@ The table of a sweep as results that can be drawn. **/
 namespace simflex {
 namespace model {
 
-/** Columns over one of the swept keys: a transient analysis for each choice of the others, whose
-times are the key's values; the key is its first probe. **/
+/** Columns over one of the swept keys: one transient analysis for each combination of the other
+keys, whose times are the key's values; the key is its first probe. **/
 struct SweepResults {
     std::string key;
     std::vector<std::string> labels;  ///< "load=2"
     std::vector<Results> results;
 };
 
-/** Whether the file is sweep.h5 of a sweep. **/
+/** True if the file is the sweep.h5 of a sweep. **/
 bool isSweepTable(const std::string& path);
 
-/** Complete cases. @param key  the first numerical one with most values if empty
+/** Reads the complete cases.
+@param key  empty: the first numerical key with the most values
 @throws std::runtime_error. **/
 SweepResults readSweepTable(const std::string& path, const std::string& key);
 
-/** What each complete case has left, with its value of a key that is the only one to vary.
+/** Result files of the complete cases, with their values of the only key that may vary.
 @throws std::runtime_error. **/
 struct SweepCases {
     std::string key;

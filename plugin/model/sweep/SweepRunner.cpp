@@ -29,9 +29,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using Status = SweepOutcome::Status;
-constexpr int StoppedStatus = 130;            // exit status of what Ctrl-C stopped
-constexpr useconds_t ShortPause = 20 * 1000;  // between looks at what runs [µs]
-constexpr useconds_t LongPause = 200 * 1000;  // while others run the rest
+constexpr int StoppedStatus = 130;            // exit status after Ctrl-C
+constexpr useconds_t ShortPause = 20 * 1000;  // between polls of running cases [µs]
+constexpr useconds_t LongPause = 200 * 1000;  // while other processes run the remaining cases
 constexpr char CaseFile[] = "case.txt";
 
 int countCores() {
@@ -46,7 +46,7 @@ std::string readFile(const std::string& path) {
     return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
-/** The last line that a program said, of which the beginning "simflex: " is left out. **/
+/** The last line of a program's output, without a leading "simflex: ". **/
 std::string findLastLine(const std::string& log) {
     const size_t end = log.find_last_not_of(" \r\n");
     if (end == std::string::npos) return "it printed nothing";
@@ -61,7 +61,6 @@ std::string findResults(const std::string& folder) {
     return folder + "/results.h5";
 }
 
-/** Of a case: what it was made of, a line each, and how it ended in the last one. **/
 struct CaseText {
     InputChecksums inputs;
     std::string ending;
@@ -75,19 +74,19 @@ CaseText readCase(const std::string& folder) {
         if (sum >= 16 && sum != std::string::npos && line[sum] == ' ')
             one.inputs[line.substr(sum + 1)] = line.substr(0, sum);
         else
-            one.ending = in.eof() ? "" : line;  // a line that is cut off says nothing
+            one.ending = in.eof() ? "" : line;  // ignore an incomplete last line
     }
     return one;
 }
 
-/** What has changed since the results of a case were made; empty: nothing, or there are none. **/
+/** First change since the results of a case were made; empty if none, or no results. **/
 std::string findChangeOfCase(const std::string& folder, const InputChecksums& now) {
     if (!fs::exists(findResults(folder))) return "";
     const InputChecksums then = readCase(folder).inputs;
     return then.empty() ? "another simflex has made them" : findChangedInput(then, now);
 }
 
-/** How a case stands: status and error, if it was made of the same. **/
+/** Status and error of a case, provided that its inputs are the same. **/
 SweepOutcome readOutcome(const std::string& folder, const InputChecksums& inputs) {
     SweepOutcome outcome;
     const CaseText found = readCase(folder);
@@ -104,7 +103,6 @@ SweepOutcome readOutcome(const std::string& folder, const InputChecksums& inputs
     return outcome;
 }
 
-/** Analyses that each case does. **/
 std::vector<std::string> listAnalyses(const SweepPlan& plan) {
     if (!plan.only.empty()) return plan.only;
     const ModelValue analyses = readModel(plan.model).get("analyses");
@@ -114,8 +112,8 @@ std::vector<std::string> listAnalyses(const SweepPlan& plan) {
     return names;
 }
 
-/** What is missing where a run ended as if all was well: code within it may end its process. Empty:
-nothing. **/
+/** Missing analyses of a run that exited successfully, since code within it may end its process;
+empty if there are none. **/
 std::string findMissing(const std::string& path, const std::vector<std::string>& analyses) {
     try {
         const Results results = readResults(path, ReadStates::No);
@@ -132,7 +130,7 @@ std::string findMissing(const std::string& path, const std::vector<std::string>&
     }
 }
 
-/** A log that is open and locked; -1: another process has it. **/
+/** Opens and locks the log; −1 if another process holds it. **/
 int claim(const std::string& folder) {
     const std::string path = folder + "/log.txt";
     const int file = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
@@ -160,7 +158,7 @@ public:
         std::ofstream(mark) << '\n';
         m_started = fs::last_write_time(mark);
         fs::remove(mark);
-        // Ranks begin at different places, so that they seldom want the same case.
+        // Ranks start at different places, to avoid contention for the same case.
         const SweepShare& share = options.share;
         for (int k = 0; k < numCases; ++k) {
             const size_t place =
@@ -173,7 +171,7 @@ public:
         }
     }
 
-    /** What still runs, since something failed, is stopped. **/
+    /** After an exception, stops the running cases. **/
     ~Runner() {
         askToStop();
         for (Job& job : m_running) job.child.wait();
@@ -207,7 +205,7 @@ private:
         replaceFile(getFolder(index) + "/" + CaseFile, makeCaseText(calcInputs(index), ending));
     }
 
-    /** Says that results of cases are out of date, of all of them once. **/
+    /** Warns once about all outdated results. **/
     void warnOfChanges() const {
         if (m_options.share.kind == SweepShare::Kind::Rank && m_options.share.index > 0) return;
         size_t number = 0;
@@ -224,8 +222,8 @@ private:
             ") and done anew; those that there are stay in a folder of the case until then");
     }
 
-    /** Whether cases are left that this process should do, or wait for. A rank that is not the
-    first waits for nobody. **/
+    /** True if cases are left for this process to run or wait for. Only the first rank waits for
+    others. **/
     bool hasWork() const {
         if (m_options.share.kind == SweepShare::Kind::Rank && m_options.share.index > 0)
             return std::any_of(m_order.begin(), m_order.end(),
@@ -238,14 +236,14 @@ private:
                            [&](const Job& job) { return job.index == index; });
     }
 
-    /** Whether a case ended before this sweep began, by the clock of the folder's disk. **/
+    /** True if a case ended before this sweep started, by the clock of the folder's disk. **/
     bool isOlderThanThis(size_t index) const {
         std::error_code error;
         const auto written = fs::last_write_time(getFolder(index) + "/" + CaseFile, error);
-        return !error && written <= m_started;  // a file system's clock ticks slowly
+        return !error && written <= m_started;  // file times have a coarse resolution
     }
 
-    /** Starts a case, if there is one to start. **/
+    /** Starts the next case; returns false if there is none. **/
     bool startNext() {
         m_isElsewhere.clear();
         for (const size_t index : m_order) {
@@ -257,7 +255,7 @@ private:
                 continue;
             }
             const SweepOutcome before = readOutcome(getFolder(index), calcInputs(index));
-            // What another process of this sweep has done meanwhile is not done again.
+            // Skip cases finished by another process of this sweep in the meantime.
             const bool isOld = isOlderThanThis(index);
             if (before.status == Status::Complete || (before.status == Status::Failed && !isOld)) {
                 m_outcomes[index] = before;
@@ -276,7 +274,7 @@ private:
         return false;
     }
 
-    /** A case whose model is wrong. **/
+    /** Marks a case with an invalid model as failed. **/
     void refuse(size_t index, int log) {
         const std::string line = "simflex: " + m_plan.cases[index].error + "\n";
         const bool isWritten =
@@ -295,7 +293,7 @@ private:
         const std::string results = findResults(getFolder(index));
         if (!findChangeOfCase(getFolder(index), calcInputs(index)).empty())
             keepAside(results);
-        else if (before != Status::Interrupted)  // what a case that failed has left may be damaged
+        else if (before != Status::Interrupted)  // results of a failed case may be damaged
             removeResults(results);
         keep(index, "begun");
         ChildSetup setup;
@@ -321,7 +319,8 @@ private:
         m_running.push_back({index, ChildProcess(setup), log});
     }
 
-    /** Takes note of cases that have ended. @returns whether there were any. **/
+    /** Collects cases that have ended.
+    @returns whether there were any **/
     bool waitForSome() {
         bool hasEnded = false;
         for (auto job = m_running.begin(); job != m_running.end();) {
@@ -347,7 +346,7 @@ private:
         } else if (end.exitCode == StoppedStatus || m_isStopped) {
             outcome.status = Status::Interrupted;
             keep(job.index, "interrupted");
-            m_isStopped = true;  // Ctrl-C reached the case alone: the sweep ends as well
+            m_isStopped = true;  // Ctrl-C reached only the case: end the sweep, too
         } else {
             outcome.status = Status::Failed;
             outcome.error = end.signal        ? "it " + end.describe()
@@ -361,7 +360,7 @@ private:
         close(job.log);
     }
 
-    /** Asks all cases that run to stop, once. **/
+    /** Asks all running cases to stop, once. **/
     void askToStop() {
         m_isStopped = true;
         if (m_isAsked) return;
@@ -369,7 +368,7 @@ private:
         m_isAsked = true;
     }
 
-    /** @returns false if it is to stop. **/
+    /** @returns false to stop. **/
     bool showProgress() {
         int numOver = 0, numFailed = 0;
         for (const size_t k : m_order) {
@@ -390,7 +389,7 @@ private:
     const std::vector<std::string> m_analyses;
     std::vector<SweepOutcome> m_outcomes;
     std::vector<bool> m_isOver;
-    std::vector<size_t> m_order;  ///< of the cases that this process may do
+    std::vector<size_t> m_order;  ///< cases that this process may run
     std::set<size_t> m_isElsewhere;
     std::list<Job> m_running;
     fs::file_time_type m_started;

@@ -58,13 +58,12 @@ double calcStatistic(const std::string& statistic, const std::vector<double>& ti
     return std::sqrt(calcMean(time, squares));
 }
 
-/** One number of one case. **/
 struct TableEntry {
     std::string analysis, name, unit;
     double value;
 };
 
-/** What `of` wants: a pattern of probes and a statistic. **/
+/** An entry of `of`: a pattern of probes and a statistic. **/
 struct Wish {
     std::string text, probe, statistic;
     bool isUsed = false;
@@ -128,7 +127,8 @@ void addCampbell(const Results::Analysis& analysis, std::vector<TableEntry>& ent
             {analysis.name, "critical speed " + std::to_string(k + 1), "rad/s", critical[k]});
 }
 
-/** Of each response its largest magnitude, and where; of random ones the effective values. **/
+/** Adds each response's largest magnitude and its frequency; for random responses the rms values.
+ **/
 void addResponses(const Results::Analysis& analysis, std::vector<TableEntry>& entries) {
     for (const ChosenResponse& response : chooseResponses(analysis, {})) {
         const auto largest = std::max_element(response.magnitude.begin(), response.magnitude.end());
@@ -141,13 +141,13 @@ void addResponses(const Results::Analysis& analysis, std::vector<TableEntry>& en
         if (name.rfind("rms of ", 0) == 0) entries.push_back({analysis.name, name, "", value});
 }
 
-/** Modes of complete cases so far, each followed by its shape from the case that is most like its
-own, so that a column is one mode though frequencies cross. **/
+/** Tracks modes over the complete cases so far by their shapes in the most similar case, so that a
+column follows one mode even if frequencies cross. **/
 class ModeBranches {
 public:
     explicit ModeBranches(const SweepPlan& plan) : m_plan(plan) {}
 
-    /** Puts an analysis' modes in the order of their columns; NaN where a column has none. **/
+    /** Sorts an analysis' modes into their columns; NaN where a column has none. **/
     void follow(size_t number, Results::Analysis& analysis) {
         if (analysis.type != "eigen" || analysis.frequency.empty()) return;
         const std::vector<ShapeValues> shapes = listShapes(analysis);
@@ -181,7 +181,7 @@ private:
         std::vector<ShapeValues> shapes;  ///< by column; empty: none
     };
 
-    /** At its outputs, or else in the model's coordinates. **/
+    /** Shapes at the outputs, or else in the model's coordinates. **/
     static std::vector<ShapeValues> listShapes(const Results::Analysis& analysis) {
         for (const std::string kind : {"shape", "mode"}) {
             const auto re = analysis.matrices.find(kind + "_real"),
@@ -198,8 +198,8 @@ private:
         return {};
     }
 
-    /** Of those, the pairs that are most alike first; what is like none gets columns of its own.
-     * **/
+    /** Assigns modes to columns, the most similar pairs first; a mode without a similar one gets a
+    new column. **/
     static std::vector<size_t> findColumns(const std::vector<ShapeValues>& before,
                                            const std::vector<ShapeValues>& shapes) {
         struct Pair {
@@ -254,7 +254,6 @@ std::vector<TableEntry> collectEntries(const Results& results, std::vector<Wish>
     return entries;
 }
 
-/** All in one line. **/
 std::string joinWarnings(const Results& results) {
     std::string text;
     const auto add = [&](const std::string& warning) {
@@ -266,7 +265,7 @@ std::string joinWarnings(const Results& results) {
     return text;
 }
 
-/** Of a table, what it begins with. **/
+/** First column titles of the table. **/
 CsvLine beginTitles(const SweepPlan& plan) {
     CsvLine titles;
     titles.add("case").addAll(getNames(plan.keys)).add("status");
@@ -292,7 +291,7 @@ std::string makeCsv(const SweepPlan& plan, const std::vector<SweepOutcome>& outc
     return text;
 }
 
-/** A name that HDF5 takes as one. **/
+/** Replaces '/', which HDF5 would read as a path. **/
 std::string makeLinkName(std::string name) {
     std::replace(name.begin(), name.end(), '/', '|');
     return name == "." ? "_" : name;
@@ -337,7 +336,7 @@ void writeHdf5(const std::string& path, const SweepPlan& plan,
         throw std::runtime_error("cannot write all of '" + path + "'; is the disk full?");
 }
 
-/** Only one process at a time writes the table of a folder. **/
+/** Lets only one process at a time write the table of a folder. **/
 class TableLock {
 public:
     explicit TableLock(const std::string& folder)
