@@ -1,11 +1,11 @@
 #pragma once
 /** @file
-How a motion becomes a moving scene, see OffscreenVisualizer::writeAnimation(). **/
+Options of animated scenes, see OffscreenVisualizer::writeAnimation(). **/
 
 namespace simflex {
 
 struct AnimationOptions {
-    double slowMotion = 1;  ///< seconds of the animation for a second of the motion
+    double slowMotion = 1;  ///< seconds of animation per second of motion
 };
 
 }  // namespace simflex

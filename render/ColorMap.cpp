@@ -11,7 +11,7 @@ using SimTK::Vec3;
 
 namespace {
 
-// Evenly spaced, of lightness L* = 36, 51, 66, 81 and 92 from both ends; linear between them.
+// Evenly spaced, with lightness L* = 36, 51, 66, 81 and 92 from both ends; linear interpolation.
 constexpr std::array<int, 9> blueWhiteRed = {0x2B4FA8, 0x4F77C4, 0x7FA3DB, 0xB3CBEA, 0xECE9E8,
                                              0xF0BFA8, 0xDF8C73, 0xC65648, 0xA51F2B};
 
@@ -48,8 +48,8 @@ Vec3 convertMshToColor(double M, double s, double h) {
     return rgb;
 }
 
-// From an end of magnitude 80 to a white of magnitude 88, the hue spinning so that the way looks
-// even.
+// From an end of magnitude 80 to a white of magnitude 88, with a hue spin that makes the transition
+// look uniform.
 Vec3 calcCoolWarm(double fraction) {
     constexpr double M = 80, white = 88, s = 1.08;
     const double hue = fraction < 0.5 ? -1.1 : 0.5;

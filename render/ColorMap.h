@@ -2,9 +2,9 @@
 /** @file
 Perceptual colour maps from [0, 1] to red, green, blue.
 
-The sequential ones have lightness that grows evenly, so that a contour reads the same in print and
-to colour-blind eyes: Viridis, Plasma, Inferno, Magma, Cividis (the published tables, see
-ColorTables.h) and Gray. The diverging ones, for signed fields, are equally dark at both ends and
+The sequential maps have uniformly increasing lightness, so that a contour reads the same in print
+and for colour-blind readers: Viridis, Plasma, Inferno, Magma, Cividis (the published tables, see
+ColorTables.h) and Gray. The diverging maps, for signed fields, are equally dark at both ends and
 lightest in the middle: CoolWarm (K. Moreland, "Diverging Color Maps for Scientific Visualization",
 ISVC 2009) and BlueWhiteRed. **/
 
@@ -14,11 +14,11 @@ namespace simflex {
 
 enum class ColorMap { Viridis, Plasma, Inferno, Magma, Cividis, Gray, CoolWarm, BlueWhiteRed };
 
-/** Colour at `fraction`, each component in 0…1 as stored in a picture (sRGB).
-A fraction outside [0, 1] takes the colour of the nearer end. **/
+/** Returns the colour at `fraction`, each component in 0…1 as stored in a picture (sRGB). A
+fraction outside [0, 1] is clamped. **/
 SimTK::Vec3 calcColor(ColorMap map, double fraction);
 
-/** True if the map has a middle that stands for zero. **/
+/** Returns whether the middle of the map represents zero. **/
 bool isDiverging(ColorMap map);
 
 }  // namespace simflex

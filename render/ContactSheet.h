@@ -15,29 +15,29 @@ struct ContactSheetStyle {
     Image::Pixel background{255, 255, 255, 255};
     Image::Pixel text{28, 34, 44, 255};
 
-    /** Light letters on the background of dark pictures. **/
+    /** Style for dark pictures. **/
     static ContactSheetStyle dark();
 };
 
-/** Lays pictures out in rows, left to right, each scaled to the style's cell width with its own
-aspect ratio and with a line of text under it, if there are captions; cells are as high as the
+/** Arranges pictures in rows, left to right, each scaled to the style's cell width with its own
+aspect ratio and, if there are captions, with a line of text below. All cells have the height of the
 highest picture.
-@throws std::invalid_argument when there is no picture, `columns` is not positive, or there are
-    neither no captions nor as many as pictures.
-@throws std::runtime_error when there is no font for captions. **/
+@throws std::invalid_argument if there is no picture, `columns` is not positive, or the number of
+captions is neither zero nor that of pictures.
+@throws std::runtime_error if there is no font for captions. **/
 Image makeContactSheet(const std::vector<Image>& images, const std::vector<std::string>& captions,
                        int columns, const ContactSheetStyle& style);
 
-/** The same without captions, `gap` pixels of white around each.
-@throws std::invalid_argument when there is no picture or `columns` is not positive. **/
+/** As above without captions, with a white margin of `gap` pixels around each picture.
+@throws std::invalid_argument if there is no picture or `columns` is not positive. **/
 Image makeContactSheet(const std::vector<Image>& images, int columns, int cellWidth = 480,
                        int gap = 6);
 
-/** The same with captions. **/
+/** As above with captions. **/
 Image makeContactSheet(const std::vector<Image>& images, const std::vector<std::string>& captions,
                        int columns, int cellWidth = 480, int gap = 6);
 
-/** The same from PNG files. **/
+/** As above from PNG files. **/
 Image makeContactSheet(const std::vector<std::string>& pngFiles, int columns, int cellWidth = 480,
                        int gap = 6);
 

@@ -1,11 +1,11 @@
 #pragma once
 /** @file
-What the colours of a flexible part show, and over which range.
+Quantity and range of a flexible part's colours.
 
 Displacements are elastic, Φξ, along the axes of the part's frame B; velocities are those of the
-moving and bending part in Ground, along Ground's axes. Stress and strain are nodal: the tensors are
-averaged over the elements at a node (by `simflex reduce --stress`), invariants are taken of the
-averages. Between nodes values are interpolated. Nodes without stress are drawn grey. **/
+moving and deforming part in Ground, along Ground's axes. Stress and strain are nodal: tensors are
+averaged over the elements at a node (by `simflex reduce --stress`), and invariants are computed
+from the averages. Values are interpolated between nodes. Nodes without stress are grey. **/
 
 namespace simflex {
 
@@ -21,13 +21,12 @@ enum class Contour {
     VelocityZ,
     StrainEnergyDensity,     ///< ½ σ:ε [J/m³]
     VonMises,                ///< [Pa]
-    SignedVonMises,          ///< with the sign of the principal stress that is largest in size [Pa]
+    SignedVonMises,          ///< with the sign of the principal stress of largest magnitude [Pa]
     LargestPrincipalStress,  ///< tension is positive [Pa]
     SmallestPrincipalStress
 };
 
-/** Ends of the colour bar found from what is drawn: over the whole run, or over each frame anew.
- **/
+/** Automatic ends of the colour bar: for the whole run, or for each frame separately. **/
 enum class ContourRange { PerRun, PerFrame };
 
 }  // namespace simflex

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-What the renderer needs to know of a part that bends: the part, and how to read its frame and its
-modal coordinates from a State, and where velocities are shown their rates.
+A flexible part for the renderer: the part and functions that read its frame, its modal coordinates
+and, for velocities, their rates from a State.
 
 @code
     viz.addDeformableMesh({part, "rod",
@@ -20,12 +20,12 @@ namespace simflex {
 
 struct DeformableMesh {
     std::shared_ptr<const ReducedBody> part;
-    std::string name;  ///< of the body, for messages; the part's name when empty
+    std::string name;  ///< of the body, for messages; empty: the part's name
 
     /** Pose X_GB of the part's mean-axis frame; the State is realized to Stage::Position. **/
     std::function<SimTK::Transform(const SimTK::State&)> getFramePose;
 
-    /** Modal coordinates ξ, size n_f; Stage::Model must suffice. **/
+    /** Modal coordinates ξ, size n_f; must require no more than Stage::Model. **/
     std::function<SimTK::Vector(const SimTK::State&)> getModalCoordinates;
 
     /** Velocity V_GB = (ω, v) of the frame and modal speeds ξ̇, for contours of velocity; the State

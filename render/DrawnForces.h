@@ -20,7 +20,7 @@ namespace simflex {
 enum class ConnectorKind {
     Spring,         ///< a coil
     Damper,         ///< a cylinder and a rod
-    SpringDamper,   ///< one in the other
+    SpringDamper,   ///< a spring around a damper
     TorsionSpring,  ///< a spiral about the z axis of F
     Bushing,        ///< a ring of rubber about a sleeve
     Stop            ///< the plate z = 0 of F, and a knob at M
@@ -29,8 +29,8 @@ enum class ConnectorKind {
 struct DrawnConnector {
     ConnectorKind kind = ConnectorKind::Spring;
     Attachment F, M;
-    /** Of a spring or damper, without force [m]: its symbol's size follows it. 0: the length found.
-     * **/
+    /** Unloaded length of a spring or damper [m], which scales its symbol. 0: the current
+    length. **/
     SimTK::Real freeLength = 0;
 };
 
@@ -42,12 +42,13 @@ struct DrawnLoad {
     Axes axes = Axes::Ground;
 };
 
-/** A load spread over a flexible body: the arrow of its resultant. **/
+/** A load distributed over a flexible body, drawn as the arrow of its resultant. **/
 struct DrawnSpreadLoad {
     FlexibleBody body;
-    SimTK::Vec3 center_B;  ///< middle of where it acts, undeformed
-    SimTK::Vec3 force_B;   ///< for a scale of 1 [N]
-    SimTK::Vector modal;   ///< modal forces for a scale of 1: the middle moves as they say
+    SimTK::Vec3 center_B;  ///< undeformed point of application
+    SimTK::Vec3 force_B;   ///< at a scale of 1 [N]
+    SimTK::Vector modal;   ///< modal forces at a scale of 1, which determine the displacement of
+                           ///< the point of application
     std::function<SimTK::Real(SimTK::Real time)> scale;
 };
 

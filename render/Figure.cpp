@@ -33,7 +33,7 @@ std::string escapeXml(const std::string& text) {
     return escaped;
 }
 
-/** Letters in cairo's SVG are shapes: the words stand beside them. **/
+/** cairo's SVG draws letters as shapes, so the text is added separately. **/
 void addWords(std::string& svg, const Figure& figure) {
     std::string words = figure.xLabel;
     for (const FigurePanel& panel : figure.panels) {
@@ -70,13 +70,13 @@ void drawFigure(const std::string& path, const Figure& figure) {
             ? figure.height
             : (numPanels == 1 ? lonePanelHeight : numPanels * panelHeight) + roomForTitle;
     const PlotTheme& theme = PlotTheme::light();
-    if (kind == ".png")  // twice the pixels: sharp on paper and on fine screens
+    if (kind == ".png")  // doubled resolution: sharp on paper and high-resolution screens
         return PlotPainter(figure, theme, 2 * width, 2 * height, 2)
             .paint(std::numeric_limits<double>::quiet_NaN())
             .writePng(path);
     std::string bytes;
     {
-        constexpr double point = 0.75;  // of a pixel, for PDF
+        constexpr double point = 0.75;  // PDF points per pixel
         cairo_surface_t* surface =
             kind == ".svg" ? cairo_svg_surface_create_for_stream(append, &bytes, width, height)
                            : cairo_pdf_surface_create_for_stream(append, &bytes, point * width,

@@ -1,5 +1,5 @@
 /** @file
-What OffscreenVisualizer shows of flexible bodies. **/
+Flexible bodies in OffscreenVisualizer. **/
 
 #include "simflex/body/FlexibleBody.h"
 
@@ -149,7 +149,7 @@ ColorBar OffscreenVisualizer::Impl::describeColorBar() const {
     return bar;
 }
 
-// What displacements are measured from; empty: the mean axes of each part.
+// Describes the reference of displacements; empty: the mean axes of each part.
 std::string OffscreenVisualizer::Impl::describeReference() const {
     const ContourTraits& traits = getTraits(partStyle.contour.contour);
     if (traits.needsStress || traits.needsVelocity) return "";
@@ -163,7 +163,7 @@ std::string OffscreenVisualizer::Impl::describeReference() const {
     return "from " + (names.size() == 1 ? names.front() : "each part's joint");
 }
 
-// Labels of the same place go below each other.
+// Labels at the same position are placed below each other.
 std::vector<OverlayContent::PlacedLabel> OffscreenVisualizer::Impl::placeLabels(
     const std::vector<Label>& labels, const ViewSnapshot& view) {
     const double lineHeight = 17 * view.unit, nearby = 45 * view.unit;

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
 Moves the camera or adds geometry just before each frame, as SimTK::Visualizer::FrameController
-does; that class itself is tied to a window. **/
+does, which requires a window. **/
 
 #include "Simbody.h"
 #include "simflex/render/OffscreenVisualizer.h"
@@ -12,19 +12,18 @@ class OffscreenVisualizer::FrameController {
 public:
     virtual ~FrameController() = default;
 
-    /** Called once for each frame with its State, realized at least to Stage::Position. What is
+    /** Called once per frame with its State, realized at least to Stage::Position. Geometry
     appended to `geometry` is drawn; the visualizer's const methods may be called. **/
     virtual void generateControls(const OffscreenVisualizer& visualizer, const SimTK::State& state,
                                   SimTK::Array_<SimTK::DecorativeGeometry>& geometry) = 0;
 };
 
-/** Keeps the camera at an offset from a station on a body and turned towards it. **/
+/** Keeps the camera at an offset from a station on a body, pointed at it. **/
 class OffscreenVisualizer::BodyFollower : public OffscreenVisualizer::FrameController {
 public:
-    /** `offset` [m] from the station to the camera, in Ground; NaN stands for (1, 1, 1) plus the
-    height of the ground along the up direction. `upDirection` is that of the picture; NaN stands
-    for the system's.
-    @throws std::invalid_argument when the offset has no length. **/
+    /** `offset` [m] from the station to the camera, in Ground; NaN: (1, 1, 1) plus the height of
+    the ground along the up direction. `upDirection` of the picture; NaN: the system's.
+    @throws std::invalid_argument if the offset has zero length. **/
     explicit BodyFollower(const SimTK::MobilizedBody& body,
                           const SimTK::Vec3& station_B = SimTK::Vec3(0),
                           const SimTK::Vec3& offset = SimTK::Vec3(SimTK::NaN),

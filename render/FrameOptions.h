@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What becomes of frames: names shared by those who write them. **/
+Types for frame output, shared by all classes that write frames. **/
 
 #include <functional>
 
@@ -8,18 +8,18 @@ What becomes of frames: names shared by those who write them. **/
 
 namespace simflex {
 
-/** What happens to frames that an earlier run left in the output folder: they are removed before
-the first one is written, or those that show the same stay and are not drawn again. **/
+/** Treatment of frames that an earlier run left in the output folder: all are removed before the
+first one is written, or identical ones are kept and not drawn again. **/
 enum class OldFrames { Remove, Resume };
 
-/** Where a plot stands. **/
+/** Position of a plot relative to the picture. **/
 enum class PlotSide { Below, Right };
 
-/** Takes frames in memory, in order and one at a time, on any thread. It must not call what draws
-the frames. An exception from it ends the run as a file that cannot be written does. **/
+/** Receives frames in memory, in order and one at a time, on any thread. It must not call the
+object that draws the frames. An exception ends the run like a file that cannot be written. **/
 using FrameSink = std::function<void(int number, const Image& image)>;
 
-/** Told how many frames of how many are complete; false stops. **/
+/** Receives the number of complete frames and the total; returns false to stop. **/
 using FrameProgress = std::function<bool(int numComplete, int numFrames)>;
 
 }  // namespace simflex

@@ -1,15 +1,15 @@
 #pragma once
 /** @file
-Writes a picture at regular times of a simulation, as SimTK::Visualizer::Reporter shows one: of a
-State that it realizes to Stage::Acceleration.
+Writes a picture at regular times of a simulation, as SimTK::Visualizer::Reporter shows one. The
+State is realized to Stage::Acceleration.
 
 @code
     simflex::OffscreenVisualizer viz(system);
     system.addEventReporter(new simflex::FrameReporter(viz, 1.0 / 30));
 @endcode
 
-Then deformations are drawn as they are. Where they are to be exaggerated, the camera should see all
-of the run and one range of colours should suit it, frames have to wait for its end:
+Deformations are then drawn unscaled. To exaggerate them, to fit the camera to the run and to use
+one range of colours, draw the frames after the run:
 
 @code
     auto* reporter = new simflex::FrameReporter(viz, 1.0 / 30);
@@ -27,33 +27,34 @@ namespace simflex {
 
 class FrameReporter : public SimTK::PeriodicEventReporter {
 public:
-    /** Frames go to the visualizer's output folder, one every `reportInterval` of simulation time.
-    The System takes over the reporter; the visualizer may go out of scope. **/
+    /** Frames are written to the visualizer's output folder, one every `reportInterval` of
+    simulation time. The System owns the reporter; the visualizer may go out of scope. **/
     explicit FrameReporter(const OffscreenVisualizer& visualizer,
                            SimTK::Real reportInterval = SimTK::Infinity);
 
-    /** With a visualizer of its own, all settings at their defaults. **/
+    /** With its own visualizer, all settings at their defaults. **/
     explicit FrameReporter(const SimTK::System& system,
                            SimTK::Real reportInterval = SimTK::Infinity);
 
-    /** Says on standard error when a run was recorded but never drawn. **/
+    /** Warns on standard error if a run was recorded but never drawn. **/
     ~FrameReporter() override;
 
     const OffscreenVisualizer& getVisualizer() const { return viz; }
     OffscreenVisualizer& updVisualizer() { return viz; }
 
-    /** Whether the run is only recorded until finish() fits the visualizer to it and draws it. **/
+    /** Sets whether the run is only recorded until finish() fits the visualizer to it and draws
+    it. **/
     FrameReporter& setFitToRun(bool fit);
 
-    /** How far States are realized before they are drawn. Default: Stage::Acceleration, as
-    SimTK::Visualizer::Reporter has it, for generators that show forces, accelerations or reactions.
-    Where nothing does, Stage::Position is cheaper: with hundreds of joints on flexible bodies
-    Simbody takes seconds for accelerations. **/
+    /** Sets the stage to which States are realized before they are drawn. Default:
+    Stage::Acceleration, as in SimTK::Visualizer::Reporter, for generators that show forces,
+    accelerations or reactions. Without these Stage::Position is cheaper: with hundreds of joints on
+    flexible bodies Simbody takes seconds for accelerations. **/
     FrameReporter& setStage(SimTK::Stage stage);
 
     void handleEvent(const SimTK::State& state) const override;
 
-    /** Draws what was recorded, if anything, and completes all frames and videos.
+    /** Draws a recorded run and completes all frames and videos.
     @throws as OffscreenVisualizer::finish() does. **/
     void finish(const FrameProgress& progress = {});
 

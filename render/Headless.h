@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-Makes a Simbody program headless without touching its source: included after Simbody.h (or given
-to the compiler as `-include simflex/render/Headless.h`), it lets `Visualizer` stand for
-simflex::OffscreenVisualizer in the rest of the file, and so `Visualizer::Reporter` for
+Makes a Simbody program headless without changes to its source. Included after Simbody.h (or passed
+to the compiler as `-include simflex/render/Headless.h`), it replaces `Visualizer` by
+simflex::OffscreenVisualizer in the rest of the file, and thus `Visualizer::Reporter` by
 FrameReporter. Not for use in headers. **/
 
 #include "Simbody.h"

@@ -16,14 +16,14 @@ namespace simflex {
 
 namespace {
 
-constexpr int pngLevel = 1;  // of compression
+constexpr int pngLevel = 1;  // compression level
 
 struct FileCloser {
     void operator()(std::FILE* file) const { std::fclose(file); }
 };
 using File = std::unique_ptr<std::FILE, FileCloser>;
 
-// libpng reports by callback; the text travels in the error pointer to the jump target.
+// libpng reports errors by callback; the error pointer carries the message to the jump target.
 void keepPngError(png_structp png, png_const_charp text) {
     *static_cast<std::string*>(png_get_error_ptr(png)) = text;
     longjmp(png_jmpbuf(png), 1);
@@ -35,7 +35,7 @@ void appendNumber(std::vector<std::uint8_t>& out, std::uint32_t number) {
     for (const int shift : {24, 16, 8, 0}) out.push_back(std::uint8_t(number >> shift));
 }
 
-/** A part of a PNG file: its length, name, content and checksum. **/
+/** Appends a PNG chunk: length, name, content and checksum. **/
 void appendChunk(std::vector<std::uint8_t>& out, const char* name, const std::uint8_t* content,
                  std::size_t length) {
     appendNumber(out, std::uint32_t(length));
@@ -45,18 +45,19 @@ void appendChunk(std::vector<std::uint8_t>& out, const char* name, const std::ui
     appendNumber(out, libdeflate_crc32(0, out.data() + begin, out.size() - begin));
 }
 
-/** A row as PNG has it: unfiltered, which these pictures are smallest with and soonest packed.
+/** Writes a row in PNG format, unfiltered, which is smallest and fastest to compress for these
+pictures.
 @param to  1 + numChannels·width bytes, and one more that is written to **/
 void copyRow(const std::uint8_t* pixels, int width, int numChannels, std::uint8_t* to) {
     *to++ = 0;
     for (int x = 0; x < width; ++x, pixels += 4, to += numChannels) {
         std::uint32_t pixel;
         std::memcpy(&pixel, pixels, 4);
-        std::memcpy(to, &pixel, 4);  // a fourth channel that is left out is written over
+        std::memcpy(to, &pixel, 4);  // an unused fourth channel is overwritten
     }
 }
 
-/** Of one thread. **/
+/** One compressor per thread. **/
 libdeflate_compressor& getCompressor() {
     struct Freer {
         void operator()(libdeflate_compressor* compressor) const {
@@ -120,7 +121,7 @@ void Image::blendPixel(int x, int y, const Pixel& color, double coverage) {
     if (x < 0 || y < 0 || x >= width || y >= height) return;
     const double a = std::min(1.0, std::max(0.0, coverage)) * color[3] / 255.0;
     std::uint8_t* p = &bytes[offsetOf(x, y)];
-    // What shows through of a transparent pixel has little share in the new colour.
+    // The colour behind a transparent pixel has little weight in the result.
     const double alpha = a + (1 - a) * p[3] / 255.0, share = alpha > 0 ? a / alpha : 0;
     for (int c = 0; c < 3; ++c)
         p[c] = std::uint8_t(std::lround(p[c] + share * (double(color[c]) - p[c])));
@@ -190,7 +191,7 @@ std::vector<std::uint8_t> Image::encodePng(const std::string& keyword,
                                            const std::string& text) const {
     if (isEmpty()) throw std::runtime_error("cannot code a picture as PNG: it is empty");
     const bool hasAlpha = hasTransparency();
-    // Kept from picture to picture: fresh memory would cost as much as what is done in it.
+    // Reused between pictures: allocating fresh memory costs as much as the encoding.
     thread_local std::vector<std::uint8_t> rows, packed;
     const int numChannels = hasAlpha ? 4 : 3;
     const std::size_t rowBytes = 1 + std::size_t(numChannels) * std::size_t(width);

@@ -21,7 +21,7 @@ public:
 
     Image() = default;
 
-    /** A picture of one colour.
+    /** Creates a picture of one colour.
     @throws std::invalid_argument unless both sizes are positive. **/
     Image(int width, int height, const Pixel& color = {255, 255, 255, 255});
 
@@ -29,43 +29,43 @@ public:
     int getHeight() const { return height; }
     bool isEmpty() const { return bytes.empty(); }
 
-    /** Pixel in column x from the left and row y from the top.
-    @throws std::out_of_range that names the pixel and the size of the picture. **/
+    /** Returns the pixel in column x from the left and row y from the top.
+    @throws std::out_of_range naming the pixel and the size of the picture. **/
     Pixel getPixel(int x, int y) const;
     void setPixel(int x, int y, const Pixel& color);
 
-    /** Lays a colour over a pixel; `coverage` in 0…1. A pixel outside the picture is ignored. **/
+    /** Blends a colour over a pixel; `coverage` in 0…1. Pixels outside the picture are ignored. **/
     void blendPixel(int x, int y, const Pixel& color, double coverage);
 
-    /** All bytes, row by row from the top, four per pixel; size 4·width·height. **/
+    /** Returns all bytes, row by row from the top, four per pixel; size 4·width·height. **/
     const std::uint8_t* getData() const { return bytes.data(); }
     std::uint8_t* updData() { return bytes.data(); }
     std::size_t getNumBytes() const { return bytes.size(); }
 
-    /** Whether any pixel is less than fully opaque. **/
+    /** Returns whether any pixel is not fully opaque. **/
     bool hasTransparency() const;
 
-    /** The picture at another size; every new pixel is the mean of the area it covers. **/
+    /** Returns the picture at another size; every new pixel is the mean of the area it covers. **/
     Image resized(int newWidth, int newHeight) const;
 
-    /** The part of width×height pixels whose top left corner is column x, row y.
-    @throws std::out_of_range unless all of it lies in the picture. **/
+    /** Returns the part of width×height pixels whose top left corner is at column x, row y.
+    @throws std::out_of_range unless the part lies inside the picture. **/
     Image cropped(int x, int y, int partWidth, int partHeight) const;
 
-    /** Copies `other` to column x, row y; what would fall outside is cut off. **/
+    /** Copies `other` to column x, row y, clipped to the picture. **/
     void paste(const Image& other, int x, int y);
 
-    /** Writes a PNG file. The file appears only when it is complete; nothing in it depends on the
-    time of writing. Fully opaque pictures are written without alpha channel.
-    @throws std::runtime_error that names the file and the system's reason. **/
+    /** Writes a PNG file. The file appears only when it is complete and contains no time stamp.
+    Fully opaque pictures are written without alpha channel.
+    @throws std::runtime_error naming the file and the system's reason. **/
     void writePng(const std::string& path) const;
 
-    /** The bytes of that file; with a text of this keyword in it, if one is given. **/
+    /** Returns the bytes of a PNG file, with a text entry if a keyword is given. **/
     std::vector<std::uint8_t> encodePng(const std::string& keyword = "",
                                         const std::string& text = "") const;
 
-    /** Reads any PNG file.
-    @throws std::runtime_error that names the file and what is wrong with it. **/
+    /** Reads a PNG file of any type.
+    @throws std::runtime_error naming the file and the error. **/
     static Image readPng(const std::string& path);
 
     bool operator==(const Image& other) const {
@@ -81,12 +81,11 @@ private:
     std::vector<std::uint8_t> bytes;
 };
 
-/** The text of a keyword in a PNG file before its pixels; empty when there is none, or no such
- *file.
- **/
+/** Returns the text of a keyword before the pixels of a PNG file; "" if there is none or no such
+file. **/
 std::string readPngText(const std::string& path, const std::string& keyword);
 
-/** Whether a file begins and ends as a PNG file does. **/
+/** Returns whether a file has the beginning and the end of a PNG file. **/
 bool isPngComplete(const std::string& path);
 
 }  // namespace simflex

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-The user of a program that has no window: OffscreenVisualizer::InputSilo has the interface of
-SimTK::Visualizer::InputSilo, and a program that waits for its user goes on.
+Simulated user of a program without a window: OffscreenVisualizer::InputSilo has the interface of
+SimTK::Visualizer::InputSilo, and programs that wait for input continue.
 
 @code
     auto* silo = new simflex::OffscreenVisualizer::InputSilo;
@@ -17,13 +17,11 @@ SimTK::Visualizer::InputSilo, and a program that waits for its user goes on.
 
 namespace simflex {
 
-/** Input comes from whoever calls keyPressed(), menuSelected() and sliderMoved(), the program
-itself or a test. A program that waits while there is none gets the answer of a user who wants to
-see everything: the items of its menus, each once, in the order in which they were added (so
-"Go", "Replay", "Quit" run to their end); the keys Enter and Esc in turn; the first slider as it
-stands. SimTK's own InputSilo would wait for ever.
-
-Not for several threads at once. **/
+/** Input comes from calls of keyPressed(), menuSelected() and sliderMoved(), by the program itself
+or a test. A program that waits without pending input gets the answers of a user who wants to see
+everything: the menu items, each once, in the order in which they were added (so "Go", "Replay",
+"Quit" run to their end); the keys Enter and Esc in turn; the first slider at its current value.
+SimTK's InputSilo would wait forever. Not thread-safe. **/
 class OffscreenVisualizer::InputSilo : public SimTK::Visualizer::InputListener {
 public:
     bool isAnyUserInput() const { return !keys.empty() || !picks.empty() || !moves.empty(); }
@@ -36,8 +34,8 @@ public:
     bool takeSliderMove(int& slider, SimTK::Real& value);
 
     /** @name Waiting
-    @throws std::runtime_error when nothing can be answered: all menu items have been picked, no
-        slider was added, or 100 keys in a row were not what the program waits for. **/
+    @throws std::runtime_error if there is no answer: all menu items have been picked, no slider was
+    added, or 100 keys in a row were not the expected one. **/
     /**@{**/
     void waitForKeyHit(unsigned& key, unsigned& modifiers);
     void waitForMenuPick(int& menu, int& item);

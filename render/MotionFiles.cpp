@@ -1,5 +1,5 @@
 /** @file
-What OffscreenVisualizer writes of whole motions. **/
+Files of whole motions written by OffscreenVisualizer. **/
 
 #include <algorithm>
 #include <cmath>
@@ -20,16 +20,16 @@ using SimTK::Vec3;
 
 namespace {
 
-constexpr double shapeTolerance = 2e-5;  // of a part's size
-constexpr double linkRadius = 0.006;     // of the scene's
+constexpr double shapeTolerance = 2e-5;  // relative to the part's size
+constexpr double linkRadius = 0.006;     // relative to the scene's
 const Vec3 linkColor(0.35, 0.38, 0.43);
-constexpr double colorTolerance = 1e-3;  // of the largest displacement
+constexpr double colorTolerance = 1e-3;  // relative to the largest displacement
 
 double calcLinear(double value) {
     return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
-/** Φ and the six fields of a ReferenceMotion, at the skin's nodes. **/
+/** Returns Φ and the six fields of a ReferenceMotion at the skin's nodes. **/
 std::vector<float> collectFields(const SkinModes& skin) {
     const std::size_t rows = skin.restPositions.size();
     std::vector<float> fields = skin.Phi;
@@ -48,7 +48,7 @@ std::vector<float> collectFields(const SkinModes& skin) {
     return fields;
 }
 
-/** What they are multiplied by to give what is added to the part at rest. **/
+/** Returns the coefficients of collectFields() for the displacement of the part. **/
 std::vector<double> calcCoefficients(const PartSnapshot& part, double factor) {
     std::vector<double> c;
     for (int i = 0; i < part.xi.size(); ++i) c.push_back(factor * part.xi[i]);
@@ -57,7 +57,7 @@ std::vector<double> calcCoefficients(const PartSnapshot& part, double factor) {
     return c;
 }
 
-/** Of each vertex, from three values of each node. **/
+/** Maps three values per node to the vertices. **/
 std::vector<float> spread3(const SkinModes& skin, std::vector<float> ofPoints) {
     const std::size_t numNodes = std::size_t(skin.numNodes());
     ofPoints.resize(3 * std::size_t(skin.numPoints()));
@@ -85,7 +85,7 @@ Json toJson(const Vec3& v) {
     return Json(std::vector<double>{v[0], v[1], v[2]});
 }
 
-/** x, y, z, w; of the two that mean the same the one nearer to `before`. **/
+/** Returns x, y, z, w; of the two equivalent quaternions the one closer to `before`. **/
 SimTK::Vec4 calcQuaternion(const SimTK::Rotation& R, const SimTK::Vec4& before) {
     const SimTK::Quaternion q = R.convertRotationToQuaternion();
     const SimTK::Vec4 found(q[1], q[2], q[3], q[0]);
@@ -113,7 +113,7 @@ public:
         std::vector<float> times;
         for (const double t : m_scene.time)
             times.push_back(float((t - m_scene.time.front()) * m_options.slowMotion));
-        for (std::size_t i = 1; i < times.size(); ++i)  // strictly increasing, as they must be
+        for (std::size_t i = 1; i < times.size(); ++i)  // must be strictly increasing
             if (!(times[i] > times[i - 1])) times[i] = std::nextafter(times[i - 1], INFINITY);
         m_times = m_file.addFloats(times, "SCALAR", GltfFile::Target::None, true);
         std::vector<int> children;
@@ -122,7 +122,7 @@ public:
         for (const MovingScene::Link& link : m_scene.links) children.push_back(addLink(link));
         for (const MovingScene::View& view : m_scene.views) children.push_back(addCamera(view));
 
-        // The format's y is up.
+        // glTF requires y up.
         Json root = Json::object();
         root.add("name", "simflex").add("children", children);
         const SimTK::UnitVec3& up = m_scene.up;
@@ -259,7 +259,7 @@ private:
         return number;
     }
 
-    /** Colours of the largest magnitudes that nodes have at any time. **/
+    /** Adds the colours of each node's largest magnitude over time. **/
     int addContour(const MovingScene::Body& body, Json& extras) {
         const SkinModes& skin = *body.motion.front().skin;
         DeformedSurface surface(body.motion.front().skin);
@@ -394,14 +394,14 @@ void checkMotion(int numStates, const std::string& file) {
 }
 
 constexpr std::size_t mostValues = 24u
-                                   << 20;  // of a contour that is told at all vertices and times
+                                   << 20;  // limit for contours stored for all vertices and times
 
 template <class T>
 std::string encode(const std::vector<T>& values) {
     return encodeBase64(values.data(), values.size() * sizeof(T));
 }
 
-/** In 16 bits, with what they are to be multiplied by. **/
+/** Encodes values in 16 bits, with their common factor. **/
 Json describeShort(const std::vector<float>& values) {
     float largest = 0;
     for (const float value : values) largest = std::max(largest, std::abs(value));
@@ -413,7 +413,7 @@ Json describeShort(const std::vector<float>& values) {
     return shape;
 }
 
-/** Seven numbers a time: place, quaternion (x, y, z, w). **/
+/** Encodes seven numbers per time: position, quaternion (x, y, z, w). **/
 std::string describePoses(const std::vector<Transform>& poses) {
     std::vector<float> numbers;
     SimTK::Vec4 q(0, 0, 0, 1);
@@ -425,7 +425,7 @@ std::string describePoses(const std::vector<Transform>& poses) {
     return encode(numbers);
 }
 
-/** A MovingScene for the page of a report. **/
+/** Converts a MovingScene for the page of a report. **/
 class PageMotion {
 public:
     explicit PageMotion(const std::vector<MovingScene>& scenes)
@@ -509,7 +509,7 @@ private:
         double largestFactor = 1;
         for (const MovingScene& scene : m_scenes)
             largestFactor = std::max(largestFactor, scene.factor);
-        // As good for colours as for places.
+        // Accurate enough for both colours and positions.
         const double largest = addDisplacements(body);
         const ShapeSeries series =
             findShapes(collectFields(skin), skin.restPositions.size(), xi,
@@ -533,7 +533,7 @@ private:
         addValues(body, described);
     }
 
-    /** To the ranges of contours. @return the largest **/
+    /** Includes displacements in the ranges of contours. @return the largest **/
     double addDisplacements(const MovingScene::Body& body) {
         double largest = 0;
         DeformedSurface surface(body.motion.front().skin);
@@ -550,8 +550,8 @@ private:
         return largest;
     }
 
-    /** A contour that is no displacement does not follow from the shapes: in 8 bits, at each
-    time. **/
+    /** Adds a contour other than displacements, which cannot be computed from the shapes: 8 bits
+    per value and time. **/
     void addValues(const MovingScene::Body& body, Json& described) {
         const auto& field = body.motion.front().field;
         const SkinModes& skin = *body.motion.front().skin;
@@ -570,7 +570,7 @@ private:
             for (const int point : skin.vertexPoint) {
                 const double value =
                     (double(ofPoints[std::size_t(point)]) - range[0]) / (range[1] - range[0]);
-                // 255: none.
+                // 255: no value.
                 values.push_back(std::isnan(value) ? 255
                                                    : std::uint8_t(std::lround(
                                                          254 * std::clamp(value, 0.0, 1.0))));
@@ -579,7 +579,7 @@ private:
         described.add("values", encode(values));
     }
 
-    /** Six numbers a time: both ends. **/
+    /** Encodes six numbers per time: both ends. **/
     Json describeLinks() {
         Json all = Json::list();
         for (std::size_t k = 0; k < m_first.links.size(); ++k) {
@@ -631,7 +631,7 @@ private:
         }
     }
 
-    /** Those that can be chosen: range, unit and colours from 0 to 1. **/
+    /** Describes the selectable contours: range, unit and colours from 0 to 1. **/
     Json describeContours() const {
         Json contours = Json::list();
         const ContourSettings& settings = m_first.style.contour;
@@ -708,7 +708,7 @@ MovingScene OffscreenVisualizer::Impl::captureScene(const Motion& motion) {
         scene.bodies.back().name = part.mesh.name;
     }
     const std::size_t numFlexible = scene.bodies.size();
-    std::vector<int> mobods;  // of the other bodies
+    std::vector<int> mobods;  // the other bodies
     Extremes values;
     for (int i = 0; i < motion.numStates; ++i) {
         const FrameSnapshot shot = captureOf(motion, i);

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A motion as it is needed to draw it: time and continuous variables only, a few kilobytes a State.
+Records a motion for drawing: time and continuous variables only, a few kilobytes per State.
 
 @code
     simflex::MotionRecorder motion(system);
@@ -10,7 +10,8 @@ A motion as it is needed to draw it: time and continuous variables only, a few k
     viz.fitToMotion(motion);
     viz.reportAll(motion);
 @endcode
-Discrete variables are taken to be those of the first State recorded. **/
+
+Discrete variables are assumed to be those of the first State recorded. **/
 
 #include <vector>
 
@@ -22,15 +23,16 @@ class MotionRecorder {
 public:
     explicit MotionRecorder(const SimTK::System& recordedSystem) : system(&recordedSystem) {}
 
-    /** Keeps t, q, u, z, what joints hold, and how far the State has been realized.
-    @throws std::invalid_argument when their number differs from that of the first State. **/
+    /** Records t, q, u, z, the locks of joints, and the realized stage of a State.
+    @throws std::invalid_argument if the number of variables differs from that of the first
+    State. **/
     void record(const SimTK::State& state);
     void clear();
 
     int getNumStates() const { return int(records.size()); }
     double getTime(int i) const { return records.at(std::size_t(i)).time; }
 
-    /** The State as it was recorded, realized as far. It changes with the next call.
+    /** Returns a recorded State, realized to the same stage. The next call changes it.
     @throws std::out_of_range. **/
     const SimTK::State& getState(int i) const;
 

@@ -2,7 +2,7 @@
 /** @file
 Pictures of any Simbody System on a machine without display or graphics card.
 
-The interface is that of SimTK::Visualizer, with frames going to PNG files or to memory:
+The interface is that of SimTK::Visualizer, but frames are written to PNG files or memory:
 
 @code
     MultibodySystem system;
@@ -19,10 +19,8 @@ The interface is that of SimTK::Visualizer, with frames going to PNG files or to
     viz.finish();
 @endcode
 
-Copies refer to the same visualizer. The first frame needs libOSMesa or libEGL and a DejaVu font;
-nothing else does. The same states in the same order give the same bytes. Not for several threads at
-once.
-**/
+Copies refer to the same visualizer. Only drawing requires libOSMesa or libEGL and a DejaVu font.
+The same States in the same order give the same bytes. Not thread-safe. **/
 
 #include <functional>
 #include <iosfwd>
@@ -57,7 +55,7 @@ class Joint;
 
 class OffscreenVisualizer {
 public:
-    /** @name Types under the names that they have in SimTK::Visualizer **/
+    /** @name Types named as in SimTK::Visualizer **/
     /**@{**/
     class FrameController;  ///< in FrameController.h
     class BodyFollower;     ///< in FrameController.h
@@ -74,7 +72,7 @@ public:
     /**@}**/
 
     enum class Theme { Light, Dark };
-    enum class Lighting { Shaded, Flat };  ///< Flat: every colour exactly as given
+    enum class Lighting { Shaded, Flat };  ///< Flat: colours exactly as given
     using Contour = simflex::Contour;
     using ContourRange = simflex::ContourRange;
 
@@ -84,117 +82,121 @@ public:
     OffscreenVisualizer(const OffscreenVisualizer&) = default;
     OffscreenVisualizer& operator=(const OffscreenVisualizer&) = default;
 
-    /** What draws pictures on this machine: "OSMesa" (always software) or "EGL" (a graphics card,
-    or software where there is none). OSMesa is preferred, for the same picture everywhere; the
-    environment variable SIMFLEX_GL ("osmesa", "egl") chooses.
-    @throws std::runtime_error with the reason of each that does not work. **/
+    /** Returns the context used on this machine: "OSMesa" (always software) or "EGL" (a graphics
+    card, or software without one). OSMesa is preferred, because it gives the same picture
+    everywhere; the environment variable SIMFLEX_GL ("osmesa", "egl") overrides this.
+    @throws std::runtime_error with the reason for each that does not work. **/
     static std::string getContextName();
 
     int getWidth() const;
     int getHeight() const;
 
     /** @name Frames
-    The State is realized to Stage::Position; geometry of later stages is drawn if the State has
-    been realized that far.
-    @throws std::runtime_error that says what is wrong: no OpenGL context, a pose or a modal
-        coordinate that is not finite (and of which body, at which time), an unknown mesh file. **/
+    States are realized to Stage::Position; geometry of later stages is drawn if the State has been
+    realized that far.
+    @throws std::runtime_error with the reason: no OpenGL context, a pose or a modal coordinate that
+    is not finite (naming body and time), an unknown mesh file. **/
     /**@{**/
-    /** Takes the State's picture as the next frame, which threads of their own draw and write to
-    the output folder while the caller goes on; it waits when a few frames are on their way.
-    @throws std::runtime_error also for a frame before that could not be drawn or written, which it
-        names: the frames before that one are complete, and the next one takes its number. **/
+    /** Captures the State as the next frame. Background threads draw it and write it to the output
+    folder while the caller continues; the call blocks while several frames are pending.
+    @throws std::runtime_error also for an earlier frame that could not be drawn or written, which
+    it names: all frames before it are complete, and the next one gets its number. **/
     void report(const SimTK::State& state) const;
-    /** The same as report(). **/
+    /** As report(). **/
     void drawFrameNow(const SimTK::State& state) const { report(state); }
-    /** Reports all States and waits until their frames are complete, telling `progress` of them
-    (ProgressLine shows a bar); stops early when that says false. @return how many it reported. **/
+    /** Reports all States and waits until their frames are complete, calling `progress`
+    (ProgressLine shows a bar). Stops early if that returns false. @return the number of frames
+    reported. **/
     int reportAll(const std::vector<SimTK::State>& states,
                   const FrameProgress& progress = {}) const;
     int reportAll(const MotionRecorder& motion, const FrameProgress& progress = {}) const;
-    /** Waits for all frames and completes the videos. The last copy's destructor does so, too, but
-    writes an error to standard error. @throws std::runtime_error as report() does. **/
+    /** Waits for all frames and completes the videos. So does the destructor of the last copy, but
+    it prints errors to standard error. @throws std::runtime_error as report() does. **/
     void finish() const;
-    /** The same as finish(). **/
+    /** As finish(). **/
     void flushFrames() const { finish(); }
-    /** Draws the State to memory. Waits for frames reported before. **/
+    /** Draws the State to memory. Waits for all reported frames. **/
     Image drawFrame(const SimTK::State& state) const;
 
-    /** Folder for frame_00000.png and so on, made when the first frame is reported. Each appears
-    when it is complete and those before it are. Empty: no files. Default: "frames". **/
+    /** Sets the folder for frame_00000.png and so on, created with the first frame. A file appears
+    when it and all earlier ones are complete. Empty: no files. Default: "frames". **/
     OffscreenVisualizer& setOutputFolder(const std::string& folder);
     const std::string& getOutputFolder() const;
-    /** Frames of the output folder that are complete. Waits for all that were reported. **/
+    /** Returns the number of complete frames in the output folder. Waits for all reported
+    frames. **/
     int getNumFrames() const;
-    /** Whether frames that an earlier run left in the folder are removed, the default, or kept
-    where they show the same, so that an interrupted run can be resumed by doing it again. **/
+    /** Sets whether frames left by an earlier run are removed (the default) or kept if they are
+    identical, so that an interrupted run can be resumed by repeating it. **/
     OffscreenVisualizer& setOldFrames(OldFrames old);
-    /** Takes every frame that is reported, in memory. **/
+    /** Sets a function that receives every reported frame in memory. **/
     OffscreenVisualizer& setFrameSink(const FrameSink& sink);
-    /** Frames reported from here on go to a video, too, complete after finish().
+    /** Adds frames reported from now on to a video, which finish() completes.
     @throws as VideoWriter does. **/
     OffscreenVisualizer& addVideo(const std::string& file, const VideoOptions& options = {});
-    /** The whole motion as a moving scene: a binary glTF 2.0 file, which browsers, Blender and
-    VTK open. Flexible bodies are morph targets with weights over time, to 2e-5 of their size,
-    exaggerated as pictures are; vertices carry the numbers of their nodes (_NODE, −1 between nodes)
-    and the colour of the contour's largest value in the motion. Cameras are those of pictures;
-    springs and dampers are straight rods; arrows, lines and texts are left out. Call fitToMotion()
-    first.
-    @throws std::invalid_argument without States; std::runtime_error if it cannot be written. **/
+    /** Writes the whole motion as an animated scene: a binary glTF 2.0 file for browsers, Blender
+    and VTK. Flexible bodies are morph targets with weights over time, accurate to 2e-5 of their
+    size and exaggerated as in pictures. Vertices have node numbers (_NODE, −1 between nodes) and
+    the colour of the contour's largest value in the motion. Cameras are those of pictures; springs
+    and dampers are straight rods; arrows, lines and texts are omitted. Call fitToMotion() first.
+    @throws std::invalid_argument without States; std::runtime_error if the file cannot be
+    written. **/
     void writeAnimation(const std::string& file, const std::vector<SimTK::State>& states,
                         const AnimationOptions& options = {}) const;
     void writeAnimation(const std::string& file, const MotionRecorder& motion,
                         const AnimationOptions& options = {}) const;
-    /** The motion as the page of `simflex report` reads it: JSON, with arrays in base64. Bodies'
-    poses are told for several deformation factors; joints stay together at each. Flexible bodies
-    are shapes and weights, as above, true to 2e-5 of their size. Its deformation factor
-    is the last of these afterwards. **/
+    /** Returns the motion in the format of `simflex report`: JSON, with arrays in base64. It
+    contains the bodies' poses for several deformation factors, with joints closed at each. Flexible
+    bodies are shapes and weights as in writeAnimation(), accurate to 2e-5 of their size. Leaves the
+    deformation factor at the last one. **/
     std::string describeMotion(const MotionRecorder& motion,
                                const std::vector<SimTK::Real>& factors) const;
-    /** What a mobilized body is called in such a file; flexible ones have their own names. **/
+    /** Sets the name of a mobilized body in these files; flexible bodies have their own names. **/
     OffscreenVisualizer& setBodyName(SimTK::MobilizedBodyIndex body, const std::string& name);
-    /** Threads that draw and write; 0: none, report() does it. The bytes are the same. Default:
-    half as many as there are processors, from 2 to 4. @throws std::invalid_argument. **/
+    /** Sets the number of threads that draw and write; 0: report() does it itself. The result is
+    the same. Default: half the number of processors, from 2 to 4. @throws
+    std::invalid_argument. **/
     OffscreenVisualizer& setNumThreads(int numThreads);
     int getNumThreads() const;
 
-    /** Puts a plot beside the picture, which grows by `size` pixels on that side (0: 42 % of it),
-    with a mark at the frame's time. @return its number. @throws std::invalid_argument. **/
+    /** Adds a plot beside the picture, with a mark at the frame's time; the frame grows by `size`
+    pixels on that side (0: 42 %). @return its index. @throws std::invalid_argument. **/
     int addPlot(const ProbePlot& plot, PlotSide side = PlotSide::Below, int size = 0);
-    /** The plot, to let its curves grow; frames show what it holds when they are reported.
+    /** Returns the plot, so that points can be added; frames show its content at the time of
+    report().
     @throws std::out_of_range. **/
     ProbePlot& updPlot(int plot);
     /**@}**/
 
-    /** @name What is drawn, besides the System's own decorations **/
+    /** @name Content beyond the System's own decorations **/
     /**@{**/
     OffscreenVisualizer& addFlexibleBody(const FlexibleBody& body);
-    /** @throws std::invalid_argument when part or functions are missing. **/
+    /** @throws std::invalid_argument if part or functions are missing. **/
     OffscreenVisualizer& addDeformableMesh(const DeformableMesh& mesh);
-    /** Hides a flexible body, or gives it colour and opacity; joints and forces at it stay. Bodies
-    that are hidden or have no contour count for no range of colours.
-    @throws std::invalid_argument if it was not added, unless 0 < opacity <= 1, or as setContour().
-    **/
+    /** Hides a flexible body, or sets its colour and opacity; joints and forces on it remain
+    visible. Bodies that are hidden or have no contour do not affect colour ranges.
+    @throws std::invalid_argument if it was not added, unless 0 < opacity <= 1, or as
+    setContour(). **/
     OffscreenVisualizer& setBodyLook(const FlexibleBody& body, const BodyLook& look);
-    /** The same for what is drawn with a mobilized body: the System's decorations and those that
-    were added to it. **/
+    /** As above for a mobilized body's geometry: the System's decorations and those added to the
+    body. **/
     OffscreenVisualizer& setBodyLook(SimTK::MobilizedBodyIndex body, const BodyLook& look);
     int addDecoration(SimTK::MobilizedBodyIndex body, const SimTK::Transform& X_BD,
                       const SimTK::DecorativeGeometry& geometry);
-    /** The same on a frame of any body, flexible ones as they are drawn.
-    @return its number, counted from 0 among those on frames. **/
+    /** As above on a frame of any body; on flexible ones with the drawn deformation.
+    @return its index among decorations on frames. **/
     int addDecoration(const Attachment& frame, const SimTK::DecorativeGeometry& geometry);
     int addRubberBandLine(SimTK::MobilizedBodyIndex b1, const SimTK::Vec3& station1,
                           SimTK::MobilizedBodyIndex b2, const SimTK::Vec3& station2,
                           const SimTK::DecorativeLine& line);
-    /** Takes over the generator. **/
+    /** Takes ownership of the generator. **/
     int addDecorationGenerator(SimTK::DecorationGenerator* generator);
-    /** Takes over the controller, which is called once before each frame. **/
+    /** Takes ownership of the controller, which is called once before each frame. **/
     int addFrameController(FrameController* controller);
     int getNumDecorations() const;
     int getNumRubberBandLines() const;
     int getNumDecorationGenerators() const;
     int getNumFrameControllers() const;
-    /** What was added as number i. @throws std::out_of_range **/
+    /** Returns the object added as number i. @throws std::out_of_range **/
     const SimTK::DecorativeGeometry& getDecoration(int i) const;
     SimTK::DecorativeGeometry& updDecoration(int i) const;
     const SimTK::DecorativeLine& getRubberBandLine(int i) const;
@@ -206,18 +208,18 @@ public:
     /**@}**/
 
     /** @name Camera
-    Frame C: x right, y up, looking along −z. Until one of these is called, the camera stands a
-    little to the right and above the front of the scene, where all of the first frame, or of the
-    motion given to fitToMotion(), just fits into the picture. Without fitToMotion() it steps back
-    when something would leave the picture later, until it sees thirty times as far. **/
+    Frame C: x right, y up, looking along −z. By default the camera is a little to the right and
+    above the front of the scene, where the first frame, or the motion given to fitToMotion(), just
+    fits into the picture. Without fitToMotion() it moves back when an object would leave the
+    picture later, up to thirty times the initial extent. **/
     /**@{**/
     OffscreenVisualizer& setCameraTransform(const SimTK::Transform& X_GC);
     OffscreenVisualizer& pointCameraAt(const SimTK::Vec3& point, const SimTK::Vec3& upDirection);
     OffscreenVisualizer& setCameraFieldOfView(SimTK::Real fov);
     OffscreenVisualizer& setCameraClippingPlanes(SimTK::Real nearPlane, SimTK::Real farPlane);
-    /** Moves the camera, without turning it, to where all of the next frame is visible. **/
+    /** Moves the camera, without rotating it, so that the whole next frame is visible. **/
     OffscreenVisualizer& zoomCameraToShowAllGeometry();
-    /** @name As in CameraView, where they are described **/
+    /** @name See CameraView for these **/
     /**@{**/
     OffscreenVisualizer& setCameraView(SimTK::Real azimuth, SimTK::Real elevation);
     OffscreenVisualizer& setCameraOrbit(SimTK::Real rate);
@@ -226,119 +228,120 @@ public:
     OffscreenVisualizer& setCameraProjection(CameraView::Projection projection);
     OffscreenVisualizer& setCameraZoom(SimTK::Real zoom);
     /**@}**/
-    /** Replaces the camera altogether. **/
+    /** Replaces the first camera and all its settings. **/
     OffscreenVisualizer& setCamera(const CameraView& view);
-    /** One more camera, whose picture stands beside the first one's in every frame. **/
+    /** Adds a camera, whose picture is placed beside the first one in every frame. **/
     OffscreenVisualizer& addView(const CameraView& view);
-    /** Looks at all these States: the camera is placed so that nothing leaves the picture, the
-    ground lies below everything, the contour range and an automatic deformation factor are those
-    of the whole motion. O(states·(decorations + skin nodes·n_f)). **/
+    /** Fits the visualizer to all these States: nothing leaves the picture, the ground is below
+    everything, and the contour range and an automatic deformation factor suit the whole motion.
+    O(states·(decorations + skin nodes·n_f)). **/
     OffscreenVisualizer& fitToMotion(const std::vector<SimTK::State>& states);
     OffscreenVisualizer& fitToMotion(const MotionRecorder& motion);
-    /** Column and row in the frame [pixel, from the top left corner] and distance along the
-    view direction [m] of a point, for the first or another view of the frame drawn last.
-    @throws std::out_of_range when there is no such view, or no frame yet. **/
+    /** Returns column and row of a point in the frame [pixel, from the top left corner] and its
+    distance along the view direction [m], for the first or another view of the last frame.
+    @throws std::out_of_range if there is no such view, or no frame yet. **/
     SimTK::Vec3 calcPixel(const SimTK::Vec3& point_G, int viewNumber = 0) const;
     /**@}**/
 
     /** @name Flexible parts **/
     /**@{**/
-    /** Displacements are drawn this many times larger; the factor is printed in the picture.
-    Bodies are drawn where their joints meet the parts as they are drawn; where a loop of joints
-    cannot close so, the picture says which joint it leaves how far apart.
-    @throws std::invalid_argument when negative or not finite. **/
+    /** Exaggerates displacements by this factor, which is printed in the picture. Bodies are moved
+    so that they meet the exaggerated parts at their joints; if a loop of joints cannot be closed,
+    the picture names the joint and the size of its gap.
+    @throws std::invalid_argument if negative or not finite. **/
     OffscreenVisualizer& setDeformationFactor(SimTK::Real factor);
-    /** The default: a round factor that makes the largest displacement given to fitToMotion() about
-    4 % of the scene's size, no more than a quarter of the part's, and at least 1; 1 until
-    fitToMotion() is called. **/
+    /** Chooses the factor automatically (default): a round factor that makes the largest
+    displacement given to fitToMotion() about 4 % of the scene's size, no more than a quarter of the
+    part's, and at least 1. It is 1 until fitToMotion() is called. **/
     OffscreenVisualizer& setAutomaticDeformationFactor();
     SimTK::Real getDeformationFactor() const;
-    /** What displacements in colours, and what is drawn larger, are measured from. Joints
-    (default): on each flexible body the frame at its first joint with Ground, or else at its first
-    joint, as far as that holds it; pins do not about their axis, unless they are driven. MeanAxes:
-    the body frame, in which a part moves least. **/
+    /** Reference frame of coloured and exaggerated displacements. Joints (default): on each
+    flexible body the frame at its first joint with Ground, or else at its first joint, in the
+    directions that the joint constrains (not about the axis of a pin, unless it is driven).
+    MeanAxes: the body frame, relative to which a part deforms least. **/
     enum class Reference { Joints, MeanAxes };
     OffscreenVisualizer& setReference(Reference reference);
-    /** A frame, for the flexible body that it is on.
-    @throws std::invalid_argument that names a frame on a rigid body. **/
+    /** Sets a reference frame for the flexible body it is on.
+    @throws std::invalid_argument naming a frame on a rigid body. **/
     OffscreenVisualizer& setReference(const Attachment& frame);
-    /** The joint whose seats the frame drawn last has farthest apart [m], and how far; an empty
-    name and 0 if all joints are closed as exactly as in the State. **/
+    /** Returns the joint with the largest gap in the last frame and the gap [m]; an empty name and
+    0 if all joints are closed as accurately as in the State. **/
     std::pair<std::string, SimTK::Real> getLargestGap() const;
-    /** Where a frame is in the State's picture, in Ground. Realizes the State to Stage::Position.
-     * **/
+    /** Returns the pose of a frame in the State's picture, in Ground. Realizes the State to
+    Stage::Position. **/
     SimTK::Transform calcDrawnPose(const SimTK::State& state, const Attachment& frame) const;
-    /** What colours show, see Contour.h; default Contour::Displacement, the magnitude |Φξ|. Call it
-    before fitToMotion(), which finds the range. Velocities realize States to Stage::Velocity.
-    @throws std::invalid_argument naming the body when stress is wanted and its part was reduced
-        without, as addFlexibleBody() does then; what is shown stays as it was. **/
+    /** Sets the contour quantity, see Contour.h; default Contour::Displacement, the magnitude |Φξ|.
+    Call it before fitToMotion(), which determines the range. Velocities realize States to
+    Stage::Velocity.
+    @throws std::invalid_argument naming the body if stress is requested and its part was reduced
+    without; addFlexibleBody() then throws it, too. The contour is then unchanged. **/
     OffscreenVisualizer& setContour(Contour contour);
-    /** Fixed ends of the colour bar [SI]; values beyond are shown by a tip of the bar. @throws
-     * std::invalid_argument unless low < high. **/
+    /** Fixes the ends of the colour bar [SI]; pointed ends of the bar indicate values beyond.
+    @throws std::invalid_argument unless low < high. **/
     OffscreenVisualizer& setContourRange(SimTK::Real low, SimTK::Real high);
-    /** Ends found from what is drawn: PerRun (default) covers all States given to fitToMotion(),
-    growing if a later frame exceeds it; PerFrame covers each frame anew. They are zero and the
-    largest value, or even on both sides of zero where values have a sign. **/
+    /** Determines the ends automatically: PerRun (default) covers all States given to fitToMotion()
+    and grows if a later frame exceeds it; PerFrame covers each frame separately. The range starts
+    at zero, or is symmetric about zero for signed values. **/
     OffscreenVisualizer& setContourRange(ContourRange range);
-    /** Ends of the colour bar in the frame drawn last [SI]. **/
+    /** Returns the ends of the colour bar in the last frame [SI]. **/
     SimTK::Vec2 getContourRange() const;
-    /** Default: Viridis, and CoolWarm where values have a sign. **/
+    /** Default: Viridis, and CoolWarm for signed values. **/
     OffscreenVisualizer& setColorMap(ColorMap map);
-    /** The bar that says what colours mean; default shown. **/
+    /** Shows the colour bar; default shown. **/
     OffscreenVisualizer& setShowColorBar(bool show);
-    /** The caption with the deformation factor; default shown. **/
+    /** Shows the caption with the deformation factor; default shown. **/
     OffscreenVisualizer& setShowDeformationFactor(bool show);
-    /** A translucent ghost of the undeformed part; default shown. **/
+    /** Shows a translucent ghost of the undeformed part; default shown. **/
     OffscreenVisualizer& setShowUndeformed(bool show);
-    /** Edges of the part's finite elements; default hidden. **/
+    /** Shows the edges of the part's finite elements; default hidden. **/
     OffscreenVisualizer& setShowElementEdges(bool show);
-    /** Sharp edges of the part; default shown. **/
+    /** Shows sharp edges of the part; default shown. **/
     OffscreenVisualizer& setShowFeatureEdges(bool show);
-    /** Edges sharper than this are drawn sharp [rad]; default 35 degrees. For parts added later.
-     * **/
+    /** Sets the angle above which edges are sharp [rad]; default 35 degrees. For parts added
+    later. **/
     OffscreenVisualizer& setCreaseAngle(SimTK::Real angle);
     /**@}**/
 
     /** @name Joints, connectors, loads and interfaces of flexible parts
-    Drawn on the parts with their deformation exaggerated, in sizes that follow the parts'. **/
+    Drawn on the parts with exaggerated deformation, in sizes proportional to the parts'. **/
     /**@{**/
-    /** Axes at the deformed interfaces, their master points and names; default hidden. **/
+    /** Shows axes at the deformed interfaces, their master points and names; default hidden. **/
     OffscreenVisualizer& setShowInterfaces(bool show);
-    /** A symbol for each joint of the System's FlexibleBodySubsystem; default hidden. **/
+    /** Shows a symbol for each joint of the System's FlexibleBodySubsystem; default hidden. **/
     OffscreenVisualizer& setShowJoints(bool show);
-    /** A symbol for a spring, damper, bushing or stop. **/
+    /** Adds a symbol for a spring, damper, bushing or stop. **/
     OffscreenVisualizer& addConnector(const DrawnConnector& connector);
-    /** Arrows for a load, the longest for the largest since fitToMotion(). **/
+    /** Adds arrows for a load; the longest represents the largest load since fitToMotion(). **/
     OffscreenVisualizer& addLoad(const DrawnLoad& load);
     OffscreenVisualizer& addLoad(const DrawnSpreadLoad& load);
-    OffscreenVisualizer& setShowConnectors(bool show);  ///< those added; default shown
-    OffscreenVisualizer& setShowLoads(bool show);       ///< those added; default shown
-    /** Arrows for the force and the moment (two tips) that each joint puts on the body of its frame
-    M, the longest for the largest since fitToMotion(); default hidden. They come from
-    Simbody's multipliers, for which States are realized to Stage::Acceleration: exact, and
+    OffscreenVisualizer& setShowConnectors(bool show);  ///< default shown
+    OffscreenVisualizer& setShowLoads(bool show);       ///< default shown
+    /** Shows arrows for the force and the moment (two tips) of each joint on the body of its frame
+    M; the longest represents the largest since fitToMotion(). Default hidden. They are computed
+    from Simbody's multipliers, for which States are realized to Stage::Acceleration: exact, but
     slow with many joints. **/
     OffscreenVisualizer& setShowReactions(bool show);
-    /** Where the multipliers of joints come from instead, such as an implicit run:
+    /** Sets another source of joint multipliers, such as an implicit run:
     @code viz.setShowReactions(true).setMultiplierSource(
         [&](const State&, const Joint& joint) { return integrator.getMultipliers(joint); });
     @endcode States are then realized to Stage::Velocity only.
-    @param friction  spatial force on M besides, at its origin and in Ground: see
-    JointFriction::calcForce(); Simbody knows nothing of it **/
+    @param friction  additional spatial force on M at its origin, in Ground, which Simbody does not
+    know: see JointFriction::calcForce() **/
     OffscreenVisualizer& setMultiplierSource(
         std::function<SimTK::Vector(const SimTK::State&, const Joint&)> multipliers,
         std::function<SimTK::SpatialVec(const SimTK::State&, const Joint&)> friction = {});
-    /** Values at the arrows; default hidden. **/
+    /** Shows values at the arrows; default hidden. **/
     OffscreenVisualizer& setShowReactionValues(bool show);
     /**@}**/
 
     /** @name Nodes in the picture
-    Of the frame drawn last; found on its surfaces, not in its pixels.
+    For the last frame; determined from its surfaces, not its pixels.
     @throws std::logic_error before the first frame. **/
     /**@{**/
-    /** What is at a place of the picture [pixel, from the top left corner; a pixel's middle is at
-    0.5]: empty unless it is the surface of a flexible part. O(triangles). **/
+    /** Returns the surface point at a position in the picture [pixel, from the top left corner; a
+    pixel's centre is at 0.5], if it is on a flexible part. O(triangles). **/
     std::optional<SurfacePoint> pickNode(SimTK::Real column, SimTK::Real row) const;
-    /** Where a node of a body is, what value and colour it has.
+    /** Returns position, value and colour of a body's node.
     @throws std::out_of_range naming the bodies that are drawn, or the node asked for. **/
     NodeView findNode(const std::string& body, int nodeNumber) const;
     /**@}**/
@@ -347,40 +350,41 @@ public:
     /**@{**/
     OffscreenVisualizer& setTheme(Theme theme);
     OffscreenVisualizer& setLighting(Lighting lighting);
-    /** Direction towards the main light, in Ground; default: above the camera's left shoulder. **/
+    /** Sets the direction towards the main light, in Ground; default: above the camera's left
+    shoulder. **/
     OffscreenVisualizer& setLightDirection(const SimTK::Vec3& towardsLight_G);
     OffscreenVisualizer& setBackgroundType(SimTK::Visualizer::BackgroundType background);
-    /** Colour of the SolidColor background. **/
+    /** Sets the colour of the SolidColor background. **/
     OffscreenVisualizer& setBackgroundColor(const SimTK::Vec3& color);
     OffscreenVisualizer& setSystemUpDirection(const SimTK::CoordinateDirection& up);
-    /** Height of the ground along the up direction [m]; default: just below the scene. **/
+    /** Sets the height of the ground along the up direction [m]; default: just below the scene. **/
     OffscreenVisualizer& setGroundHeight(SimTK::Real height);
     OffscreenVisualizer& setShowShadows(bool show);
-    /** Ambient occlusion: opaque surfaces are darker where others close by keep light from them, in
-    corners and gaps. Contours get darker there too. Default off. **/
+    /** Shows ambient occlusion: opaque surfaces are darker in corners and gaps, where nearby
+    surfaces shield them from light. Contours are darkened, too. Default off. **/
     OffscreenVisualizer& setShowAmbientOcclusion(bool show);
-    /** Pictures without background and ground, to be laid over others: alpha says how much of them
-    is covered; a shadow stays as a dark veil. Default off. **/
+    /** Omits background and ground, so that pictures can be laid over others: alpha is the
+    coverage; shadows remain as a dark veil. Default off. **/
     OffscreenVisualizer& setTransparentBackground(bool isTransparent);
     OffscreenVisualizer& setShowAxes(bool show);
-    /** A bar of a round length, which is true at the distance of the scene's middle; default: in
-    orthographic views. **/
+    /** Shows a bar of a round length, to scale at the distance of the scene's middle. Default:
+    shown in orthographic views. **/
     OffscreenVisualizer& setShowScaleBar(bool show);
     OffscreenVisualizer& setShowSimTime(bool show);      ///< default shown
     OffscreenVisualizer& setShowFrameNumber(bool show);  ///< default hidden
     OffscreenVisualizer& setWindowTitle(const std::string& title);
-    /** Where the ground lies; NaN while it is left to the scene. **/
+    /** Height of the ground; NaN if automatic. **/
     SimTK::Real getGroundHeight() const;
     SimTK::CoordinateDirection getSystemUpDirection() const;
     const SimTK::System& getSystem() const;
     /**@}**/
 
-    /** @name What a window would need
-    Taken so that programs written for SimTK::Visualizer compile and run. All modes are
-    PassThrough: every frame reported is drawn, as fast as may be, and nothing waits for a clock.
-    Menus and sliders are not drawn; input reaches the listeners only through those who call their
-    methods, see InputSilo. A SimTK::Visualizer::FrameController cannot be called, because it is
-    given a SimTK::Visualizer: derive from OffscreenVisualizer::FrameController. **/
+    /** @name Window functions
+    For source compatibility with SimTK::Visualizer. All modes act as PassThrough: every reported
+    frame is drawn as fast as possible, without reference to a clock. Menus and sliders are not
+    drawn; listeners receive input only by calls of their methods, see InputSilo. A
+    SimTK::Visualizer::FrameController cannot be used, because its argument is a SimTK::Visualizer:
+    derive from OffscreenVisualizer::FrameController. **/
     /**@{**/
     OffscreenVisualizer& setMode(Mode mode);
     Mode getMode() const;
@@ -402,12 +406,12 @@ public:
     /** @throws std::invalid_argument unless min <= value <= max. **/
     OffscreenVisualizer& addSlider(const SimTK::String& title, int id, SimTK::Real min,
                                    SimTK::Real max, SimTK::Real value);
-    /** The nearest value in the slider's range. A slider that was not added is ignored. **/
+    /** Sets the value, clamped to the slider's range. Unknown sliders are ignored. **/
     const OffscreenVisualizer& setSliderValue(int slider, SimTK::Real value) const;
     /** @throws std::invalid_argument unless newMin <= newMax. **/
     const OffscreenVisualizer& setSliderRange(int slider, SimTK::Real newMin,
                                               SimTK::Real newMax) const;
-    /** Takes over the listener. **/
+    /** Takes ownership of the listener. **/
     int addInputListener(InputListener* listener);
     int getNumInputListeners() const;
     const InputListener& getInputListener(int i) const;
@@ -418,7 +422,7 @@ public:
     /**@}**/
 
     /** @name For frame controllers
-    The same as the methods without `const`, which change what all copies refer to. **/
+    As the methods without `const`; they change the state shared by all copies. **/
     /**@{**/
     const OffscreenVisualizer& setCameraTransform(const SimTK::Transform& X_GC) const;
     const OffscreenVisualizer& pointCameraAt(const SimTK::Vec3& point,

@@ -16,9 +16,10 @@ using SimTK::Vec3;
 
 namespace {
 
-constexpr double relativeDeformation = 0.04;  // of an automatic factor, to the scene's size
-constexpr double mostOfPart = 0.25;           // and to the part's
-constexpr double visibleGap = 1e-3;           // of the scene's radius
+constexpr double relativeDeformation = 0.04;  // relative to the scene's size, for an automatic
+                                              // factor
+constexpr double mostOfPart = 0.25;           // relative to the part's size
+constexpr double visibleGap = 1e-3;           // relative to the scene's radius
 
 const Palette lightPalette = {
     Vec3(0.80, 0.85, 0.91),  Vec3(0.975, 0.98, 0.985), Vec3(0.915, 0.925, 0.935),
@@ -43,7 +44,7 @@ std::vector<Vec3> calcBoxCorners(const std::vector<Vec3>& points) {
     return corners;
 }
 
-// Views that have a place of their own take no share of the frame.
+// Views with their own rectangle take no share of the frame.
 SimTK::Vec4 calcRectangle(const std::vector<View>& views, int index) {
     int number = 0, numShares = 0;
     for (int i = 0; i < int(views.size()); ++i) {
@@ -54,7 +55,7 @@ SimTK::Vec4 calcRectangle(const std::vector<View>& views, int index) {
     return views[std::size_t(index)].calcRectangle(number, numShares);
 }
 
-// Puts the bar beside the views that lie over the first one's right edge, if there is room.
+// Moves the bar clear of views that cover the right edge of the first one, if there is room.
 void avoidInsets(ColorBar& bar, const std::vector<ViewSnapshot>& views) {
     constexpr double usualLength = 0.46, leastLength = 0.15;
     const ViewSnapshot& first = views.front();
@@ -66,12 +67,12 @@ void avoidInsets(ColorBar& bar, const std::vector<ViewSnapshot>& views) {
                                  double(views[i].top + views[i].height - first.top) / first.height);
     if (covered.size() == 1) return;
     std::sort(covered.begin(), covered.end());
-    double from = 0, to = 0, end = 0;  // the largest free part; end of what was covered last
+    double from = 0, to = 0, end = 0;  // the largest free section; end of the last covered one
     for (const auto& [top, bottom] : covered) {
         if (top - end > to - from) from = end, to = top;
         end = std::max(end, bottom);
     }
-    // Its heading is above it, the footnote below.
+    // The heading is above the bar, the footnote below.
     from += 70 * first.unit / first.height;
     to -= 50 * first.unit / first.height;
     if (to - from < leastLength) return;
@@ -125,7 +126,7 @@ SimTK::Vector OffscreenVisualizer::Impl::readModalCoordinates(const Part& part,
     return xi;
 }
 
-// Simbody itself would stop at a NaN without saying where it comes from.
+// Simbody itself would fail on a NaN without naming its origin.
 void OffscreenVisualizer::Impl::checkCoordinates(const State& state) const {
     if (!std::isfinite(state.getTime())) throw std::runtime_error("the State's time is not finite");
     for (const Part& part : parts) readModalCoordinates(part, state);
@@ -172,7 +173,7 @@ OffscreenVisualizer::Impl::Decorations OffscreenVisualizer::Impl::collectDecorat
 
 void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Decorations& geometry,
                                                    FrameSnapshot& snapshot) {
-    // Round things are as fine as the view that shows them largest needs.
+    // Round shapes are as fine as the view that shows them largest requires.
     const auto calcPixelRadius = [&](const Vec3& middle, double ball) {
         double largest = 0;
         for (const ViewSnapshot& view : snapshot.views) {
@@ -212,7 +213,7 @@ void OffscreenVisualizer::Impl::captureDecorations(const State& state, const Dec
     shapes.dropUnused();
 }
 
-// As its body's look has it.
+// Applies the look of the body.
 void OffscreenVisualizer::Impl::addDecoration(SimTK::DecorativeGeometry piece,
                                               SceneBuilder& builder) const {
     const auto found = looks.find(piece.getBodyId());
@@ -262,11 +263,11 @@ void OffscreenVisualizer::Impl::captureViews(FrameSnapshot& snapshot) const {
         shot.top = int(std::lround(part[1] * height));
         shot.width = std::max(1, int(std::lround((part[0] + part[2]) * width)) - shot.left);
         shot.height = std::max(1, int(std::lround((part[1] + part[3]) * height)) - shot.top);
-        // A line stays free between neighbours.
+        // Leave a line between neighbours.
         const int gap = std::max(1, height / 480);
         if (shot.left + shot.width < width) shot.width = std::max(1, shot.width - gap);
         if (shot.top + shot.height < height) shot.height = std::max(1, shot.height - gap);
-        // Letters of small views are smaller, but not in proportion.
+        // Small views have smaller letters, but less than proportionally.
         shot.unit = 0.5 * (1 + part[3]) * height / 720;
         shot.X_GF =
             view.calcFollowedPose([&](int body) { return calcBodyPose(body); },
@@ -278,8 +279,8 @@ void OffscreenVisualizer::Impl::captureViews(FrameSnapshot& snapshot) const {
     }
 }
 
-// The round factor below the one that makes a displacement `relativeDeformation` of the scene, or
-// `mostOfPart` of a part that is small in it.
+// Rounds down the factor that makes a displacement `relativeDeformation` of the scene, or
+// `mostOfPart` of its part if that is less.
 double OffscreenVisualizer::Impl::calcRoundFactor(const LargestDisplacement& largest) const {
     double wanted = relativeDeformation * 2 * extent.radius / largest.length;
     if (largest.shareOfPart > 0) wanted = std::min(wanted, mostOfPart / largest.shareOfPart);
@@ -292,7 +293,7 @@ double OffscreenVisualizer::Impl::calcRoundFactor(const LargestDisplacement& lar
 
 Margins OffscreenVisualizer::Impl::calcMargins(int viewNumber) const {
     const SimTK::Vec4 part = calcRectangle(views, viewNumber);
-    const double viewWidth = part[2] * width * 720.0 / height;  // in units of the writing
+    const double viewWidth = part[2] * width * 720.0 / height;  // in text units
     Margins margins;
     margins.right =
         viewNumber == 0 && leavesRoomForColorBar ? std::min(0.4, 145.0 / viewWidth) : 0.06;
@@ -309,7 +310,7 @@ double OffscreenVisualizer::Impl::calcAspect(int viewNumber) const {
     return part[2] * width / (part[3] * height);
 }
 
-// Motion::getState may refer to one State that changes: each is used before the next is wanted.
+// Motion::getState may return the same State each time: use it before requesting the next.
 FrameSnapshot OffscreenVisualizer::Impl::captureOf(const Motion& motion, int i) {
     const State& state = motion.getState(i);
     realize(state);
@@ -360,8 +361,8 @@ LargestDisplacement OffscreenVisualizer::Impl::calcLargestDisplacement(const Mot
 
 namespace {
 
-/** Leaves out what flies so far away that all else would be lost: from the middle of nine tenths
-of the points, those beyond twice where these reach, if some are many times as far. **/
+/** Removes points so far away that the rest would be too small: if some are `far` times the extent
+of the central nine tenths, all beyond `kept` times it. **/
 void leaveOutFlights(std::vector<std::vector<Vec3>>& frames) {
     constexpr double share = 0.9, far = 5, kept = 2;
     std::vector<double> places[3], distances;
@@ -412,7 +413,7 @@ void OffscreenVisualizer::Impl::fitToMotion(const Motion& motion) {
     isFittedToMotion = true;
 }
 
-// Steps back for what would leave the pictures. What has gone very far is given up.
+// Moves the cameras back for objects that would leave the picture, except for those very far away.
 bool OffscreenVisualizer::Impl::widenViews(const FrameSnapshot& snapshot) {
     constexpr double reach = 30;  // in radii of the first frame's scene
     constexpr std::size_t manyPoints = 20000;
@@ -506,7 +507,7 @@ FrameStyle OffscreenVisualizer::Impl::calcStyle() const {
     return style;
 }
 
-// What belongs to the whole frame is written into the first view.
+// Text for the whole frame is placed in the first view.
 OverlayContent OffscreenVisualizer::Impl::calcOverlay(const FrameSnapshot& snapshot,
                                                       const ViewSnapshot& view,
                                                       int viewNumber) const {

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Data and drawing of OffscreenVisualizer. Internal to the renderer. **/
+Implementation of OffscreenVisualizer. Internal to the renderer. **/
 
 #include <algorithm>
 #include <functional>
@@ -31,8 +31,8 @@ class OffscreenVisualizer::Impl : public std::enable_shared_from_this<OffscreenV
 public:
     Impl(const SimTK::System& system, int width, int height);
 
-    /** The States of a motion one after the other; what it returns may change with the next call.
-     **/
+    /** Access to the States of a motion in order. The State returned may change with the next
+    call. **/
     struct Motion {
         int numStates = 0;
         std::function<const SimTK::State&(int)> getState;
@@ -46,24 +46,24 @@ public:
         return {recorder.getNumStates(),
                 [&recorder](int i) -> const SimTK::State& { return recorder.getState(i); }};
     }
-    /** Where a motion goes, frame by frame. **/
+    /** Bounds of a motion, frame by frame. **/
     struct MotionBounds {
         std::vector<std::vector<SimTK::Vec3>> frames;
-        std::vector<std::vector<SimTK::Transform>> followedPoses;  // of each view
+        std::vector<std::vector<SimTK::Transform>> followedPoses;  // by view
         Extremes values;
-        bool hasColorBar = false, hasTitle = false;  // which the views leave room for
+        bool hasColorBar = false, hasTitle = false;  // for which the views leave room
     };
 
     Image drawFrame(const SimTK::State& state);
     void report(const SimTK::State& state);
     int reportAll(const Motion& motion, const FrameProgress& progress);
     void fitToMotion(const Motion& motion);
-    /** All that a frame of this State needs; fits the views first if they are not. **/
+    /** Captures the complete content of a frame; fits the views first if necessary. **/
     FrameJob captureFrame(const SimTK::State& state, int frameNumber);
-    /** Adds what the views need to know of a motion. **/
+    /** Adds the bounds of a motion, for fitting the views. **/
     void appendBounds(const Motion& motion, MotionBounds& bounds);
     void fitViews(const MotionBounds& bounds);
-    /** Frames leave the views as they are: they have seen all of the motion. **/
+    /** Prevents frames from changing the views, which are fitted to the whole motion. **/
     void keepViews() { isFittedToMotion = true; }
     LargestDisplacement calcLargestDisplacement(const Motion& motion);
     double calcRoundFactor(const LargestDisplacement& largest) const;
@@ -75,7 +75,7 @@ public:
         return theme == Theme::Light ? PlotTheme::light() : PlotTheme::dark();
     }
 
-    /** Makes the next frame choose camera, ground and light again. **/
+    /** Makes the next frame fit camera, ground and light again. **/
     void forgetFit() { isFitted = false; }
 
     struct RubberBand {
@@ -87,13 +87,12 @@ public:
         DeformableMesh mesh;
         std::shared_ptr<const SkinModes> skin;
         std::shared_ptr<const ContourField> field;  // null: no colours
-        FlexibleBodyIndex body;                     // invalid: a mesh of the user's
+        FlexibleBodyIndex body;                     // invalid: a user's mesh
         BodyLook look = {};
     };
 
-    /** The values of a part's colours; null where it shows none. @throws std::invalid_argument if
-     * it lacks what they need.
-     * **/
+    /** Returns the contour values of a part, null if it shows none. @throws std::invalid_argument
+    if the part lacks the data. **/
     std::shared_ptr<const ContourField> makeField(const Part& part, const BodyLook& look,
                                                   Contour contour) const;
     void setContour(Contour contour);
@@ -135,34 +134,34 @@ public:
     double groundHeight = 0;
     bool showSimTime = true, showFrameNumber = false;
     bool showColorBar = true, showDeformationFactor = true;
-    bool isScaleBarChosen = false, showScaleBar = false;  // else shown in orthographic views
+    bool isScaleBarChosen = false, showScaleBar = false;  // by default shown in orthographic views
     std::string title;
 
     std::vector<ViewSnapshot> lastViews;
     std::map<int, std::string> bodyNames;  // of mobilized bodies
 
-    /** The motion as it is drawn, see MovingScene. **/
+    /** Captures the motion as it is drawn, see MovingScene. **/
     MovingScene captureScene(const Motion& motion);
 
-    /** Keeps what findNode() and pickNode() need of a frame. **/
+    /** Stores the data that findNode() and pickNode() need. **/
     void rememberFrame(const FrameSnapshot& snapshot);
     /** @throws std::logic_error before the first frame. **/
     const SurfacePicker& getPicker(const char* caller);
 
 private:
-    /** Where the body is drawn. **/
+    /** Returns the drawn pose of a body. **/
     SimTK::Transform calcBodyPose(int body) const;
     using Decorations = SimTK::Array_<SimTK::DecorativeGeometry>;
 
     void realize(const SimTK::State& state) const;
-    /** Asks the system, generators and frame controllers: once for each frame, since they may keep
-    account of their calls, and before anything else, since controllers move the camera. **/
+    /** Collects decorations from the system, generators and frame controllers: once per frame,
+    since they may count calls, and first of all, since controllers move the camera. **/
     Decorations collectDecorations(const SimTK::State& state);
-    /** All that a frame of this State needs. **/
+    /** Captures the complete content of a frame. **/
     FrameSnapshot capture(const SimTK::State& state, const Decorations& geometry, int frameNumber);
     void captureDecorations(const SimTK::State& state, const Decorations& geometry,
                             FrameSnapshot& snapshot);
-    /** Appends what is drawn with mobilized bodies. @return their numbers **/
+    /** Appends the geometry of mobilized bodies. @return their indices **/
     std::vector<int> captureShapes(const SimTK::State& state, MovingScene& scene);
     void addDecoration(SimTK::DecorativeGeometry piece, SceneBuilder& builder) const;
     FrameSnapshot captureOf(const Motion& motion, int i);
@@ -188,12 +187,12 @@ private:
     OverlayContent calcOverlay(const FrameSnapshot& snapshot, const ViewSnapshot& view,
                                int viewNumber) const;
 
-    FramePainter painter;  // of motions that are looked at
+    FramePainter painter;  // for measuring motions
     ShapeCache shapes;
     std::unique_ptr<FrameSnapshot> lastFrame;
-    std::unique_ptr<SurfacePicker> picker;  // of it, made when it is asked for
+    std::unique_ptr<SurfacePicker> picker;  // of lastFrame, created on demand
 
-    // Found by fitViews().
+    // Results of fitViews().
     bool isFitted = false, isFittedToMotion = false;
     bool leavesRoomForColorBar = false, leavesRoomForTitle = false;
     std::vector<SimTK::Vec3> seenPoints;  // that the views must show

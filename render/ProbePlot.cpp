@@ -153,7 +153,7 @@ Figure ProbePlot::makeFigure() const {
 
 Image ProbePlot::draw(int width, int height, double markTime, double scale,
                       const PlotTheme& theme) const {
-    constexpr int largest = 32767;  // of cairo
+    constexpr int largest = 32767;  // cairo's limit
     if (width < 1 || height < 1 || width > largest || height > largest)
         throw std::invalid_argument("ProbePlot::draw: size must be between 1 and " +
                                     std::to_string(largest) + ", not " + std::to_string(width) +

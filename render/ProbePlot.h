@@ -1,7 +1,6 @@
 #pragma once
 /** @file
-Curves of probes over time, drawn as a figure beside the pictures of a run, with a mark that moves
-along with them.
+Curves of probes over time, drawn as a figure beside the pictures of a run, with a moving mark.
 
 @code
     simflex::ProbePlot plot("Slider-crank");
@@ -28,47 +27,47 @@ public:
 
     explicit ProbePlot(const std::string& plotTitle = "") : title(plotTitle) {}
 
-    /** Unit of the time axis and its length in seconds; default: s, ms or µs, whichever suits. **/
+    /** Sets the unit of the time axis and its length in seconds; default: s, ms or µs. **/
     ProbePlot& setTimeUnit(const std::string& name, double seconds);
-    /** Fixed ends of the time axis [s], instead of those of the curves.
+    /** Fixes the ends of the time axis [s]; default: those of the curves.
     @throws std::invalid_argument unless low < high, both finite. **/
     ProbePlot& setTimeRange(double low, double high);
-    /** Fixed ends of the last panel's value axis, in the units in which values are given.
-    @throws std::invalid_argument unless low < high, both finite; std::logic_error without a panel.
-    **/
+    /** Fixes the ends of the last panel's value axis, in the unit of the values.
+    @throws std::invalid_argument unless low < high, both finite; std::logic_error without a
+    panel. **/
     ProbePlot& setValueRange(double low, double high);
 
-    /** Adds a panel below those before. `unitSize` is the unit's size in that of the values given:
-    1e-3 for values in metres and the unit mm.
+    /** Adds a panel at the bottom. `unitSize` converts the displayed unit to that of the values:
+    1e-3 for values in metres displayed in mm.
     @throws std::invalid_argument unless it is positive. **/
     ProbePlot& addPanel(const std::string& quantity, const std::string& unit = "",
                         double unitSize = 1);
 
-    /** Adds a curve to the last panel, made if there is none. A value that is not finite leaves a
-    gap. @return its index, counted over all panels.
-    @throws std::invalid_argument unless times are finite, never decrease and are as many as the
-        values. **/
+    /** Adds a curve to the last panel, creating one if necessary. Non-finite values leave a gap.
+    @return its index, counted over all panels.
+    @throws std::invalid_argument unless times are finite, non-decreasing and as many as the
+    values. **/
     int addCurve(const std::string& name, const std::vector<double>& time = {},
                  const std::vector<double>& values = {}, Line line = Line::Solid);
-    /** Adds a point at a curve's end. @throws std::out_of_range, std::invalid_argument. **/
+    /** Appends a point to a curve. @throws std::out_of_range, std::invalid_argument. **/
     void append(int curve, double time, double value);
 
     int getNumPanels() const { return int(panels.size()); }
     int getNumCurves() const { return int(curves.size()); }
 
-    /** Value of a curve at a time, linear between its points; NaN outside. **/
+    /** Interpolates a curve linearly; NaN outside its range. **/
     double calcValue(int curve, double time) const;
 
-    /** The figure of all curves, in the units that are written. **/
+    /** Returns the figure of all curves, in the displayed units. **/
     Figure makeFigure() const;
-    /** Length of the time axis's unit [s]. **/
+    /** Returns the unit of the time axis [s]. **/
     double calcTimeUnit() const;
 
-    /** Draws the figure; what lies after `markTime` [s] is faint and the mark stands there. Without
-    a mark, all is drawn alike. `scale` is the size of letters and lines, 1 for a picture of 720
-    rows. Several threads may draw the same plot.
+    /** Draws the figure. Curves after `markTime` [s] are faint, and a mark is drawn there; NaN: no
+    mark. `scale` is the size of letters and lines, 1 for a picture of 720 rows. Several threads may
+    draw the same plot.
     @throws std::invalid_argument unless both sizes are between 1 and 32767.
-    @throws std::runtime_error when there is no font. **/
+    @throws std::runtime_error if there is no font. **/
     Image draw(int width, int height, double markTime = std::numeric_limits<double>::quiet_NaN(),
                double scale = 1, const PlotTheme& theme = PlotTheme::light()) const;
 

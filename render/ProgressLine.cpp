@@ -12,7 +12,7 @@ namespace {
 
 constexpr int barWidth = 32;
 constexpr auto redrawInterval = std::chrono::milliseconds(100);
-constexpr double linesPerRun = 4;  // where there is no terminal
+constexpr double linesPerRun = 4;  // without a terminal
 
 }  // namespace
 

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Progress of frames on standard error: a bar with the time left on a terminal, a few plain lines
-elsewhere.
+Progress of frames on standard error: a bar with the remaining time on a terminal, otherwise a few
+plain lines.
 
 @code
     viz.reportAll(states, simflex::ProgressLine("frames"));
@@ -14,10 +14,10 @@ namespace simflex {
 
 class ProgressLine {
 public:
-    /** Says what is done: "frames". **/
+    /** @param task  name of the work: "frames" **/
     explicit ProgressLine(const std::string& task);
 
-    /** Shows how many of how many are done. Always goes on: true. **/
+    /** Shows the progress. Always returns true: continue. **/
     bool operator()(int numComplete, int numFrames) const;
 
 private:

@@ -84,7 +84,7 @@ public:
         return result;
     }
 
-    const std::array<OffscreenVisualizer, 2> copies;  // keep what is below alive
+    const std::array<OffscreenVisualizer, 2> copies;  // own the visualizers below
     const std::array<Visualizer*, 2> visualizers;
     const std::array<std::string, 2> captions;
     std::optional<SideBySideStyle> style;

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Two runs in one picture, seen by the same camera in the same colours: flexible against rigid.
+Two runs in one picture, with the same camera and colours: flexible against rigid.
 
 @code
     simflex::OffscreenVisualizer rigid(rigidSystem, 960, 720), flexible(flexibleSystem, 960, 720);
@@ -10,8 +10,8 @@ Two runs in one picture, seen by the same camera in the same colours: flexible a
     both.reportAll(rigidStates, flexibleStates);
     both.finish();
 @endcode
-What the pictures show is set in the two visualizers; where frames go, and plots beside them, here.
-**/
+
+The two visualizers determine the content of the pictures; output and plots are set here. **/
 
 #include <array>
 #include <memory>
@@ -25,16 +25,16 @@ namespace simflex {
 
 class RunComparison {
 public:
-    /** Captions stand above the pictures. **/
+    /** Captions are placed above the pictures. **/
     RunComparison(const OffscreenVisualizer& first, const OffscreenVisualizer& second,
                   const std::array<std::string, 2>& captions = {});
     ~RunComparison();
 
-    /** Arrangement, gap and colours; default: beside each other, in the theme of the first. **/
+    /** Sets arrangement, gap and colours; default: side by side, in the theme of the first. **/
     RunComparison& setStyle(const SideBySideStyle& style);
 
-    /** Gives both the camera, the ground, the range of colours and, where it is automatic in both,
-    the deformation factor that suit both motions together.
+    /** Fits both to both motions: camera, ground, colour range and, if automatic in both, the
+    deformation factor.
     @throws std::invalid_argument unless both have States. **/
     RunComparison& fitToMotion(const std::vector<SimTK::State>& first,
                                const std::vector<SimTK::State>& second);
@@ -42,7 +42,7 @@ public:
     /** @name As in OffscreenVisualizer **/
     /**@{**/
     void report(const SimTK::State& first, const SimTK::State& second) const;
-    /** @throws std::invalid_argument unless there are as many States of both. **/
+    /** @throws std::invalid_argument unless both have the same number of States. **/
     int reportAll(const std::vector<SimTK::State>& first, const std::vector<SimTK::State>& second,
                   const FrameProgress& progress = {}) const;
     Image drawFrame(const SimTK::State& first, const SimTK::State& second) const;

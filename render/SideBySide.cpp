@@ -21,7 +21,7 @@ void checkSameSize(const char* function, const Image& first, const Image& second
 
 struct Layout {
     int cellWidth, cellHeight;
-    int letters, strip;  // of captions
+    int letters, strip;  // sizes of captions
     int stepX, stepY;    // from the first picture to the second
 };
 

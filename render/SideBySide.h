@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Two pictures in one: beside each other, over each other, or what differs between them.
+Combines two pictures: side by side, blended, or as their difference.
 
 @code
     makeSideBySide(rigid, flexible, {"rigid parts", "flexible parts"}).writePng("both.png");
@@ -22,27 +22,27 @@ struct SideBySideStyle {
     Image::Pixel text{28, 34, 44, 255};
 };
 
-/** Two pictures, a thin gap between them, each under its caption; without captions there is no
-room for them. A smaller picture stands in the middle of its place.
-@throws std::invalid_argument when a picture is empty or the gap is negative.
-@throws std::runtime_error when there is no font for captions. **/
+/** Places two pictures next to each other, with a narrow gap, each below its caption, if there are
+captions. A smaller picture is centred.
+@throws std::invalid_argument if a picture is empty or the gap is negative.
+@throws std::runtime_error if there is no font for captions. **/
 Image makeSideBySide(const Image& first, const Image& second,
                      const std::array<std::string, 2>& captions = {},
                      const SideBySideStyle& style = {});
 
-/** Width and height of what makeSideBySide() makes of pictures of these. **/
+/** Returns width and height of the result of makeSideBySide() for pictures of these sizes. **/
 std::array<int, 2> calcSideBySideSize(const std::array<int, 2>& first,
                                       const std::array<int, 2>& second,
                                       const std::array<std::string, 2>& captions = {},
                                       const SideBySideStyle& style = {});
 
-/** The mean of two pictures of the same size, `weight` that of the second one, 0…1.
-@throws std::invalid_argument when sizes differ or the weight is outside. **/
+/** Returns the weighted mean of two pictures of the same size; `weight` of the second one, 0…1.
+@throws std::invalid_argument if sizes differ or the weight is outside. **/
 Image makeBlend(const Image& first, const Image& second, double weight = 0.5);
 
-/** The first picture in faint grey and red where the second one differs, the fuller the more, a
-difference of `full` of 255 being full red.
-@throws std::invalid_argument when sizes differ. **/
+/** Draws the first picture in faint grey and differences of the second in red, of full intensity
+from a difference of `full` (of 255).
+@throws std::invalid_argument if sizes differ. **/
 Image makeDifference(const Image& first, const Image& second, int full = 64);
 
 }  // namespace simflex

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Where in a picture the surface of a flexible part is, and what is under a pixel.
+Relation between the pixels of a picture and the surface points and nodes of flexible parts.
 
 @code
     viz.drawFrame(state);
@@ -15,25 +15,24 @@ Where in a picture the surface of a flexible part is, and what is under a pixel.
 
 namespace simflex {
 
-/** A point of a flexible part's surface as it was drawn: deformed, the deformation exaggerated. **/
+/** A point on a flexible part's surface as drawn, with exaggerated deformation. **/
 struct SurfacePoint {
     std::string body;           ///< its name
     SimTK::Vec3 location_G{0};  ///< [m]
     double distance = 0;        ///< along the view direction [m]
-    double value = SimTK::NaN;  ///< of the contour, interpolated [SI]; NaN: none is known here
-    int nodeNumber = 0;         ///< of the nearest node, as in the deck
+    double value = SimTK::NaN;  ///< of the contour, interpolated [SI]; NaN: unknown
+    int nodeNumber = 0;         ///< deck number of the nearest node
     SimTK::Vec3 nodeLocation_G{0};
     double nodeValue = SimTK::NaN;
 };
 
-/** A node as it was drawn. **/
+/** A node as drawn. **/
 struct NodeView {
     SimTK::Vec3 location_G{0};  ///< [m]
     SimTK::Vec3 pixel{0};       ///< column, row and distance, see OffscreenVisualizer::calcPixel()
-    double value =
-        SimTK::NaN;          ///< of the contour [SI]; NaN inside the part and where none is known
-    SimTK::Vec3 color{0};    ///< of that value, before light
-    bool isVisible = false;  ///< in the picture, and nothing opaque before it
+    double value = SimTK::NaN;  ///< of the contour [SI]; NaN inside the part and where unknown
+    SimTK::Vec3 color{0};       ///< of that value, without lighting
+    bool isVisible = false;     ///< inside the picture and not hidden by an opaque surface
 };
 
 }  // namespace simflex

@@ -46,11 +46,11 @@ std::string formatRate(double value) {
     return text.str();
 }
 
-/** A running ffmpeg, its input at the other end of a socket: unlike a pipe's, a socket's end is
-reported to the writer without a signal that would end the program. **/
+/** A running ffmpeg, whose input is a socket: unlike a pipe, a closed socket is reported to the
+writer without a signal that would end the program. **/
 class Coder {
 public:
-    /** @param hasInput  whether it will read what send() gives it **/
+    /** @param hasInput  whether ffmpeg will read the data of send() **/
     Coder(const std::vector<std::string>& arguments, bool hasInput) {
         int ends[2] = {-1, -1};
         if (hasInput && socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
@@ -62,7 +62,8 @@ public:
         setup.arguments.insert(setup.arguments.end(), arguments.begin(), arguments.end());
         setup.input = ends[1];
         setup.output = setup.error = log.getDescriptor();
-        // Ctrl-C on the terminal is the caller's affair: what is finished can still be coded.
+        // Ctrl-C at the terminal is left to the caller, so that finished frames can still be
+        // encoded.
         setup.isOwnGroup = true;
         try {
             child = ChildProcess(setup);
@@ -78,7 +79,7 @@ public:
     Coder(const Coder&) = delete;
     Coder& operator=(const Coder&) = delete;
 
-    /** @return false when ffmpeg reads no more. **/
+    /** @return false if ffmpeg has stopped reading. **/
     bool send(const std::uint8_t* bytes, size_t count) {
         while (count > 0) {
             const ssize_t sent = ::send(input, bytes, count, MSG_NOSIGNAL);
@@ -90,7 +91,7 @@ public:
         return true;
     }
 
-    /** Ends its input and waits for it. @return whether it reports success. **/
+    /** Closes the input and waits for ffmpeg. @return whether it succeeded. **/
     bool finish() {
         closeInput();
         return child.wait().isSuccess();
@@ -111,7 +112,7 @@ private:
     ChildProcess child;
 };
 
-/** A file's name as ffmpeg takes it, whatever it begins with. **/
+/** Makes a file name safe for ffmpeg, whatever its first characters. **/
 std::string url(const std::string& file) {
     return "file:" + file;
 }
@@ -150,7 +151,7 @@ public:
         if (!isVideoAvailable())
             throw std::runtime_error("cannot write the video '" + file +
                                      "': there is no program ffmpeg (Debian package ffmpeg)");
-        // A folder that cannot be written to is noticed before anything is drawn.
+        // Detects an unwritable folder before anything is drawn.
         const std::filesystem::path path(file);
         removeUnfinishedFiles(path.parent_path(), path.filename().string() + ".");
         std::FILE* test = std::fopen(partial.c_str(), "wb");
@@ -225,7 +226,7 @@ private:
             arguments.insert(arguments.end(), more.begin(), more.end());
         };
         if (format == Format::Mp4) {
-            // Half the time of the defaults at crf 16; as sharp, and files a sixth larger.
+            // Half the time of the default preset at crf 16; as sharp, with files a sixth larger.
             add({"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-c:v", "libx264", "-crf",
                  "14", "-preset", "veryfast", "-pix_fmt", "yuv420p", "-movflags", "+faststart",
                  "-f", "mp4", url(partial)});
@@ -234,7 +235,7 @@ private:
                  "yuva420p", "-loop", std::to_string(options.numRepeats), "-f", "webp",
                  url(partial)});
         } else {
-            // One palette suits all frames only after all were seen: they wait in a file.
+            // The palette depends on all frames, so they are stored in a file first.
             lossless = partial + ".nut";
             add({"-c:v", "huffyuv", "-pix_fmt", "bgra", "-f", "nut", url(lossless)});
         }
@@ -247,7 +248,7 @@ private:
             coder = std::make_unique<Coder>(arguments, false);
             return coder->finish();
         };
-        // GIF counts "once more": −1 is no repetition.
+        // GIF counts repetitions: −1 is none.
         const int loop = options.numRepeats == 0   ? 0
                          : options.numRepeats == 1 ? -1
                                                    : options.numRepeats - 1;

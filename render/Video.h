@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Videos from frames, by the program ffmpeg. The suffix of the file says what it becomes: .mp4 (H.264,
-what every player shows), .gif or .webp (animated pictures that repeat).
+Videos from frames, by the program ffmpeg. The suffix determines the format: .mp4 (H.264, for all
+players), .gif or .webp (looping animations).
 
 @code
     simflex::writeVideo("frames", "slider_crank.mp4");   // from frame_00000.png, ...
@@ -20,34 +20,32 @@ namespace simflex {
 
 struct VideoOptions {
     double framesPerSecond = 30;
-    int numRepeats = 0;  ///< how often .gif and .webp are shown; 0: without end
+    int numRepeats = 0;  ///< number of times that .gif and .webp are shown; 0: endless
 };
 
-/** Whether a program ffmpeg is on the PATH. **/
+/** Returns whether the program ffmpeg is on the PATH. **/
 bool isVideoAvailable();
 
-/** Takes pictures one by one and codes them while the caller prepares the next one. The file
-appears when finish() has returned; without it, nothing is left. Memory does not grow with the
-number of pictures. What is transparent stays so in .gif and .webp and becomes white in .mp4. Not
-for several threads at once. **/
+/** Encodes pictures one by one while the caller prepares the next one. The file appears when
+finish() returns; without it, nothing remains. Memory does not grow with the number of pictures.
+Transparency is kept in .gif and .webp and becomes white in .mp4. Not thread-safe. **/
 class VideoWriter {
 public:
-    /** @throws std::invalid_argument unless the suffix is .mp4, .gif or .webp and the frames per
-        second are positive and, for .gif, not above 50, which no player shows.
-    @throws std::runtime_error when there is no ffmpeg, or the file's folder cannot be written to.
-    **/
+    /** @throws std::invalid_argument unless the suffix is .mp4, .gif or .webp and the frame rate is
+    positive and, for .gif, at most 50, the limit of players.
+    @throws std::runtime_error if there is no ffmpeg, or the file's folder cannot be written to. **/
     explicit VideoWriter(const std::string& file, const VideoOptions& options = {});
     ~VideoWriter();
     VideoWriter(const VideoWriter&) = delete;
     VideoWriter& operator=(const VideoWriter&) = delete;
 
-    /** Adds a picture; the first one sets the size.
-    @throws std::invalid_argument when the picture is empty or of another size.
-    @throws std::runtime_error with ffmpeg's own text when it fails. **/
+    /** Adds a picture; the first one determines the size.
+    @throws std::invalid_argument if the picture is empty or of another size.
+    @throws std::runtime_error with ffmpeg's own text if it fails. **/
     void write(const Image& image);
 
-    /** Waits for ffmpeg and gives the file its name. Nothing happens when it was called before.
-    @throws std::runtime_error when no picture was written, or with ffmpeg's own text. **/
+    /** Waits for ffmpeg and moves the file to its final name. Further calls have no effect.
+    @throws std::runtime_error if no picture was written, or with ffmpeg's own text. **/
     void finish();
 
     int getNumFrames() const;
@@ -58,9 +56,9 @@ private:
     std::unique_ptr<Impl> impl;
 };
 
-/** Joins `folder`/frame_00000.png, frame_00001.png, … up to the first number that is missing.
-@return false, with nothing written, when there is no ffmpeg on this machine.
-@throws std::runtime_error, std::invalid_argument as VideoWriter does, and when the folder holds no
+/** Joins `folder`/frame_00000.png, frame_00001.png, … up to the first missing number.
+@return false, with nothing written, if ffmpeg is not installed.
+@throws std::runtime_error, std::invalid_argument as VideoWriter does, and if the folder has no
 frame. **/
 bool writeVideo(const std::string& folder, const std::string& videoFile,
                 const VideoOptions& options = {});

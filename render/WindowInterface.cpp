@@ -7,8 +7,7 @@
 #include "simflex/render/InputSilo.h"
 #include "simflex/render/OffscreenVisualizer.h"
 
-// The part of SimTK::Visualizer's interface that belongs to its window, and access to what a
-// program has added.
+// The window-related part of SimTK::Visualizer's interface, and access to added objects.
 
 namespace simflex {
 

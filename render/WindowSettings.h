@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What a program tells a visualizer about its window: kept and given back, not drawn. Internal. **/
+Window settings of a visualizer, stored and returned but not used. Internal. **/
 
 #include <map>
 #include <utility>
@@ -18,7 +18,7 @@ struct WindowSettings {
     SimTK::Visualizer::Mode mode = SimTK::Visualizer::PassThrough;
     SimTK::Real frameRate = 0, realTimeScale = 1, bufferLength = -1;
     bool shutsDownWhenDestructed = false;
-    std::vector<std::pair<int, int>> menuItems;  ///< menu, item: in the order they were added
+    std::vector<std::pair<int, int>> menuItems;  ///< (menu, item) in the order added
     std::vector<int> sliderOrder;
     std::map<int, Slider> sliders;
 };

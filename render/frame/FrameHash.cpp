@@ -11,9 +11,9 @@ namespace simflex {
 
 namespace {
 
-constexpr int drawingVersion = 3;  // grows when the same snapshot is drawn in another way
+constexpr int drawingVersion = 3;  // increment if the same snapshot is drawn differently
 
-// Every member is named below, so that a new one does not compile until it is added here.
+// Every member is named below, so that a new member does not compile until it is added here.
 
 void add(Hash& hash, const SimTK::Vec3& v) {
     for (int k = 0; k < 3; ++k) hash.add(v[k]);
@@ -37,7 +37,7 @@ void add(Hash& hash, const std::vector<std::string>& texts) {
     for (const std::string& text : texts) hash.add(text);
 }
 
-// What is constant and large is read once for as long as it lives.
+// Large constant objects are hashed once during their lifetime.
 template <class T>
 std::uint64_t findConstant(const std::shared_ptr<const T>& object,
                            void (*addContent)(Hash&, const T&)) {
@@ -150,7 +150,7 @@ void add(Hash& hash, const PartSnapshot& part) {
     hash.add(isVisible);
     hash.add(opacity);
     add(hash, color);
-    (void)hasContour;  // else there is no field
+    (void)hasContour;  // otherwise there is no field
     add(hash, X_GB);
     add(hash, X_GD);
     add(hash, xi);
@@ -170,7 +170,7 @@ void add(Hash& hash, const PartStyle& style) {
     hash.add(quantity);
     hash.add(colorMap);
     hash.add(isColorMapFixed);
-    // The ends of the range are added as they were found.
+    // The actual ends of the range are hashed instead.
     (void)range, (void)isRangeFixed, (void)fixedLow, (void)fixedHigh;
     hash.add(showUndeformed);
     hash.add(showElementEdges);
@@ -208,7 +208,7 @@ void add(Hash& hash, const FrameStyle& style) {
 void add(Hash& hash, const ViewSnapshot& view) {
     const auto& [left, top, width, height, camera, X_GF, fitsClippingPlanes, showAxes, unit,
                  overlay] = view;
-    (void)X_GF;  // is in the camera
+    (void)X_GF;  // included in the camera
     for (const int number : {left, top, width, height}) hash.add(number);
     const auto& [X_GC, isOrthographic, fieldOfView, viewHeight, nearPlane, farPlane] = camera;
     add(hash, X_GC);
@@ -252,7 +252,7 @@ void add(Hash& hash, const ViewSnapshot& view) {
 void add(Hash& hash, const FrameSnapshot& snapshot) {
     const auto& [number, time, width, height, scene, parts, partStyle, style, center_G, radius,
                  views, labels] = snapshot;
-    (void)labels;  // those that are seen are in the views
+    (void)labels;  // visible ones are in the views
     hash.add(number);
     hash.add(time);
     hash.add(width);

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Tells whether a frame drawn before shows the same: a number from everything its picture depends on.
-Internal to the renderer. **/
+Identifies identical frames: a hash of everything that a picture depends on. Internal to the
+renderer. **/
 
 #include <string>
 #include <vector>
@@ -10,7 +10,7 @@ Internal to the renderer. **/
 
 namespace simflex {
 
-/** As 16 hexadecimal digits. **/
+/** Returns 16 hexadecimal digits. **/
 std::string hashFrame(const FrameJob& job, const std::vector<SimTK::Vec2>& ranges);
 
 }  // namespace simflex

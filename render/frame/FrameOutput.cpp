@@ -20,10 +20,10 @@ namespace {
 
 constexpr int mostThreads = 256;
 constexpr int queuedPerThread = 2;
-const char* const hashKeyword = "simflex-frame";  // of a PNG's text
+const char* const hashKeyword = "simflex-frame";  // keyword of the PNG text
 
-// Rasterizing has threads of its own, which all painters share; the second painter keeps them busy
-// while the first one deforms or codes.
+// The rasterizer has its own threads, shared by all painters; the second painter keeps them busy
+// while the first one deforms or encodes.
 int chooseNumThreads() {
     const int processors = int(std::thread::hardware_concurrency());
     return processors < 2 ? 1 : std::min(4, std::max(2, processors / 2));
@@ -51,7 +51,7 @@ bool isSameFolder(const std::string& a, const std::string& b) {
            fs::weakly_canonical(b.empty() ? "." : b, none);
 }
 
-// Empty when the file is damaged.
+// Returns an empty image for a damaged file.
 Image readWholePicture(const std::string& file) {
     try {
         return Image::readPng(file);
@@ -82,7 +82,7 @@ FrameOutput::~FrameOutput() {
         auto& outputs = getOpenOutputs().outputs;
         outputs.erase(std::find(outputs.begin(), outputs.end(), this));
     }
-    // The video of a run that failed does not take the place of an earlier one.
+    // The video of a failed run does not replace an earlier one.
     if (hasFailed) videos.clear();
     try {
         finish();
@@ -93,7 +93,7 @@ FrameOutput::~FrameOutput() {
 }
 
 void FrameOutput::waitForFolder(const std::string& folder) {
-    // Held so that no output ends meanwhile; workers do not take it.
+    // Locked so that no output is destroyed meanwhile; workers do not use this mutex.
     const std::lock_guard<std::mutex> lock(getOpenOutputs().mutex);
     for (FrameOutput* output : getOpenOutputs().outputs)
         if (!output->folder.empty() && isSameFolder(output->folder, folder)) output->wait();
@@ -216,7 +216,7 @@ int FrameOutput::addAll(int numFrames, const std::function<FrameJob(int)>& getFr
         add(getFrame(numAdded));
         isWanted = goesOn();
     }
-    // What is in the queue is seen through, and told of.
+    // Finish the queue and report its progress.
     std::unique_lock<std::mutex> lock(mutex);
     while (!error && nextToDeliver < first + numAdded) {
         changed.wait_for(lock, pause);
@@ -232,7 +232,7 @@ int FrameOutput::addAll(int numFrames, const std::function<FrameJob(int)>& getFr
 }
 
 void FrameOutput::work() {
-    // Processors are shared out among the threads.
+    // Divide the processors among the threads.
     const int processors = int(std::thread::hardware_concurrency());
     omp_set_num_threads(std::max(1, processors / std::max(1, numThreads)));
     Painters painters;
@@ -262,7 +262,7 @@ Extremes FrameOutput::deform(const FrameJob& job, Painters& painters) {
     return values;
 }
 
-// Waits until all frames before have told their values.
+// Waits until all earlier frames have reported their values.
 std::vector<SimTK::Vec2> FrameOutput::claimRanges(Entry& entry, const Extremes& values) {
     std::unique_lock<std::mutex> lock(mutex);
     changed.wait(lock, [&] { return nextToClaim == entry.number || isDiscarded(entry.number); });
@@ -323,7 +323,7 @@ void FrameOutput::process(Entry& entry, Painters& painters) {
     }
 }
 
-// In the frame's turn: no other thread is here.
+// Called in the frame's turn: by one thread at a time.
 void FrameOutput::deliver(const Entry& entry, const Image& image,
                           const std::vector<std::uint8_t>& png) {
     const std::string file = makeFileName(entry.number);
@@ -357,7 +357,7 @@ void FrameOutput::keepError(const Entry& entry) {
     changed.notify_all();
 }
 
-// Frames before the one that failed become complete, those after it are forgotten.
+// Frames before the failed one are completed, those after it are discarded.
 void FrameOutput::throwError(std::unique_lock<std::mutex>& lock) {
     changed.wait(lock, [&] { return queue.empty() && numInWork == 0; });
     const std::exception_ptr thrown = error;

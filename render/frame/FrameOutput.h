@@ -1,14 +1,13 @@
 #pragma once
 /** @file
-Where frames go: drawn by threads of their own, in order to files, videos and the caller. Internal
-to the renderer.
+Frame output: background threads draw frames and deliver them in order to files, videos and the
+caller. Internal to the renderer.
 
     captured (caller) -> bounded queue -> deform | range of the run | paint, code (threads) ->
-files, in order                         videos, sink: in order
 
 Threads wait for each other only where the order of frames matters: a range that grows with the run
-is that of all frames before, and frames appear one after the other. The bytes are the same for any
-number of threads. **/
+covers all earlier frames, and frames are delivered in order. The bytes are the same for any number
+of threads. **/
 
 #include <condition_variable>
 #include <deque>
@@ -29,30 +28,31 @@ number of threads. **/
 
 namespace simflex {
 
-/** A plot beside a frame; frames share it for as long as it does not change. **/
+/** A plot beside a frame, shared by frames until it changes. **/
 struct PlacedPlot {
     std::shared_ptr<const PlotPainter> painter;
     PlotSide side = PlotSide::Below;
     double timeUnit = 1;  ///< of its x axis [s]
 };
 
-/** One frame: a picture, or two that are made into one; plots beside it. **/
+/** A frame: one picture, or two that are combined, and plots beside it. **/
 struct FrameJob {
     std::vector<FrameSnapshot> pictures;
-    std::function<Image(const std::vector<Image>&)> compose;  ///< for more than one picture
-    std::string composition;                                  ///< tells one `compose` from another
+    std::function<Image(const std::vector<Image>&)> compose;  ///< combines several pictures
+    std::string composition;                                  ///< identifies `compose` in the
+                                                              ///< frame's hash
     std::vector<PlacedPlot> plots;
 };
 
 class FrameOutput {
 public:
     FrameOutput();
-    /** Waits for all frames; an error is written to standard error. **/
+    /** Waits for all frames; prints an error to standard error. **/
     ~FrameOutput();
     FrameOutput(const FrameOutput&) = delete;
     FrameOutput& operator=(const FrameOutput&) = delete;
 
-    /** @name Settings. Each waits for the frames before. **/
+    /** @name Settings. Each waits for earlier frames. **/
     /**@{**/
     void setFolder(const std::string& outputFolder);
     const std::string& getFolder() const { return folder; }
@@ -65,42 +65,42 @@ public:
 
     /** Number of the frame added next. **/
     int getNextNumber() const { return nextNumber; }
-    /** Frames that are complete. Does not wait. **/
+    /** Returns the number of complete frames. Does not wait. **/
     int getNumDelivered() const;
 
-    /** Takes a frame; waits while the queue is full. Throws the error of an earlier frame: frames
-    before that one are complete, those after it are not, and the next one added takes its number.
-    **/
+    /** Adds a frame; waits while the queue is full. Throws the error of an earlier frame: frames
+    before that one are complete, later ones are not, and the next frame added gets its number. **/
     void add(FrameJob job);
 
-    /** Takes frames one after the other, telling of those complete. Stops when told to; the frames
-    taken by then are completed. @return how many. **/
+    /** Adds frames in order and reports complete ones. Stops if `progress` returns false; frames
+    added by then are completed. @return their number. **/
     int addAll(int numFrames, const std::function<FrameJob(int)>& getFrame,
                const FrameProgress& progress);
 
-    /** Draws at once, on the caller's thread, as if between the frames added before and after. **/
+    /** Draws immediately, on the caller's thread, in sequence with the frames added before and
+    after. **/
     Image draw(const FrameJob& job);
 
     /** Waits until all frames are complete. @throws as add() does. **/
     void wait();
-    /** wait(), then gives videos their names. **/
+    /** Calls wait(), then completes the videos. **/
     void finish();
 
-    /** Deletes frames of this number and beyond. **/
+    /** Deletes frames with this number and higher ones. **/
     void removeFramesFrom(int number);
 
-    /** Values of all frames so far. Both wait. **/
+    /** Values of all frames so far. Both functions wait. **/
     Extremes getValuesOfRun();
     void setValuesOfRun(const Extremes& values);
-    /** Ends of the colour bar in the last frame. Waits. **/
+    /** Returns the ends of the colour bar in the last frame. Waits. **/
     SimTK::Vec2 getLastRange();
 
-    /** Waits for all outputs of this process that write to a folder. **/
+    /** Waits for all FrameOutputs of this process that write to a folder. **/
     static void waitForFolder(const std::string& folder);
 
 private:
     using Painters = std::vector<std::unique_ptr<FramePainter>>;
-    /** A frame on its way. Its turn comes after those of smaller numbers. **/
+    /** A frame in progress. Its turn comes after all smaller numbers. **/
     struct Entry {
         FrameJob job;
         int number = 0;

@@ -11,8 +11,8 @@ using SimTK::Vec3;
 
 namespace {
 
-// Half the distance to the nearest surface whose box does not hold the camera: a small part may
-// stand before a ground that reaches behind the camera, whose corners tell nothing.
+// Returns half the distance to the nearest surface whose box does not contain the camera: a small
+// part may be in front of a ground that extends behind the camera, whose corners are useless.
 double calcNearest(const Scene& scene, const Camera& camera) {
     double nearest = SimTK::Infinity;
     for (const SurfaceItem& item : scene.surfaces) {
@@ -122,7 +122,7 @@ void FramePainter::appendSolidBounds(const FrameSnapshot& snapshot,
     parts.appendBounds(points_G);
 }
 
-// By more than rounding to single precision.
+// Compares with a tolerance for single precision.
 static bool isBeyond(double larger, double smaller) {
     return larger > smaller + 1e-6 * std::abs(smaller);
 }
@@ -148,7 +148,7 @@ Image FramePainter::paint(const FrameSnapshot& snapshot, const SimTK::Vec2& cont
             if (!camera.isOrthographic)
                 camera.nearPlane = std::min(
                     camera.nearPlane, std::max(calcNearest(scene, camera), 1e-6 * camera.farPlane));
-            // Room for the ground in front of the scene and behind it.
+            // Room for the ground in front of and behind the scene.
             const double distance =
                 std::max(-camera.toCamera(snapshot.center_G)[2], snapshot.radius);
             camera.nearPlane = std::min(camera.nearPlane, 0.2 * distance);

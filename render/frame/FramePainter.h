@@ -1,14 +1,13 @@
 #pragma once
 /** @file
-Turns snapshots into pictures. Internal to the renderer.
+Draws snapshots. Internal to the renderer.
 
-A painter belongs to one thread at a time; several painters give the same bytes. The OpenGL context
-is made when the first picture is wanted.
+A painter belongs to one thread at a time; different painters give the same bytes. The OpenGL
+context is created for the first picture.
 
     const Extremes values = painter.deform(snapshot);
     run.include(values);
-    Image image = painter.paint(snapshot, calcContourRange(settings, values, run));
-**/
+    Image image = painter.paint(snapshot, calcContourRange(settings, values, run));  **/
 
 #include <memory>
 #include <vector>
@@ -20,10 +19,10 @@ is made when the first picture is wanted.
 
 namespace simflex {
 
-/** Largest displacement of all parts, not exaggerated. **/
+/** Largest displacement of all parts, unscaled. **/
 struct LargestDisplacement {
     double length = 0;       ///< [m]
-    double shareOfPart = 0;  ///< of the diagonal of the part's bounding box
+    double shareOfPart = 0;  ///< relative to the diagonal of the part's bounding box
 
     void include(const LargestDisplacement& other);
 };
@@ -31,24 +30,24 @@ struct LargestDisplacement {
 class FramePainter {
 public:
     /** Deforms the parts.
-    @return the values that their colours show. **/
+    @return the range of their contour values. **/
     Extremes deform(const FrameSnapshot& snapshot);
 
     LargestDisplacement calcLargestDisplacement(const FrameSnapshot& snapshot);
 
-    /** Appends points whose convex hull holds the decorations and the parts as deform() left them.
-     **/
+    /** Appends points whose convex hull contains the decorations and the parts as deformed by
+    deform(). **/
     void appendBounds(const FrameSnapshot& snapshot, std::vector<SimTK::Vec3>& points_G) const;
-    /** The same without lines and texts. **/
+    /** As appendBounds(), without lines and texts. **/
     void appendSolidBounds(const FrameSnapshot& snapshot, std::vector<SimTK::Vec3>& points_G) const;
 
-    /** Appends the parts as deform() left them, each with its ghost if that is shown. **/
+    /** Appends the parts as deformed by deform(), with their ghosts if these are shown. **/
     void appendParts(const FrameSnapshot& snapshot, Scene& scene) const;
 
-    /** One of them, hidden or not. **/
+    /** Returns one part, whether hidden or not. **/
     SurfaceItem makeItem(const FrameSnapshot& snapshot, std::size_t part) const;
 
-    /** Draws the snapshot that deform() was called with last. **/
+    /** Draws the snapshot of the last call of deform(). **/
     Image paint(const FrameSnapshot& snapshot, const SimTK::Vec2& contourRange);
 
 private:
@@ -56,7 +55,7 @@ private:
 
     std::vector<std::unique_ptr<DeformedSurface>> surfaces;
     ContourField::Workspace workspace;
-    Extremes values;  // of the snapshot that deform() was called with last
+    Extremes values;  // of the snapshot of the last call of deform()
     std::unique_ptr<GlRenderer> renderer;
     Overlay overlay;
 };

@@ -11,7 +11,7 @@ namespace simflex {
 
 namespace {
 
-// EGL's C interface, as in EGL/egl.h and eglext.h; those headers drag in a window system's.
+// EGL's C interface, as in EGL/egl.h and eglext.h, whose headers include those of a window system.
 using Display = void*;
 using Device = void*;
 using Config = void*;
@@ -51,7 +51,7 @@ std::string describeError(const Library& egl) {
     return text;
 }
 
-// A display that draws without a surface, initialized, or null.
+// Returns an initialized display for drawing without a surface, or null.
 Display openDisplay(const Library& egl, Int platform, void* native, std::string& reason) {
     Display (*getPlatformDisplay)(Int platform, void* native, const Int* attributes) = nullptr;
     getPlatformDisplay = reinterpret_cast<decltype(getPlatformDisplay)>(

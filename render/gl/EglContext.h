@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-A context of EGL without a surface: Mesa's surfaceless platform, in software or on a graphics card,
-or else the first device that has OpenGL. **/
+An EGL context without a surface: on Mesa's surfaceless platform, in software or on a graphics card,
+or else on the first device with OpenGL. **/
 
 #include <memory>
 
@@ -9,8 +9,8 @@ or else the first device that has OpenGL. **/
 
 namespace simflex {
 
-/** @throws std::runtime_error when libEGL is not on the machine or no platform of it has OpenGL 3.3
-core without a window. **/
+/** @throws std::runtime_error if libEGL is not installed or none of its platforms provides OpenGL
+3.3 core without a window. **/
 std::unique_ptr<GlContext> createEglContext();
 
 }  // namespace simflex

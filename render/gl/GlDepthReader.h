@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Reads the depth of a scene, one value a pixel. Internal to the renderer. **/
+Reads the depth of a scene, one value per pixel. Internal to the renderer. **/
 
 #include "GlProgram.h"
 #include "GlScreen.h"
@@ -12,8 +12,8 @@ class GlDepthReader {
 public:
     GlDepthReader(const GlFunctions& gl, const GlScreen& screen);
 
-    /** Values of the depth buffer, 0…1, of the lowest rows, lowest first. Changes the target of
-    drawing. **/
+    /** Reads depth buffer values, 0…1, of the lowest rows, lowest first. Changes the draw
+    target. **/
     void read(const PictureTarget& target, int rows, float* values);
 
 private:

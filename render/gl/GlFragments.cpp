@@ -80,7 +80,7 @@ unsigned GlFragments::gather(const GlRectangle& strip, const std::function<void(
         gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, content, buffers[content]);
     gl.BufferData(GL_SHADER_STORAGE_BUFFER, GLsizeiptr(zeros.size() * sizeof zeros[0]),
                   zeros.data(), GL_DYNAMIC_COPY);
-    constexpr int border = 2;  // of whose samples the outermost are cut off
+    constexpr int border = 2;  // Mesa omits the outermost samples
     gl.Scissor(strip.left - border, strip.bottom - border, strip.right - strip.left + 2 * border,
                strip.top - strip.bottom + 2 * border);
     gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);

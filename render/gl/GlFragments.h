@@ -1,12 +1,12 @@
 #pragma once
 /** @file
-What is transparent, gathered and sorted at each pixel.
+Order-independent transparency by per-pixel fragment lists. Internal to the renderer.
 
-All transparent surfaces are drawn once; their fragments are not blended but appended to a list of
-their pixel, each with its depth as a plane and the samples that it covers (J. C. Yang et al.,
-Real-time concurrent linked list construction on the GPU, EGSR 2010). Then each pixel, or each of
-its samples where those differ, sorts them and lays them over each other. The cost grows with the
-fragments, not with their square as that of peeling. Internal to the renderer. **/
+All transparent surfaces are drawn once. Their fragments are not blended but appended to a list of
+their pixel, each with its depth as a plane and the samples it covers (J. C. Yang et al., Real-time
+concurrent linked list construction on the GPU, EGSR 2010). Each pixel, or each of its samples if
+these differ, then sorts and blends them. The cost is linear in the number of fragments, not
+quadratic as with depth peeling. **/
 
 #include <cstdint>
 #include <functional>
@@ -20,11 +20,11 @@ namespace simflex {
 
 class GlFragments {
 public:
-    static constexpr int maxLayers = 32;  ///< the nearest that a sample shows
+    static constexpr int maxLayers = 32;  ///< number of nearest layers shown per sample
     static constexpr unsigned defaultMaxNumber = 5'000'000;
 
-    /** Whether the context has what lists need: OpenGL 4.3, large texture buffers, coverage after
-    the depth test. **/
+    /** Returns whether the context supports fragment lists: OpenGL 4.3, large texture buffers,
+    coverage after the depth test. **/
     static bool isSupported(const GlFunctions& gl);
 
     GlFragments(const GlFunctions& gl, const GlScreen& screen);
@@ -32,16 +32,15 @@ public:
     GlFragments(const GlFragments&) = delete;
     GlFragments& operator=(const GlFragments&) = delete;
 
-    /** Lays what `drawItems` draws with useProgram() over a rectangle of the scene, which is bound.
-    It may be called several times. **/
+    /** Blends the items drawn by `drawItems` with useProgram() over a rectangle of the bound scene.
+    `drawItems` may be called several times. **/
     void draw(const GlRectangle& rectangle, const std::function<void()>& drawItems);
 
-    /** What draws the next item.
-    @param rank  decides between fragments of the same depth: the lower is before **/
+    /** Returns the program for the next item.
+    @param rank  order of fragments at equal depth: the lower is in front **/
     GlProgram& useProgram(int rank);
 
-    /** At most so many fragments, and lists, are held at a time; a picture with more is done in
-    strips. **/
+    /** Limits the fragments, and lists, held at a time; larger pictures are drawn in strips. **/
     void setMaxNumber(unsigned number);
 
 private:
@@ -53,7 +52,7 @@ private:
     const GlFunctions& gl;
     const GlScreen& screen;
     GlProgram appendProgram, layPixelsProgram, laySamplesProgram;
-    GLuint buffers[3], textures[3];  // of each content; shaders read the textures
+    GLuint buffers[3], textures[3];  // by Content; shaders read the textures
     unsigned capacity = 0, maxNumber = defaultMaxNumber;
     std::vector<std::uint32_t> zeros;
 };

@@ -94,12 +94,12 @@ renderer: nothing else in the library includes an OpenGL header, and none is lin
     X(VertexAttribPointer, VERTEXATTRIBPOINTER)         \
     X(Viewport, VIEWPORT)
 
-// Of later versions: null where the context is older.
+// Functions of later versions: null in older contexts.
 #define SIMFLEX_GL_LATER_FUNCTIONS(X) X(MemoryBarrier, MEMORYBARRIER)
 
 namespace simflex {
 
-/** Function pointers, each named as in OpenGL without its prefix: `gl.Clear(...)`. **/
+/** Function pointers, named as in OpenGL without prefix: `gl.Clear(...)`. **/
 struct GlFunctions {
 #define SIMFLEX_GL_MEMBER(name, NAME) PFNGL##NAME##PROC name = nullptr;
     SIMFLEX_GL_FUNCTIONS(SIMFLEX_GL_MEMBER)
@@ -108,8 +108,8 @@ struct GlFunctions {
 
     using ProcAddress = void (*)();
 
-    /** Fills every pointer, those of later versions where the context has one.
-    @throws std::runtime_error that names the first function the context does not have. **/
+    /** Loads all functions, those of later versions if available.
+    @throws std::runtime_error naming the first function that the context lacks. **/
     void load(const std::function<ProcAddress(const char*)>& getProcAddress);
 };
 

@@ -39,7 +39,7 @@ bool GlGround::updateShadow(const Scene& scene, const FrameStyle& style) {
     const Vec3 light = X_PG.R() * Vec3(style.toLight);
     if (!(light[2] > 0.05)) return false;
 
-    // Slides a point of P along the light onto z = 0.
+    // Projects a point of P along the light onto z = 0.
     const auto toGround = [&](const Vec3& p) {
         return Vec3(p[0] - light[0] / light[2] * p[2], p[1] - light[1] / light[2] * p[2], 0);
     };
@@ -86,7 +86,8 @@ bool GlGround::updateShadow(const Scene& scene, const FrameStyle& style) {
     return true;
 }
 
-// The plain layer has no depth: its clipping planes lie far apart and do not follow the scene.
+// The plain layer has no depth buffer, so its clipping planes are far apart and independent of the
+// scene.
 std::array<float, 16> GlGround::calcProjection(const GlView& view) const {
     Camera wide = view.camera;
     wide.farPlane = 1e3 * view.style.ground.radius;
@@ -151,7 +152,7 @@ void GlGround::drawShadow(const GlView& view) {
     program.use();
     program.set("modelView", calcModelView(view.toCamera(style.ground.X_GP), Vec3(1)));
     program.set("projection", calcProjection(view));
-    // Where it is, and a texel more, which is blended with its neighbours.
+    // The shadow's bounds and one more texel, which is interpolated.
     const GroundShadow::Box& box = shadow.getBox();
     const double texel = 1 / (GroundShadow::size * shadowRegion[2]);
     program.set("middle", shadowRegion[0] + 0.5 * (box.left + box.right) * texel,

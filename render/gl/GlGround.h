@@ -20,20 +20,20 @@ public:
     GlGround(const GlGround&) = delete;
     GlGround& operator=(const GlGround&) = delete;
 
-    /** Whether there is a ground and the viewer is above it. **/
+    /** Returns whether there is a ground and the viewer is above it. **/
     static bool isVisible(const Camera& camera, const FrameStyle& style);
 
-    /** Projects what is opaque along the light onto the ground, softly.
-    @return false when the light comes from below the horizon, or nothing casts a shadow. **/
+    /** Projects opaque objects along the light onto the ground as a soft shadow.
+    @return false if the light comes from below the horizon, or nothing casts a shadow. **/
     bool updateShadow(const Scene& scene, const FrameStyle& style);
 
-    /** Background and ground, into the target's backdrop, unless it shows them already. **/
+    /** Draws background and ground into the target's backdrop, unless it is current. **/
     void updateBackdrop(const GlView& view, bool hasGround, PictureTarget& target);
 
-    /** The shadow of updateShadow(), over an opaque picture or a transparent one. **/
+    /** Draws the shadow of updateShadow(), over an opaque picture or a transparent one. **/
     void drawShadow(const GlView& view);
 
-    /** Lets the ground take part in the depth test where something reaches below it. **/
+    /** Includes the ground in the depth test if an object reaches below it. **/
     void hideBelow(const GlView& view, const std::vector<SimTK::Vec3>& bounds_G);
 
 private:

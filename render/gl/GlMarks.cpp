@@ -10,7 +10,7 @@ using SimTK::Vec3;
 
 namespace {
 
-// Marks on a surface win against it [pixel sizes].
+// Moves marks in front of coincident surfaces [pixel sizes].
 constexpr double forward = 1;
 
 void append(std::vector<float>& out, const Vec3& v) {
@@ -47,7 +47,7 @@ void GlMarks::drawLines(const Scene& scene, const GlView& view, bool isOpaque) {
     data.clear();
     for (const LineItem& line : scene.lines) {
         if ((line.opacity >= 1) != isOpaque) continue;
-        // Ends behind the camera are pulled up to the near plane.
+        // Clip ends behind the camera at the near plane.
         Vec3 a = view.toCamera(line.start), b = view.toCamera(line.end);
         const double limit = -view.camera.nearPlane;
         if (a[2] > limit && b[2] > limit) continue;
@@ -84,7 +84,7 @@ void GlMarks::drawPoints(const Scene& scene, const GlView& view, bool isOpaque) 
     drawInstances({3, 4, 1});
 }
 
-// A strip of four vertices for each group of floats in `data`.
+// Draws a strip of four vertices for each group of floats in `data`.
 void GlMarks::drawInstances(const std::vector<int>& sizes) {
     const int stride = std::accumulate(sizes.begin(), sizes.end(), 0);
     gl.BindVertexArray(array);

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Draws lines and points of a given size on the screen. Internal to the renderer. **/
+Draws lines and points of given screen size. Internal to the renderer. **/
 
 #include <vector>
 
@@ -17,7 +17,7 @@ public:
     GlMarks(const GlMarks&) = delete;
     GlMarks& operator=(const GlMarks&) = delete;
 
-    /** Opaque ones hide what is drawn behind them later. **/
+    /** Opaque marks hide objects behind them that are drawn later. **/
     void draw(const Scene& scene, const GlView& view);
 
 private:

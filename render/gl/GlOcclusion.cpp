@@ -58,7 +58,7 @@ void GlOcclusion::darken(const GlView& view, const std::vector<SimTK::Vec3>& bou
     const auto bindHalf = [&](int i) {
         gl.BindFramebuffer(GL_FRAMEBUFFER, buffers[i]);
         gl.Viewport(0, 0, width, height);
-        // Neighbours are looked up beyond the rectangle; there is nothing there.
+        // Clear all: neighbours outside the rectangle are read, too.
         gl.ClearColor(0, 0, 0, 0);
         gl.Disable(GL_SCISSOR_TEST);
         gl.Clear(GL_COLOR_BUFFER_BIT);

@@ -1,15 +1,15 @@
 #pragma once
 /** @file
-Darkens opaque surfaces where others close by keep light from them: ambient occlusion in the plane
-of the picture, at half its resolution. Internal to the renderer.
+Screen-space ambient occlusion: darkens opaque surfaces where nearby surfaces shield them from
+light, at half the resolution of the picture. Internal to the renderer.
 
 For a point with normal n and neighbours at v from it, within a radius r,
 
     light = 1 − 1.6 r Σ (1 − v²/r²)³ max(v·n − 0.02 r, 0) / (v² + 0.01 r²) / number of neighbours
 
-which leaves half of it in the corner of two planes at right angles, as the integral over the sky
-does, and all of it on flat and convex places. After M. McGuire, M. Mara, D. Luebke, Scalable
-Ambient Obscurance, High Performance Graphics 2012. **/
+which gives one half in the corner of two planes at right angles, as the integral over the sky does,
+and one on flat and convex surfaces. After M. McGuire, M. Mara, D. Luebke, Scalable Ambient
+Obscurance, High Performance Graphics 2012. **/
 
 #include <vector>
 
@@ -27,9 +27,9 @@ public:
     GlOcclusion(const GlOcclusion&) = delete;
     GlOcclusion& operator=(const GlOcclusion&) = delete;
 
-    /** Darkens what the target's scene shows, by its depth. Leaves the scene bound; depth test and
-    blending as they are found.
-    @pre the view is a whole picture: a band does not know what lies beside it **/
+    /** Darkens the target's scene, based on its depth. Leaves the scene bound; depth test and
+    blending are unchanged.
+    @pre the view is a whole picture: occluders beside a band are unknown **/
     void darken(const GlView& view, const std::vector<SimTK::Vec3>& bounds_G,
                 PictureTarget& target);
 
@@ -42,7 +42,7 @@ private:
     GlProgram distanceProgram, occlusionProgram, blurProgram, darkenProgram;
     int width = 0, height = 0;  // of the half-size textures
     GLuint sceneBuffer = 0;     // the scene's colours without its depth
-    GLuint buffers[3] = {0, 0, 0}, textures[3] = {0, 0, 0};  // distance, light, light blurred
+    GLuint buffers[3] = {0, 0, 0}, textures[3] = {0, 0, 0};  // distance, light, blurred light
 };
 
 }  // namespace simflex

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A compiled pair of shaders and its uniforms by name. Internal to the renderer. **/
+A compiled and linked pair of shaders, with its uniforms by name. Internal to the renderer. **/
 
 #include <array>
 #include <map>
@@ -13,7 +13,7 @@ namespace simflex {
 
 class GlProgram {
 public:
-    /** @throws std::runtime_error with the compiler's text. **/
+    /** @throws std::runtime_error with the compiler's message. **/
     GlProgram(const GlFunctions& gl, const std::string& vertexSource,
               const std::string& fragmentSource);
     ~GlProgram();
@@ -22,7 +22,7 @@ public:
 
     void use() const { gl.UseProgram(program); }
 
-    /** @name Uniforms of the program in use **/
+    /** @name Uniforms. @pre the program is in use **/
     /**@{**/
     void set(const char* name, int value) { gl.Uniform1i(find(name), value); }
     void set(const char* name, bool value) { gl.Uniform1i(find(name), value ? 1 : 0); }

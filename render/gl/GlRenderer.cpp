@@ -21,7 +21,7 @@ namespace simflex {
 using SimTK::Transform;
 using SimTK::Vec3;
 
-// All that needs the context to be current when it is made and when it goes.
+// Objects that need a current context for construction and destruction.
 class GlRenderer::Parts {
 public:
     explicit Parts(const GlFunctions& gl)
@@ -88,7 +88,7 @@ Image GlRenderer::draw(const Scene& scene, const Camera& camera, const FrameStyl
                                  ", which is what " + context->getName() + " can draw");
     const GlContextUse use(*context);
     const bool hasOcclusion = style.isLit && style.occlusionRadius > 0;
-    // Ambient light depends on what lies around: there are no bands then.
+    // Ambient occlusion depends on the surroundings, so there are no bands.
     const int numBands =
         hasOcclusion ? 1 : 1 + int((std::int64_t(width) * height - 1) / maxBandPixels);
     const int bandHeight = (height + numBands - 1) / numBands;
@@ -159,7 +159,7 @@ void GlRenderer::drawScene(const Scene& scene, const GlView& view, PictureTarget
 }
 
 void GlRenderer::drawTriad(const GlView& view) {
-    // Seen by a camera of its own, with the same orientation and no perspective to speak of.
+    // Drawn by a separate camera with the same orientation and negligible perspective.
     const TriadPlace place = calcTriadPlace(view.height, view.style.unit);
     const int half = place.getHalfSize(), low = view.height - int(place.y) - half - view.bottom;
     if (low >= view.rows || low + 2 * half <= 0) return;
@@ -186,8 +186,8 @@ void GlRenderer::drawTriad(const GlView& view) {
         parts->surfaces.draw(item, triadView, GlSurfaces::chooseSides(item));
 }
 
-// Lays the scene over the background, only where there is something: in the rectangle that holds
-// the bounds, and in that of the axes. Texts may reach beyond the bounds.
+// Composites the scene over the background where it is not empty: in the rectangle of the bounds
+// and in that of the axes. Texts may extend beyond the bounds.
 void GlRenderer::layScene(const Scene& scene, const GlView& view, PictureTarget& target) {
     const int padding = int(24 * std::max(1.0, view.style.unit));  // for wide lines and points
     GlRectangle used = scene.texts.empty() ? calcCoveredRectangle(view, bounds_G, padding)
@@ -245,7 +245,7 @@ void GlRenderer::readPicture(const GlView& view, PictureTarget& target, Image& i
         const std::uint8_t* from = rows.data() + row * rowBytes;
         std::uint8_t* to = image.updData() + (view.height - 1 - view.bottom - row) * rowBytes;
         if (!view.style.isBackgroundTransparent) {
-            // What is drawn over an opaque background is opaque.
+            // Over an opaque background the result is opaque.
             for (std::size_t i = 0; i < rowBytes; i += 4) {
                 std::uint32_t pixel;
                 std::memcpy(&pixel, from + i, 4);

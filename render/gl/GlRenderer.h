@@ -1,10 +1,10 @@
 #pragma once
 /** @file
-Draws a Scene through OpenGL 3.3 core into an Image. Internal.
+Draws a Scene with OpenGL 3.3 core into an Image. Internal.
 
-Order: shadow on the ground; then, multisampled, opaque surfaces, ambient occlusion, edges, lines,
-points, what is transparent, texts, axes; then, plain, background, ground, and the former over them.
-Large pictures are drawn in bands of rows, so that their memory stays bounded. **/
+Order: shadow on the ground; multisampled: opaque surfaces, ambient occlusion, edges, lines, points,
+transparent surfaces, texts, axes; not multisampled: background and ground, with the multisampled
+layer on top. Large pictures are drawn in bands of rows to limit memory. **/
 
 #include <map>
 #include <memory>
@@ -23,8 +23,8 @@ namespace simflex {
 class GlTransparency;
 class PictureTarget;
 
-/** Distance along the view direction of what a picture shows, row by row from the top [m];
-infinity where there is nothing. What is transparent does not count. **/
+/** Distance along the view direction of the visible surface, row by row from the top [m]; infinity
+where there is none. Transparent surfaces are ignored. **/
 struct DepthPicture {
     int width = 0, height = 0;
     std::vector<float> distances;
@@ -34,25 +34,25 @@ struct DepthPicture {
 
 class GlRenderer {
 public:
-    /** @throws std::runtime_error when there is no context. **/
+    /** @throws std::runtime_error if there is no context. **/
     GlRenderer();
     ~GlRenderer();
     GlRenderer(const GlRenderer&) = delete;
     GlRenderer& operator=(const GlRenderer&) = delete;
 
-    /** The picture, without what the overlay writes on it; and its depth, if wanted.
-    @throws std::runtime_error when the context cannot draw one of this size. **/
+    /** Draws the picture without overlay, and its depth if `depth` is not null.
+    @throws std::runtime_error if the context does not support the size. **/
     Image draw(const Scene& scene, const Camera& camera, const FrameStyle& style, int width,
                int height, DepthPicture* depth = nullptr);
 
     static constexpr int defaultBandPixels = 1 << 22;
 
-    /** Pictures of more pixels are drawn in bands, at 40 bytes a pixel and 4 more where
-    transparent surfaces are listed, besides 24 for each fragment of those, 120 MB at most; but with
-    ambient occlusion in one piece. **/
+    /** Limits the band size. Larger pictures are drawn in bands, except with ambient occlusion.
+    Memory: 40 bytes per pixel, with fragment lists 4 more, and 24 bytes per fragment, at most 120
+    MB. **/
     void setMaxBandPixels(int number) { maxBandPixels = number; }
 
-    /** How the last picture's last band got its transparent surfaces; see GlTransparency.h. **/
+    /** State of the last band's transparent surfaces; see GlTransparency.h. **/
     GlTransparency& updTransparency();
 
     /** "OSMesa" or "EGL". **/
@@ -69,7 +69,7 @@ private:
     void readDepth(const GlView& view, PictureTarget& target, DepthPicture& depth);
     void readPicture(const GlView& view, PictureTarget& target, Image& image);
 
-    // Where pictures of one size are drawn.
+    // Target for pictures of one size.
     struct Canvas {
         std::unique_ptr<PictureTarget> target;
         int lastUse = 0;

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-A triangle that covers the picture and a square, for shaders that need no other shape. Internal to
-the renderer. **/
+A triangle that covers the picture and a square, for full-screen shaders. Internal to the
+renderer. **/
 
 #include "GlFunctions.h"
 
@@ -14,10 +14,10 @@ public:
     GlScreen(const GlScreen&) = delete;
     GlScreen& operator=(const GlScreen&) = delete;
 
-    /** Every pixel of the target; vertices are numbered, they have no attributes. **/
+    /** Draws every pixel of the target; vertices are numbered and have no attributes. **/
     void drawAll() const;
 
-    /** Corners ±1, attribute 0. **/
+    /** Draws a square with corners ±1 in attribute 0. **/
     void drawSquare() const;
 
 private:

@@ -16,8 +16,8 @@ const void* offsetOf(std::size_t numFloats) {
     return reinterpret_cast<const void*>(numFloats * sizeof(float));
 }
 
-// Every vertex lies behind the plane of every triangle. Of most other shapes, the first planes show
-// that it is not so.
+// Tests whether every vertex lies behind the plane of every triangle. For most non-convex shapes
+// the first planes fail.
 bool calcIsConvex(const SurfaceGeometry& geometry) {
     constexpr std::size_t manyPairs = 400'000'000;
     const std::size_t numVertices = geometry.numVertices();
@@ -49,7 +49,7 @@ bool calcIsConvex(const SurfaceGeometry& geometry) {
     return true;
 }
 
-// The first vertex at the place of each.
+// Maps each vertex to the first one at the same position.
 std::vector<std::uint32_t> findFirstVertices(const SurfaceGeometry& geometry) {
     std::map<std::array<float, 3>, std::uint32_t> places;
     std::vector<std::uint32_t> first;
@@ -173,7 +173,7 @@ bool GlShapes::isConvex(const SurfaceGeometryPtr& geometry) {
 }
 
 void GlShapes::dropUnused() {
-    // Not by the number of owners: other renderers may hold the same shape.
+    // Not by reference count: other renderers may hold the same shape.
     constexpr int patience = 12;
     ++frame;
     for (auto entry = buffersOf.begin(); entry != buffersOf.end();) {

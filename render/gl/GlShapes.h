@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Buffers of shapes on the GPU. A shape's buffers are kept while frames use it; a shape that changes
-is uploaded again into the same buffers. Internal to the renderer. **/
+GPU buffers of shapes. Buffers are kept while frames use them; a changed shape is uploaded into its
+existing buffers. Internal to the renderer. **/
 
 #include <unordered_map>
 
@@ -13,25 +13,26 @@ namespace simflex {
 class GlShapes {
 public:
     enum class Edges { Feature, Element };
-    enum class Skeleton { Edges, Points };  ///< of the triangles, each once
+    enum class Skeleton { Edges, Points };  ///< of the triangles, without duplicates
 
     explicit GlShapes(const GlFunctions& functions) : gl(functions) {}
     ~GlShapes();
     GlShapes(const GlShapes&) = delete;
     GlShapes& operator=(const GlShapes&) = delete;
 
-    /** @name Draw with the program in use **/
+    /** @name Draw with the current program **/
     /**@{**/
     void drawTriangles(const SurfaceGeometryPtr& geometry);
     void drawEdges(const SurfaceGeometryPtr& geometry, Edges kind);
     void drawSkeleton(const SurfaceGeometryPtr& geometry, Skeleton kind);
     /**@}**/
 
-    /** Whether a straight line meets the surface at most twice, from outside and then from inside.
-    False where finding out would cost too much: shapes of many triangles, or ones that change. **/
+    /** Returns whether any straight line meets the surface at most twice, first from outside and
+    then from inside. Returns false if the test is too expensive: for shapes with many or changing
+    triangles. **/
     bool isConvex(const SurfaceGeometryPtr& geometry);
 
-    /** Call after a frame: forgets what the last few frames did not use. **/
+    /** Call after a frame: deletes buffers unused in the last few frames. **/
     void dropUnused();
 
 private:
@@ -47,7 +48,7 @@ private:
         Indices triangles, featureEdges, elementEdges;
         std::size_t vertexBytes = 0;
         Convexity convexity = Convexity::Unknown;
-        Indices skeletons[2];  // made when first wanted
+        Indices skeletons[2];  // created on demand
         int lastUse = 0;
     };
 

@@ -16,13 +16,13 @@ namespace {
 
 constexpr int colorMapSize = 256;
 
-// A ghost stands a little behind the deformed part, which wins where both coincide.
+// Moves a ghost slightly behind the deformed part, which is visible where they coincide.
 SimTK::Vec2 calcShift(const SurfaceItem& item, const GlView& view) {
     return view.calcShift(item.style == SurfaceItem::Style::Ghost ? -1.5 : 0);
 }
 
-// A small triangle costs the whole blocks of pixels that it touches: light is found at the vertices
-// of finely divided shapes, unless they are seen from close by or also from inside.
+// The cost of a small triangle is that of all pixel blocks it touches. Finely divided shapes are
+// therefore lit per vertex, unless they are seen from close by or also from inside.
 bool isLitPerVertex(const SurfaceItem& item, const GlView& view) {
     const SurfaceGeometry& geometry = *item.geometry;
     if (!geometry.isFine || !geometry.isClosed || !view.style.isLit || item.isTransparent() ||

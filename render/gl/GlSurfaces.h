@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Draws surfaces with light, contour and edges. Internal to the renderer. **/
+Draws surfaces with lighting, contour and edges. Internal to the renderer. **/
 
 #include "GlProgram.h"
 #include "GlShapes.h"
@@ -16,10 +16,10 @@ public:
     GlSurfaces(const GlSurfaces&) = delete;
     GlSurfaces& operator=(const GlSurfaces&) = delete;
 
-    /** How a colour leaves the shader. **/
+    /** Alpha convention of the shader's output. **/
     enum class Alpha { Straight, Premultiplied };
 
-    /** Both sides of the surface, or only the outer side of a closed one. **/
+    /** Visible sides: both, or only the outer side of a closed surface. **/
     enum class Sides { Both, Outer };
 
     /** Call before the surfaces of a frame. **/
@@ -28,17 +28,17 @@ public:
     void draw(const SurfaceItem& item, const GlView& view, Sides sides,
               Alpha alpha = Alpha::Straight);
 
-    /** The same with a program of the caller's, which is in use: surfaceVertex and what calls
-    calcShade(). **/
+    /** As above with the caller's program, which must be in use and consist of surfaceVertex and a
+    fragment shader that calls calcShade(). **/
     void draw(const SurfaceItem& item, const GlView& view, Sides sides, GlProgram& program);
 
-    /** Triangles, lines or points of an item, with a program of the caller's whose
-    vertex shader is surfaceVertex. **/
+    /** Draws triangles, lines or points of an item, with the caller's program, whose vertex shader
+    is surfaceVertex. **/
     void drawShape(const SurfaceItem& item, const GlView& view, Sides sides, GlProgram& program);
 
     void drawEdges(const SurfaceItem& item, const GlView& view);
 
-    /** What is opaque shows only its outer side. **/
+    /** Opaque items show their outer side only. **/
     static Sides chooseSides(const SurfaceItem& item);
 
     GlShapes& updShapes() { return shapes; }

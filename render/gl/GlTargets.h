@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Framebuffers the renderer draws into. Internal to the renderer. **/
+Framebuffers of the renderer. Internal to the renderer. **/
 
 #include <cstdint>
 #include <vector>
@@ -9,12 +9,12 @@ Framebuffers the renderer draws into. Internal to the renderer. **/
 
 namespace simflex {
 
-constexpr int samplesPerPixel = 4;  ///< what OpenGL 3.3 guarantees
+constexpr int samplesPerPixel = 4;  ///< guaranteed by OpenGL 3.3
 
-/** A multisampled texture that can be drawn into. **/
+/** A multisampled texture usable as a render target. **/
 class SampleTexture {
 public:
-    /** Exact depth keeps the value of a fragment, to be compared with that of another. **/
+    /** ExactDepth preserves a fragment's depth, so that it can be compared with another's. **/
     enum class Kind { Color, Depth, ExactDepth };
 
     SampleTexture(const GlFunctions& gl, Kind kind, int width, int height);
@@ -24,7 +24,7 @@ public:
 
     GLuint getName() const { return name; }
 
-    /** Attaches it to the framebuffer that is bound. **/
+    /** Attaches it to the bound framebuffer. **/
     void attach() const;
 
     /** Binds it to a texture unit. **/
@@ -36,12 +36,12 @@ private:
     GLuint name = 0;
 };
 
-/** Two layers of one picture, or of a band of its rows: a multisampled one with depth for the
-scene, transparent where nothing is drawn, and a plain one for what lies behind it, onto which the
-scene is laid at the end. **/
+/** Two layers of a picture, or of a band of its rows: a multisampled one with depth for the scene,
+initially transparent, and a plain one for the background, onto which the scene is composited at the
+end. **/
 class PictureTarget {
 public:
-    /** @throws std::runtime_error when the context cannot make a picture of this size. **/
+    /** @throws std::runtime_error if the context does not support this size. **/
     PictureTarget(const GlFunctions& gl, int width, int height);
     ~PictureTarget();
     PictureTarget(const PictureTarget&) = delete;
@@ -50,26 +50,26 @@ public:
     int getWidth() const { return width; }
     int getHeight() const { return height; }
 
-    /** Makes the scene's layer the target of drawing. **/
+    /** Makes the scene layer the draw target. **/
     void bindScene();
 
-    /** The scene's colours, with premultiplied alpha. **/
+    /** Scene colours, with premultiplied alpha. **/
     const SampleTexture& getSceneColor() const { return sceneColor; }
     const SampleTexture& getSceneDepth() const { return sceneDepth; }
 
-    /** Makes the plain layer the target of drawing. **/
+    /** Makes the plain layer the draw target. **/
     void bindPicture();
 
-    /** Makes the backdrop the target of drawing: a plain layer that keeps from frame to frame. **/
+    /** Makes the backdrop the draw target: a plain layer that persists between frames. **/
     void bindBackdrop();
 
-    /** What the backdrop was drawn from. **/
+    /** Parameters from which the backdrop was drawn. **/
     std::vector<double>& updBackdropKey() { return backdropKey; }
 
     /** Copies the backdrop to the plain layer. **/
     void copyBackdrop();
 
-    /** Copies the lowest rows of the plain layer to memory, lowest first, four bytes a pixel. **/
+    /** Copies the lowest rows of the plain layer to memory, lowest first, four bytes per pixel. **/
     void read(int rows, std::uint8_t* bytes);
 
 private:
@@ -82,7 +82,7 @@ private:
     std::vector<double> backdropKey;
 };
 
-/** @throws std::runtime_error when the framebuffer that is bound cannot be drawn into. **/
+/** @throws std::runtime_error if the bound framebuffer cannot be drawn into. **/
 void checkFramebuffer(const GlFunctions& gl, int width, int height);
 
 }  // namespace simflex

@@ -33,7 +33,7 @@ const GlTexts::Texture& GlTexts::getTexture(const std::string& text) {
     if (texture.name != 0) return texture;
 
     if (!font) font = std::make_unique<Font>(Font::Weight::Regular);
-    constexpr double capHeight = 0.73 * pixelSize;  // of DejaVu Sans
+    constexpr double capHeight = 0.73 * pixelSize;  // cap height of DejaVu Sans
     constexpr int descent = pixelSize / 3, ascent = pixelSize;
     const int width = int(std::ceil(font->calcWidth(text, pixelSize))) + 4;
     Image image(width, ascent + descent, {0, 0, 0, 255});

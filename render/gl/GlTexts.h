@@ -24,13 +24,13 @@ public:
 
     void draw(const Scene& scene, const GlView& view);
 
-    /** Call after a frame. **/
+    /** Call after a frame: deletes unused textures. **/
     void dropUnused();
 
 private:
     struct Texture {
         GLuint name = 0;
-        double width = 1, height = 1, descent = 0;  // in heights of a capital letter
+        double width = 1, height = 1, descent = 0;  // relative to the height of a capital letter
         bool isUsed = true;
     };
 
@@ -40,7 +40,7 @@ private:
     const GlScreen& screen;
     GlProgram program;
     std::unordered_map<std::string, Texture> textures;
-    std::unique_ptr<Font> font;  // loaded when the first text is drawn
+    std::unique_ptr<Font> font;  // loaded for the first text
 };
 
 }  // namespace simflex

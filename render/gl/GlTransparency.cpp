@@ -12,10 +12,10 @@ using SimTK::Vec3;
 
 namespace {
 
-// Units of the textures that peeling reads; unit 0 holds the colour map.
+// Texture units used by peeling; unit 0 holds the colour map.
 constexpr int sceneUnit = 1, previousUnit = 2, ghostUnit = 3;
 
-/** The box around a shape, along the shape's axes, in Ground. **/
+/** Bounding box of a shape, along the shape's axes, in Ground. **/
 struct Box {
     explicit Box(const SurfaceItem& surface)
         : item(surface),
@@ -31,7 +31,7 @@ struct Box {
         return reach;
     }
 
-    // How far the shape itself reaches from the centre. O(vertices)
+    // Returns the extent of the shape itself from the centre. O(vertices)
     double calcReachOfShape(const Vec3& axis) const {
         const Vec3 along = (~R * axis).elementwiseMultiply(item.scale);
         const double offset = SimTK::dot(axis, item.X_GM.p() - center);
@@ -48,12 +48,12 @@ struct Box {
     Vec3 center, half;
 };
 
-// −1 where a is behind b and has to be drawn first, 1 where it is before b, 0 if that is not known.
+// Returns −1 if a is behind b and must be drawn first, 1 if it is in front of b, 0 if unknown.
 int findOrder(double nearestA, double farthestA, double nearestB, double farthestB) {
     return nearestA > farthestB ? -1 : (nearestB > farthestA ? 1 : 0);
 }
 
-// The same from a plane between both: what is on the camera's side of it hides, and is not hidden.
+// As above for objects separated by a plane: the one on the camera's side is in front.
 int findOrder(const Vec3& normalToB, double endOfA, double startOfB, const Camera& camera) {
     const double side = camera.isOrthographic
                             ? SimTK::dot(normalToB, Vec3(camera.X_GC.R().z()))
@@ -61,9 +61,9 @@ int findOrder(const Vec3& normalToB, double endOfA, double startOfB, const Camer
     return side > 0 ? -1 : 1;
 }
 
-// The same of two shapes, if there is such a plane. Of two boxes that do not touch, one of 15 axes
-// is normal to one (S. Gottschalk et al., OBBTree, SIGGRAPH 1996); of two balls, the line between
-// their centres is.
+// As above for two shapes, if such a plane exists. For two disjoint boxes, one of 15 axes is normal
+// to one (S. Gottschalk et al., OBBTree, SIGGRAPH 1996); for two spheres, the line between their
+// centres is.
 int findOrder(const Box& a, const Box& b, const Camera& camera) {
     std::vector<Vec3> axes;
     for (int k = 0; k < 3; ++k) {
@@ -167,7 +167,7 @@ bool GlTransparency::sort(std::vector<Item>& items, const std::vector<Item>& gho
         return a.nearest + a.farthest > b.nearest + b.farthest;
     });
 
-    // Which items have to be drawn before which.
+    // Determine which items must be drawn before which.
     std::vector<std::vector<std::size_t>> nearerThan(items.size());
     std::vector<int> numFarther(items.size(), 0);
     for (std::size_t j = 0; j < items.size(); ++j)
@@ -196,7 +196,7 @@ bool GlTransparency::sort(std::vector<Item>& items, const std::vector<Item>& gho
         for (const std::size_t nearer : nearerThan[ready[k]])
             if (--numFarther[nearer] == 0) ready.push_back(nearer);
     }
-    if (sorted.size() < items.size()) return false;  // each behind the next, in a ring
+    if (sorted.size() < items.size()) return false;  // cyclic overlap
     items = std::move(sorted);
     return true;
 }
@@ -228,7 +228,7 @@ void GlTransparency::drawGhostDepth(const std::vector<Item>& ghosts, const GlVie
     gl.DepthMask(GL_FALSE);
 }
 
-// Depth first, then colour: only the nearest layer of a ghost shows.
+// Draws depth first, then colour, so that only the nearest layer of a ghost is visible.
 void GlTransparency::drawGhosts(const std::vector<Item>& ghosts, const GlView& view) {
     if (ghosts.empty()) return;
     drawGhostDepth(ghosts, view);
@@ -275,8 +275,8 @@ void GlTransparency::peel(const std::vector<Item>& items, const std::vector<Item
     for (const Item& item : items) used.include(item.rectangle);
     for (const Item& ghost : ghosts) used.include(ghost.rectangle);
     gl.Enable(GL_SCISSOR_TEST);
-    // Mesa clears a multisampled rectangle without its outermost samples: a little more is cleared
-    // than is drawn.
+    // Mesa clears a multisampled rectangle without its outermost samples, so clear a slightly
+    // larger one.
     const auto clear = [&](GLbitfield mask) {
         constexpr int border = 2;
         gl.Scissor(used.left - border, used.bottom - border, used.right - used.left + 2 * border,
@@ -287,7 +287,7 @@ void GlTransparency::peel(const std::vector<Item>& items, const std::vector<Item
     gl.ClearColor(0, 0, 0, 0);
     gl.Viewport(0, 0, width, height);
 
-    // Of ghosts, only the nearest surface takes part.
+    // Only the nearest surface of ghosts is included.
     if (!ghosts.empty()) {
         gl.BindFramebuffer(GL_FRAMEBUFFER, layers->ghostBuffer);
         gl.DepthMask(GL_TRUE);
@@ -305,7 +305,7 @@ void GlTransparency::peel(const std::vector<Item>& items, const std::vector<Item
         gl.BindFramebuffer(GL_FRAMEBUFFER, layers->buffers[layer % 2]);
         layers->depths[(layer + 1) % 2].bind(previousUnit);
 
-        // Depth of the nearest surface behind the layer before.
+        // Depth of the nearest surface behind the previous layer.
         gl.DepthMask(GL_TRUE);
         clear(GL_DEPTH_BUFFER_BIT | (layer == 0 ? GL_COLOR_BUFFER_BIT : 0u));
         gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
@@ -327,7 +327,7 @@ void GlTransparency::peel(const std::vector<Item>& items, const std::vector<Item
         gl.GetQueryObjectuiv(query, GL_QUERY_RESULT, &hasAny);
         if (!hasAny) break;
 
-        // Its colour, under what lies before it.
+        // Its colour, blended under the previous layers.
         numLayers = layer + 1;
         gl.DepthFunc(GL_EQUAL);
         gl.BlendFuncSeparate(GL_ONE_MINUS_DST_ALPHA, GL_ONE, GL_ONE_MINUS_DST_ALPHA, GL_ONE);

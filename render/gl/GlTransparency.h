@@ -1,17 +1,18 @@
 #pragma once
 /** @file
-Draws what one can see through, in the right order at each sample of each pixel.
+Draws transparent surfaces in the right order for each sample of each pixel. Internal to the
+renderer.
 
-Shapes that are convex and that a plane keeps apart, by pairs, are drawn from far to near, each
-first from inside, then from outside. For all else, fragments are listed and sorted at each pixel,
-see GlFragments.h.
+Convex shapes that are pairwise separated by planes are drawn from far to near, each first its
+inside, then its outside. For all others, fragments are listed and sorted per pixel, see
+GlFragments.h.
 
-A context without what lists need peels (C. Everitt, Interactive order-independent transparency,
-NVIDIA 2001): layer by layer from the viewer, each the nearest surface behind the layer before, laid
-under what has been gathered so far. A layer costs two passes over the transparent shapes, so that n
-bodies that reach into each other cost about n² times one.
+Contexts without support for lists use depth peeling (C. Everitt, Interactive order-independent
+transparency, NVIDIA 2001): layer by layer from the viewer, each the nearest surface behind the
+previous layer, blended under the layers so far. A layer costs two passes over the transparent
+shapes, so n intersecting bodies cost about n² times one.
 
-Both show the nearest `maxLayers` surfaces. Internal to the renderer. **/
+Both show the nearest `maxLayers` surfaces. **/
 
 #include <memory>
 #include <vector>
@@ -35,16 +36,17 @@ public:
     GlTransparency(const GlTransparency&) = delete;
     GlTransparency& operator=(const GlTransparency&) = delete;
 
-    /** Onto the target's scene, which is bound; blending is on, depth is not written. **/
+    /** Draws onto the target's bound scene, with blending and without depth writes. **/
     void draw(const Scene& scene, const GlView& view, PictureTarget& target);
 
-    /** Layers that the last call has peeled; 0 when sorting was enough, or with lists. **/
+    /** Returns the number of layers peeled by the last call; 0 if sorting was sufficient, or with
+    lists. **/
     int getNumLayers() const { return numLayers; }
 
-    /** Whether the last call used lists. **/
+    /** Returns whether the last call used lists. **/
     bool hasListed() const { return isListed; }
 
-    /** Peels whatever the context has. **/
+    /** Uses peeling in any context. **/
     void forbidLists() { hasLists = false; }
 
     /** See GlFragments::setMaxNumber(). **/
@@ -66,7 +68,7 @@ private:
         GLuint buffers[2] = {0, 0}, ghostBuffer = 0;
     };
 
-    /** Orders items from far to near. False where that cannot be enough. **/
+    /** Sorts items from far to near. Returns false if sorting is not sufficient. **/
     bool sort(std::vector<Item>& items, const std::vector<Item>& ghosts, const GlView& view);
     void drawSorted(const std::vector<Item>& items, const GlView& view);
     void drawGhosts(const std::vector<Item>& ghosts, const GlView& view);
@@ -83,7 +85,7 @@ private:
     bool hasLists, isListed = false;
     unsigned maxFragments = GlFragments::defaultMaxNumber;
     std::unique_ptr<GlFragments> fragments;
-    std::unique_ptr<GlProgram> peelProgram, sampleProgram;  // made when first wanted
+    std::unique_ptr<GlProgram> peelProgram, sampleProgram;  // created on demand
     std::unique_ptr<Layers> layers;
     GLuint query = 0;
     int numLayers = 0;

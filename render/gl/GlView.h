@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What a picture, or a band of its rows, is drawn from. Internal to the renderer. **/
+Camera, style and pixel range of a picture or a band of its rows. Internal to the renderer. **/
 
 #include <array>
 #include <vector>
@@ -11,7 +11,7 @@ What a picture, or a band of its rows, is drawn from. Internal to the renderer. 
 namespace simflex {
 
 struct GlView {
-    /** Rows are counted from the bottom of the picture, as OpenGL does. **/
+    /** Rows are counted from the bottom of the picture, as in OpenGL. **/
     GlView(const Camera& camera, const FrameStyle& style, int width, int height, int bottom,
            int rows);
 
@@ -22,17 +22,17 @@ struct GlView {
     std::array<float, 16> projection;  ///< camera frame to band
     bool isPerspective;
 
-    /** Size of a pixel at distance 1 of a perspective, and at any of a parallel projection; the
-    other is 0 [m]. **/
+    /** Returns the pixel size at distance 1 of a perspective, and at any distance of a parallel
+    projection; the other is 0 [m]. **/
     SimTK::Vec2 calcPixelSize() const;
 
-    /** What brings a point so many pixel sizes towards the viewer, in the same place of the
-    picture: a factor, and then an offset in z. **/
+    /** Returns a factor and an offset in z that move a point towards the viewer by this many pixel
+    sizes, at the same position in the picture. **/
     SimTK::Vec2 calcShift(double numPixels) const;
 
     double getAspect() const { return double(width) / height; }
 
-    /** The projection of the whole picture, cut down to the band. **/
+    /** Restricts a projection of the whole picture to the band. **/
     std::array<float, 16> cut(std::array<float, 16> wholeProjection) const;
 
     SimTK::Transform toCamera(const SimTK::Transform& X_GM) const { return ~camera.X_GC * X_GM; }
@@ -48,15 +48,16 @@ struct GlRectangle {
     void include(const GlRectangle& other);
 };
 
-/** The rectangle that the convex hull of some points covers in the band, with so many pixels
-around it; the whole band where a point is not before the camera. **/
+/** Returns the rectangle in the band covered by the convex hull of the points, plus `padding`
+pixels; the whole band if a point is not in front of the camera. **/
 GlRectangle calcCoveredRectangle(const GlView& view, const std::vector<SimTK::Vec3>& points_G,
                                  int padding);
 
-/** Column-major matrix of a pose after scaling along the axes. **/
+/** Returns the column-major matrix of a pose after scaling along the axes. **/
 std::array<float, 16> calcModelView(const SimTK::Transform& X, const SimTK::Vec3& scale);
 
-/** What takes normals along: the cofactors of rotation and scale, in a range that floats hold. **/
+/** Returns the matrix that transforms normals: the cofactors of rotation and scale, in the range of
+floats. **/
 std::array<float, 9> calcNormalMatrix(const SimTK::Rotation& R, const SimTK::Vec3& scale);
 
 }  // namespace simflex

@@ -10,7 +10,7 @@ namespace simflex {
 
 namespace {
 
-// OSMesa's C interface, as in GL/osmesa.h; that header drags in the legacy gl.h.
+// OSMesa's C interface, as in GL/osmesa.h, which includes the legacy gl.h.
 using ContextHandle = void*;
 using CreateContextAttribs = ContextHandle (*)(const int* attributes, ContextHandle share);
 using DestroyContext = void (*)(ContextHandle);
@@ -69,7 +69,8 @@ public:
     ~OsMesaContext() override { library.destroyContext(handle); }
 
     void makeCurrent() override {
-        // A picture is drawn to a framebuffer object; the context's own buffer is only a formality.
+        // Pictures are drawn to a framebuffer object; the context's own buffer is only required by
+        // the API.
         if (!library.makeCurrent(handle, buffer.data(), 0x1401, bufferSize, bufferSize))
             throw std::runtime_error("libOSMesa cannot make its context current");
     }

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The context of Mesa's off-screen library: software rendering, no display, no device. **/
+A context of Mesa's off-screen library: software rendering without display or device. **/
 
 #include <memory>
 
@@ -8,7 +8,7 @@ The context of Mesa's off-screen library: software rendering, no display, no dev
 
 namespace simflex {
 
-/** @throws std::runtime_error when libOSMesa is not on the machine or has no OpenGL 3.3 core. **/
+/** @throws std::runtime_error if libOSMesa is not installed or has no OpenGL 3.3 core. **/
 std::unique_ptr<GlContext> createOsMesaContext();
 
 }  // namespace simflex

@@ -83,8 +83,8 @@ void main() {
 }
 )";
 
-// Colours are squared on the way in and rooted on the way out: light adds up in linear space, and
-// an unlit colour arrives unchanged. All vectors are in camera frame.
+// Colours are squared on input and square-rooted on output: light is added in linear space, and
+// unlit colours are unchanged. All vectors are in the camera frame.
 const char* const surfaceShade = R"(
 in vec3 viewPosition;
 in vec3 viewNormal;
@@ -121,10 +121,9 @@ void main() {
 }
 )";
 
-// A fragment has the number of the next one in its list, counted from 1, 0 after the last; its
-// kind: the samples that it covers (4 bits), whether it is a ghost's (1), its rank; its colour; and
-// its depth in the middle of the pixel. Depth is linear across a triangle: slopes are those per
-// pixel.
+// A fragment stores the index of the next one in its list (from 1, 0 after the last); its kind: the
+// samples it covers (4 bits), whether it is a ghost's (1 bit), its rank; its colour; and its depth
+// at the pixel's centre. Depth is linear across a triangle: slopes are per pixel.
 const char* const fragmentLists = R"(
 layout(std430, binding = 0) buffer Lists {
     uint number;                // of fragments
@@ -171,8 +170,8 @@ void main() {
 }
 )";
 
-// Finds the fragments of a list in order, a few at a time: registers hold them, which takes loops
-// that are written out.
+// Visits the fragments of a list in order, a few at a time; they are kept in registers, which
+// requires unrolled loops.
 const char* const sortFragments = R"(
 #define FOR_EACH(Do) Do(0) Do(1) Do(2) Do(3)
 uniform usamplerBuffer listTexels, fragmentTexels;
@@ -263,7 +262,7 @@ void layAll() {
 }
 )";
 
-// Runs for each pixel; ends the lists of those whose samples are all alike.
+// Runs per pixel; ends the lists of pixels whose samples are all alike.
 const char* const layPixels = R"(
 bool isAlike;
 float depthBefore = -1e9;
@@ -299,7 +298,7 @@ void main() {
 }
 )";
 
-// Runs for each sample.
+// Runs per sample.
 const char* const laySamples = R"(
 void main() {
     uint start = findStart(ivec2(gl_FragCoord.xy));
@@ -344,7 +343,7 @@ void main() {
 }
 )";
 
-// Edges come forward, by the depth that a line as wide as it is covers on the surface.
+// Moves edges forward by the depth difference of the surface across the line's width.
 const char* const edgeVertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -375,8 +374,7 @@ void main() {
 }
 )";
 
-// A line is a rectangle of four vertices around its two end points, which are given in camera
-// frame.
+// A line is a rectangle of four vertices around its two end points, given in the camera frame.
 const char* const lineVertex = R"(#version 330 core
 layout(location = 0) in vec3 start;
 layout(location = 1) in vec3 end;
@@ -492,8 +490,7 @@ in float contourValue;
 void main() {}
 )";
 
-// Rejects what an earlier layer has shown. Runs for each sample, so that layers are those of the
-// sample.
+// Rejects fragments of earlier layers. Runs per sample, so that each sample has its own layers.
 const char* const peelFragment = R"(#version 330 core
 #extension GL_ARB_sample_shading : require
 in vec3 viewPosition;
@@ -525,7 +522,7 @@ void main() {
 }
 )";
 
-// Depth in the middle of a pixel that one surface covers; else the nearest.
+// Depth at the centre of a pixel covered by one surface; otherwise the nearest depth.
 const char* const depthFragment = R"(#version 330 core
 in vec2 place;
 uniform sampler2DMS scene;
@@ -541,7 +538,7 @@ void main() {
 }
 )";
 
-// Distances along the view direction at half the resolution; 0 where there is nothing.
+// Distances along the view direction at half resolution; 0: no surface.
 const char* const distanceFragment = R"(#version 330 core
 in vec2 place;
 uniform sampler2DMS scene;      // depth
@@ -609,7 +606,7 @@ void main() {
 }
 )";
 
-// Mean of seven neighbours in a row, of those on the same surface.
+// Mean of seven neighbours in a row, restricted to the same surface.
 const char* const occlusionBlurFragment = R"(#version 330 core
 in vec2 place;
 uniform sampler2D distances;
@@ -632,7 +629,7 @@ void main() {
 }
 )";
 
-// Light at full resolution, from the pixels around that show the same surface.
+// Light at full resolution, from surrounding pixels on the same surface.
 const char* const darkenFragment = R"(#version 330 core
 in vec2 place;
 uniform sampler2DMS scene;      // depth

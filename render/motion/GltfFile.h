@@ -1,7 +1,6 @@
 #pragma once
 /** @file
-A binary glTF 2.0 file: buffers and the JSON that describes them, no more. Internal to the renderer.
-
+Writes binary glTF 2.0 files: buffers and the JSON that describes them. Internal to the renderer.
 Khronos: glTF 2.0 Specification, https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html **/
 
 #include <cstdint>
@@ -14,23 +13,23 @@ namespace simflex {
 
 class GltfFile {
 public:
-    /** What a buffer view is for. **/
+    /** Purpose of a buffer view. **/
     enum class Target { None = 0, Vertices = 34962, Triangles = 34963 };
 
-    /** Adds an accessor of its own buffer view. @param type  "SCALAR", "VEC3" …
-    @param bounds  whether it says its least and largest values, as positions and times must
-    @return its number **/
+    /** Adds an accessor with its own buffer view. @param type  "SCALAR", "VEC3" …
+    @param bounds  whether to include minimum and maximum, required for positions and times
+    @return its index **/
     int addFloats(const std::vector<float>& values, const std::string& type, Target target,
                   bool bounds = false);
     int addIndices(const std::vector<std::uint32_t>& values);
-    /** From 0 to 1, in 16 bits; VEC4. **/
+    /** Adds VEC4 values from 0 to 1 in 16 bits. **/
     int addColors(const std::vector<float>& values);
 
-    /** Members of the arrays that the format names so. @return number in its array **/
+    /** Adds an item to a named array of the format. @return its index in the array **/
     int add(const std::string& array, Json item);
     int getNumber(const std::string& array) const;
 
-    /** Writes it, with `asset` besides. @throws std::runtime_error. **/
+    /** Writes the file with `asset`. @throws std::runtime_error. **/
     void write(const std::string& path, Json asset, const Json& scene) const;
 
 private:

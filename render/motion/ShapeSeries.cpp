@@ -10,7 +10,7 @@ ShapeSeries findShapes(const std::vector<float>& fields, std::size_t rows,
                        const std::vector<std::vector<double>>& coefficients, double tolerance) {
     using Eigen::Index;
     using Eigen::MatrixXd;
-    constexpr double dependent = 1e-13;  // of the largest eigenvalue of BᵀB
+    constexpr double dependent = 1e-13;  // relative to the largest eigenvalue of BᵀB
     ShapeSeries series;
     series.weights.resize(coefficients.size());
     const Index m = coefficients.empty() ? 0 : Index(coefficients[0].size());
@@ -20,7 +20,7 @@ ShapeSeries findShapes(const std::vector<float>& fields, std::size_t rows,
     for (Index t = 0; t < C.cols(); ++t)
         C.col(t) = Eigen::Map<const Eigen::VectorXd>(coefficients[std::size_t(t)].data(), m);
 
-    // Columns of unlike units are made alike first.
+    // Scale columns of different units.
     MatrixXd gram = MatrixXd::Zero(m, m);
     constexpr Index chunk = 1024;
     for (Index first = 0; first < B.rows(); first += chunk) {

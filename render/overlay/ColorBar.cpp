@@ -19,7 +19,7 @@ Image::Pixel toPixel(const Vec3& color) {
     return pixel;
 }
 
-// A bar of colours within one pixel of frame.
+// A colour bar inside a frame of one pixel.
 struct BarPlace {
     int left, width, top, bottom;
 };
@@ -37,7 +37,7 @@ void drawColors(Image& image, const BarPlace& place, const ColorBar& bar, const 
         }
 }
 
-// A triangle beyond an end of the bar, in the colour of that end.
+// Draws a triangle at an end of the bar, in the colour of that end.
 void drawTip(Image& image, const BarPlace& place, int end, int direction, const Vec3& color,
              const Palette& palette) {
     const double half = 0.5 * place.width, middle = place.left + half;
@@ -105,7 +105,7 @@ void drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, dou
             place.bottom - int(std::lround((value - low) / span * (place.bottom - place.top)));
         for (int x = place.left + place.width + 1; x <= place.left + place.width + scaled(5); ++x)
             image.blendPixel(x, y, palette.text, 0.7);
-        // A true minus sign, and zero without one.
+        // Typographic minus sign, not before zero.
         const std::string label =
             (value < -0.5 * step ? "−" : "") + writeFixed(std::abs(value), decimals);
         regular.drawWithHalo(image, labels, y + 5 * unit, label, size(15), palette.text,

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The bar that says what colours mean. Internal to the renderer. **/
+The colour bar of a contour. Internal to the renderer. **/
 
 #include <string>
 
@@ -12,20 +12,20 @@ namespace simflex {
 
 struct ColorBar {
     std::string quantity;      ///< "von Mises stress"
-    std::string reference;     ///< "from crank.shaft": what it is measured from, or empty
+    std::string reference;     ///< "from crank.shaft": origin of the displacements, or empty
     std::string unit = "m";    ///< SI
     double low = 0, high = 1;  ///< [SI]
     ColorMap colorMap = ColorMap::Viridis;
-    bool hasBelow = false, hasAbove = false;  ///< values beyond the ends: the bar gets a tip there
-    double top = 0.27, bottom = 0.73;         ///< of it, to the picture's height
-    bool hasGaps = false;                     ///< some of the surface has no value: grey
+    bool hasBelow = false, hasAbove = false;  ///< draws tips for values beyond the ends
+    double top = 0.27, bottom = 0.73;         ///< of the bar, relative to the picture's height
+    bool hasGaps = false;                     ///< parts of the surface have no value: grey
 };
 
-/** Colour of surfaces where the quantity is not known. **/
+/** Colour of surfaces without values. **/
 const SimTK::Vec3 gapColor(0.62, 0.62, 0.62);
 
-/** Draws it at the right edge of the picture.
-@param unit  pixels that the sizes are multiples of, 1/720 of a frame's height **/
+/** Draws the bar at the right edge of the picture.
+@param unit  base of all sizes [pixel], 1/720 of a frame's height **/
 void drawColorBar(Image& image, const ColorBar& bar, const Palette& palette, double unit,
                   Font& regular, Font& bold);
 

@@ -14,21 +14,21 @@ public:
     enum class Weight { Regular, Bold };
     enum class Anchor { Left, Center, Right };
 
-    /** Finds DejaVu Sans in the usual folders, or the file that the environment variable
-    SIMFLEX_FONT names.
-    @throws std::runtime_error that says where it looked and which package has the font. **/
+    /** Finds DejaVu Sans in the usual folders, or the file named by the environment variable
+    SIMFLEX_FONT.
+    @throws std::runtime_error naming the places searched and the package with the font. **/
     explicit Font(Weight weight);
     ~Font();
     Font(const Font&) = delete;
     Font& operator=(const Font&) = delete;
 
-    /** The file that a weight is read from. @throws std::runtime_error when there is none. **/
+    /** Returns the file of a weight. @throws std::runtime_error if there is none. **/
     static std::string findFile(Weight weight);
 
-    /** Width of a line of UTF-8 text [pixel]. **/
+    /** Returns the width of a line of UTF-8 text [pixel]. **/
     double calcWidth(const std::string& text, int pixelSize);
 
-    /** Draws a line of UTF-8 text on its base line y; `anchor` says what x is. **/
+    /** Draws a line of UTF-8 text on its base line y; `anchor` determines the meaning of x. **/
     void draw(Image& image, double x, double y, const std::string& text, int pixelSize,
               const Image::Pixel& color, Anchor anchor = Anchor::Left);
 

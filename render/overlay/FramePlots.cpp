@@ -22,7 +22,7 @@ ProbePlot& FramePlots::upd(int plot) {
 
 std::vector<PlacedPlot> FramePlots::place(int frameWidth, int frameHeight, const PlotTheme& theme,
                                           double scale) {
-    constexpr double usualPart = 0.42;  // of the picture's size
+    constexpr double usualPart = 0.42;  // relative to the picture's size
     const int usualBelow = std::max(1, 2 * int(usualPart * frameHeight / 2));
     const int usualRight = std::max(1, 2 * int(usualPart * frameWidth / 2));
     std::vector<PlacedPlot> placed;

@@ -12,12 +12,12 @@ namespace simflex {
 
 class FramePlots {
 public:
-    /** @throws std::invalid_argument when the size is negative. **/
+    /** @throws std::invalid_argument if the size is negative. **/
     int add(const ProbePlot& plot, PlotSide side, int size);
-    /** @throws std::out_of_range when there is no such plot. **/
+    /** @throws std::out_of_range if there is no such plot. **/
     ProbePlot& upd(int plot);
 
-    /** The plots as they are now, for frames of this size. **/
+    /** Returns the plots in their current state, for frames of this size. **/
     std::vector<PlacedPlot> place(int frameWidth, int frameHeight, const PlotTheme& theme,
                                   double scale);
 
@@ -26,7 +26,7 @@ private:
         ProbePlot plot;
         PlotSide side;
         int size;
-        std::shared_ptr<const PlotPainter> painter;  // as long as nothing changes
+        std::shared_ptr<const PlotPainter> painter;  // reused until the plot changes
         const PlotTheme* theme;
     };
     std::vector<Entry> entries;

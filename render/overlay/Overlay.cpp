@@ -46,8 +46,8 @@ std::string formatLength(double meters) {
     return formatNumber(meters / unit.size) + " " + unit.name;
 }
 
-// Letters so small that a text ends within `room` [pixel], down to three fifths of `letters`; of a
-// text that is longer still the end is left out.
+// Reduces the letter size so that a text fits into `room` [pixel], down to three fifths of
+// `letters`, and truncates a longer text.
 static int fitText(Font& font, std::string& text, int letters, double room) {
     const int least = std::max(7, 3 * letters / 5);
     while (letters > least && font.calcWidth(text, letters) > room) --letters;
@@ -61,7 +61,8 @@ static int fitText(Font& font, std::string& text, int letters, double room) {
     return letters;
 }
 
-// A text that does not fit becomes smaller, down to three quarters, and then several lines.
+// Reduces the letter size of a text that does not fit, down to three quarters, and then breaks it
+// into lines.
 static std::vector<std::string> breakText(Font& font, const std::string& text, int& letters,
                                           double room) {
     const int least = std::max(7, 3 * letters / 4);
@@ -153,7 +154,7 @@ void Overlay::draw(Image& image, const OverlayContent& content, const Palette& p
     }
 }
 
-// A bar of a round length between a twelfth and a fifth of the picture's width.
+// Draws a bar of a round length between a twelfth and a fifth of the picture's width.
 void Overlay::drawScaleBar(Image& image, double right, double baseline,
                            const OverlayContent& content, const Palette& palette) {
     const double length = roundUpToStep(image.getWidth() / 12.0 * content.pixelSize);
@@ -171,8 +172,7 @@ void Overlay::drawScaleBar(Image& image, double right, double baseline,
                           palette.halo, Font::Anchor::Center);
 }
 
-// Beside its point, on whichever side there is room. The halo is as strong as over a picture of
-// any colour it must be.
+// Placed beside its point, on a side with room. The strong halo makes it legible over any colour.
 void Overlay::drawLabel(Image& image, const OverlayContent::PlacedLabel& label,
                         const Palette& palette, double unit) {
     const int size = std::max(7, int(std::lround(15 * unit)));

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What is written over a frame: title, time, colour bar, axis names. Internal to the renderer. **/
+Text and symbols over a frame: title, time, colour bar, axis names. Internal to the renderer. **/
 
 #include <memory>
 #include <string>
@@ -15,20 +15,20 @@ namespace simflex {
 struct OverlayContent {
     std::string title;
     std::vector<std::string> captions;     ///< below the title
-    std::vector<std::string> screenTexts;  ///< of the system's own
-    std::string footnote;                  ///< in the lower right corner
+    std::vector<std::string> screenTexts;  ///< from the system's decorations
+    std::string footnote;                  ///< lower right corner
     double unit = 1;                       ///< as in FrameStyle
     bool hasScaleBar = false;
-    double pixelSize = 1;  ///< at the distance that the scale bar is for [m]
+    double pixelSize = 1;  ///< at the distance of the scale bar [m]
     bool hasColorBar = false;
     ColorBar colorBar;
-    bool hasBorder = false;  ///< of a view that lies over another
+    bool hasBorder = false;  ///< for a view on top of another
     bool hasTriad = false;
     SimTK::Rotation R_GC;  ///< orientation of the camera, for the axis names
 
     struct PlacedLabel {
         std::string text;
-        double x = 0, y = 0;  ///< of the point that it belongs to [pixel]
+        double x = 0, y = 0;  ///< labelled point [pixel]
         SimTK::Vec3 color{0};
     };
     std::vector<PlacedLabel> labels;
@@ -44,22 +44,22 @@ private:
     void drawScaleBar(Image& image, double right, double baseline, const OverlayContent& content,
                       const Palette& palette);
 
-    std::unique_ptr<Font> regular, bold;  // loaded when the first text is drawn
+    std::unique_ptr<Font> regular, bold;  // loaded for the first text
 };
 
-/** The nearest of 1, 2 and 5 times a power of ten that is not below `value`. **/
+/** Rounds up to 1, 2 or 5 times a power of ten. **/
 double roundUpToStep(double value);
 
-/** The same with finer steps, for the end of a range: 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10. **/
+/** Rounds up to the end of a range, in finer steps: 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10. **/
 double roundUpToRange(double value);
 
-/** A length with a unit that suits it, such as "20 mm". **/
+/** Formats a length with a suitable unit: "20 mm". **/
 std::string formatLength(double meters);
 
-/** A number without needless digits, such as "50" or "2.5". **/
+/** Formats a number without trailing zeros: "50" or "2.5". **/
 std::string formatNumber(double value);
 
-/** The same with a power of ten where it is large: "5·10⁵". **/
+/** As formatNumber(), with a power of ten for large numbers: "5·10⁵". **/
 std::string formatFactor(double value);
 
 }  // namespace simflex

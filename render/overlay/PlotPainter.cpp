@@ -18,7 +18,7 @@ namespace simflex {
 
 namespace {
 
-// Sizes in pixels of a picture of 720 rows.
+// Sizes in pixels for a picture of 720 rows.
 constexpr double titleSize = 18, headerSize = 15, labelSize = 13.5;
 constexpr double outerMargin = 22, panelGap = 16, headerHeight = 28;
 constexpr double tickDistanceX = 76, tickDistanceY = 34;
@@ -29,7 +29,7 @@ constexpr double opacityOfFuture = 0.27, opacityOfBand = 0.25;
 constexpr double decadesOfMap = 3;
 constexpr Image::Pixel lineOnMap = {255, 140, 105, 255};
 
-// Faces are made once and never freed: cairo keeps glyphs by face, for all threads.
+// Faces are created once and never freed: cairo caches glyphs by face for all threads.
 cairo_font_face_t* getFace(Font::Weight weight) {
     const auto load = [](Font::Weight wanted) {
         const std::string file = Font::findFile(wanted);
@@ -44,7 +44,7 @@ cairo_font_face_t* getFace(Font::Weight weight) {
     return weight == Font::Weight::Bold ? bold : regular;
 }
 
-/** A range that grows to hold numbers. **/
+/** A range that grows to include values. **/
 struct Span {
     double low = std::numeric_limits<double>::infinity(), high = -low;
 
@@ -60,7 +60,7 @@ struct Span {
     double getLargest() const { return std::max(std::abs(low), std::abs(high)); }
 };
 
-/** Positive numbers and a little more; one alone in the middle of a decade. **/
+/** Range of positive numbers with a margin; a single value is centred in a decade. **/
 Span widenByFactor(const Span& span, double margin) {
     if (span.isEmpty()) return {1, 10};
     const double factor =
@@ -68,7 +68,7 @@ Span widenByFactor(const Span& span, double margin) {
     return {span.low / factor, span.high * factor};
 }
 
-/** Of a part of a turn: all the way round each angle has a colour of its own. **/
+/** Colour of a fraction of a turn; cyclic, and different for all angles. **/
 SimTK::Vec3 calcAngleColor(double part) {
     static const SimTK::Vec3 colors[] = {
         SimTK::Vec3(0.27, 0.00, 0.33), SimTK::Vec3(0.13, 0.57, 0.55), SimTK::Vec3(0.99, 0.91, 0.14),
@@ -112,7 +112,7 @@ void PlotPainter::Axis::chooseStep(double distance, double leastStep) {
         return;
     }
     step = std::max(leastStep, roundUpToStep((high - low) / factor / numMarks) * factor);
-    // Fewer than two marks are no scale.
+    // A scale needs at least two ticks.
     while (step > leastStep && calcTicks().size() < 2)
         step = std::max(leastStep, roundUpToStep(step / factor / 2.5) * factor);
     decimals = std::min(12, std::max(0, -int(std::floor(std::log10(step / factor) + 1e-9))));
@@ -148,7 +148,7 @@ std::vector<PlotPainter::Tick> PlotPainter::Axis::calcTicks() const {
     return ticks;
 }
 
-// Powers of ten, every `step`-th with its number, and the other multiples of them without.
+// Every `step`-th power of ten has a number; the other multiples are unlabelled.
 std::vector<PlotPainter::Tick> PlotPainter::Axis::calcLogarithmicTicks() const {
     std::vector<Tick> ticks;
     const bool isPlain = low >= 0.9e-3 && high <= 1.1e5;
@@ -283,7 +283,7 @@ Image PlotCanvas::toImage() const {
             std::memcpy(&argb, data + y * stride + 4 * x, 4);
             const std::uint32_t a = argb >> 24;
             std::uint32_t color[] = {argb >> 16 & 255, argb >> 8 & 255, argb & 255};
-            if (a > 0 && a < 255)  // cairo's colours are multiplied by their opacity
+            if (a > 0 && a < 255)  // cairo's colours are premultiplied
                 for (std::uint32_t& c : color) c = std::min(255u, (255 * c + a / 2) / a);
             for (int c = 0; c < 3; ++c) out[c] = std::uint8_t(color[c]);
             out[3] = std::uint8_t(a);
@@ -400,7 +400,7 @@ PlotPainter::Axis PlotPainter::calcValueAxis(const FigurePanel& panel, double& l
     } else if (!isFixed && panel.map.isEmpty()) {
         if (y.isEmpty()) y = {0, 1};
         if (panel.startsAtZero) y.low = std::min(y.low, 0.0);
-        // A constant is a line in the middle; round-off is no curve.
+        // A constant is drawn in the middle; round-off does not make a curve.
         const double least = 1e-9 * y.getLargest();
         const bool isConstant = !(y.high - y.low > least);
         const double span = isConstant ? std::max(0.2 * std::abs(y.high), 1e-12) : y.high - y.low,
@@ -414,7 +414,7 @@ PlotPainter::Axis PlotPainter::calcValueAxis(const FigurePanel& panel, double& l
     return axis;
 }
 
-/** Widens the axis on which a unit is longer. **/
+/** Widens the axis with the larger scale. **/
 void PlotPainter::makeScalesEqual(Axis& y) const {
     const auto calcUnit = [](const Axis& axis) {
         return (axis.high - axis.low) / std::abs(axis.end - axis.begin);
@@ -428,8 +428,8 @@ void PlotPainter::makeScalesEqual(Axis& y) const {
     }
 }
 
-// On the header's line at its right end, if there is room or room for values is wanted; else in
-// columns below. Returns the number of lines below.
+// Places the legend on the header's line at its right end, if there is room or values are
+// displayed; else in columns below. Returns the number of lines below.
 int PlotPainter::layOutLegend(PlotCanvas& canvas, PanelLayout& layout) const {
     const double line = legendLine * scale, gap = legendGap * scale;
     canvas.setFont(Font::Weight::Bold, headerSize);
@@ -476,7 +476,7 @@ void PlotPainter::layOut(PlotCanvas& canvas) const {
     if (!figure.title.empty()) top += 1.5 * titleSize * scale;
     const double bottom = height - outer - 2.6 * labelSize * scale;
 
-    // How many lines a legend takes depends on the width of numbers, and that on the height.
+    // The lines of a legend depend on the width of the axis numbers, which depends on the height.
     double labels = 0;
     bool hasColors = false;
     std::vector<int> lines(figure.panels.size(), 0);
@@ -521,7 +521,7 @@ void PlotPainter::layOut(PlotCanvas& canvas) const {
             canvas.setFont(Font::Weight::Regular, labelSize);
             for (const Tick& tick : axis.calcTicks())
                 labels = std::max(labels, canvas.calcTextWidth(tick.text));
-            // Room for numbers as wide as the widest, so that nothing moves from frame to frame.
+            // Room for the widest number, so that nothing moves between frames.
             if (figure.showsValues)
                 layout.valueWidth = std::max(canvas.calcTextWidth(axis.format(axis.low, 1)),
                                              canvas.calcTextWidth(axis.format(axis.high, 1)));
@@ -557,8 +557,8 @@ void PlotPainter::layOut(PlotCanvas& canvas) const {
     }
 }
 
-// The path of a curve. Where points are denser than pixels, a column shows its least and its
-// greatest value, which no thinning would keep.
+// Path of a curve. If points are denser than pixels, each column shows its minimum and maximum,
+// which thinning would lose.
 void PlotPainter::traceCurve(PlotCanvas& canvas, const FigureCurve& curve, const Axis& axis) const {
     cairo_t* const cairo = canvas.getPen();
     bool isDown = false;
@@ -755,7 +755,7 @@ void PlotPainter::drawPanel(PlotCanvas& canvas, const PanelLayout& layout, doubl
     if (hasMap) drawMap(canvas, layout);
     cairo_set_line_width(pen, std::max(1.0, std::round(scale)));
 
-    // Zero is a line of its own.
+    // Draw a line at zero.
     canvas.setColor(theme.faintText, 0.75);
     if (!axis.isLogarithmic && axis.low < 0 && axis.high > 0)
         canvas.drawLine(left, snap(axis.toPixel(0)), right, snap(axis.toPixel(0)));
@@ -796,7 +796,7 @@ void PlotPainter::drawPanel(PlotCanvas& canvas, const PanelLayout& layout, doubl
     canvas.setDash(0);
 }
 
-// Each name before the room for its curve's value at the mark.
+// Each name is followed by room for its curve's value at the mark.
 void PlotPainter::drawLegend(PlotCanvas& canvas, const PanelLayout& layout) const {
     canvas.setFont(Font::Weight::Regular, labelSize);
     cairo_t* const pen = canvas.getPen();
@@ -809,7 +809,7 @@ void PlotPainter::drawLegend(PlotCanvas& canvas, const PanelLayout& layout) cons
             canvas.drawText(x, entry.line, curve.name, Font::Anchor::Right);
             x -= canvas.calcTextWidth(curve.name);
         } else if (layout.legend.size() == 1) {
-            continue;  // a curve alone without a name
+            continue;  // a single curve without a name
         }
         x -= legendGap * scale;
         const double y = entry.line - 0.35 * labelSize * scale;

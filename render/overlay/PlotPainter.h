@@ -2,8 +2,8 @@
 /** @file
 Draws a Figure by cairo. Internal to the renderer.
 
-What does not move is drawn once, when it is first needed: all curves in full, and all of them
-faint. A frame is the former up to its mark and the latter behind. Several threads may paint. **/
+The static content is drawn only once, on demand: all curves in full colour, and all of them faint.
+A frame combines the former before its mark with the latter after it. Thread-safe. **/
 
 #include <cairo.h>
 
@@ -19,12 +19,11 @@ faint. A frame is the former up to its mark and the latter behind. Several threa
 
 namespace simflex {
 
-/** A surface of cairo's, with the pen for it. **/
+/** A cairo surface and its drawing context. **/
 class PlotCanvas {
 public:
-    /** Takes the surface. @throws std::runtime_error when cairo has no room for it. **/
+    /** Takes ownership of the surface. @throws std::runtime_error if cairo lacks memory for it. **/
     PlotCanvas(cairo_surface_t* surface, double scale);
-    /** An image. **/
     PlotCanvas(int width, int height, double scale);
     ~PlotCanvas();
     PlotCanvas(const PlotCanvas&) = delete;
@@ -39,15 +38,15 @@ public:
     void setDash(int dash);
     double calcTextWidth(const std::string& text) const;
     void drawText(double x, double y, const std::string& text, Font::Anchor anchor);
-    /** A line of text that runs upwards, centred at y or beginning there. **/
+    /** Draws a line of text upwards, centred at y or starting there. **/
     void drawUpwards(double x, double y, const std::string& text, Font::Anchor anchor);
     void drawLine(double x0, double y0, double x1, double y1);
 
     /** Copies columns first…end−1 from an image of the same size. **/
     void copyColumns(const PlotCanvas& other, int first, int end);
-    /** @throws std::runtime_error that says what went wrong in any call before. **/
+    /** @throws std::runtime_error describing an error of any previous call. **/
     void check() const;
-    /** What has been drawn on an image. @throws as check(). **/
+    /** Returns the content of an image. @throws as check(). **/
     Image toImage() const;
 
 private:
@@ -56,21 +55,21 @@ private:
     cairo_t* pen;
 };
 
-/** Value at x, linear between points of ascending x; NaN outside. **/
+/** Interpolates linearly between points of ascending x; NaN outside. **/
 double interpolateCurve(const std::vector<double>& x, const std::vector<double>& y, double at);
 
 class PlotPainter {
 public:
     PlotPainter(Figure figure, const PlotTheme& theme, int width, int height, double scale);
 
-    /** With the mark at x, or without one if it is NaN. **/
+    /** Draws the figure with the mark at x; NaN: no mark. **/
     Image paint(double mark) const;
-    /** All of it, on any surface; once. **/
+    /** Draws the complete figure on any surface; call only once. **/
     void paintOn(PlotCanvas& canvas) const;
 
     int getWidth() const { return width; }
     int getHeight() const { return height; }
-    /** Adds all that its picture depends on. **/
+    /** Adds everything that the picture depends on. **/
     void addTo(Hash& hash) const;
 
 private:
@@ -78,20 +77,20 @@ private:
         double value;
         std::string text;
     };
-    /** Values as they are given; pixels grow from `begin` to `end`. **/
+    /** An axis; values are in data units, pixels run from `begin` to `end`. **/
     struct Axis {
         double low = 0, high = 1, step = 1;
         double begin = 0, end = 1;
         bool isLogarithmic = false;
-        double factor = 1;  ///< numbers are written divided by it
+        double factor = 1;  ///< displayed numbers are divided by it
         int decimals = 0;
 
         double toPixel(double value) const;
-        /** Marks at least so many pixels apart, but no fewer than two. **/
+        /** Chooses a step of at least this many pixels, but at least two ticks. **/
         void chooseStep(double distance, double leastStep = 0);
         void chooseDegrees(double distance);
-        /** Numbers with more than five digits, or with zeros after the point, get a power of ten
-        in front of the unit. @return the label with it **/
+        /** Chooses a power of ten, placed before the unit, for numbers with more than five digits
+        or with leading zeros after the point. @return the label with it **/
         std::string chooseFactor(const std::string& label, double largest);
         std::vector<Tick> calcTicks() const;
         std::string format(double value, int moreDecimals = 0) const;
@@ -109,7 +108,7 @@ private:
         std::string header, colorLabel;
         double headerLine = 0;  // base line of the header
         std::vector<LegendEntry> legend;
-        double valueWidth = 0;  // of the widest number
+        double valueWidth = 0;  // width of the widest number
     };
 
     const PlotCanvas& getPast() const;
@@ -135,7 +134,7 @@ private:
     const int width, height;
     const double scale;
 
-    // Made by the first who needs them.
+    // Created on demand.
     mutable std::once_flag isPastMade, isFutureMade;
     mutable std::unique_ptr<PlotCanvas> past, future;
     mutable Axis xAxis;

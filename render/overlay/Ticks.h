@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-Where an axis has ticks. Internal to the renderer. **/
+Tick positions of an axis. Internal to the renderer. **/
 
 namespace simflex {
 
-/** Step between ticks of an axis from low to high: 1, 2, 2.5, 4 or 5 times a power of ten, of those
-that give four to ten intervals one that ends on both ends, if any. **/
+/** Returns a tick step for an axis from low to high: 1, 2, 2.5, 4 or 5 times a power of ten with
+four to ten intervals, preferably one with ticks at both ends. **/
 double chooseTickStep(double low, double high);
 
-/** Digits after the decimal point that multiples of a step need. **/
+/** Returns the number of decimals needed for multiples of a step. **/
 int countDecimals(double step);
 
 }  // namespace simflex

@@ -57,7 +57,7 @@ void Camera::fit(const std::vector<Vec3>& points_G, double aspect, const Margins
         viewHeight = std::max(extent[0] / (aspect * (1 - margins.left - margins.right)),
                               extent[1] / (1 - margins.top - margins.bottom));
         if (!(viewHeight > 0)) viewHeight = std::max(1.0, extent[2]);  // a single point
-        // The middle of what lies between the margins is that of the points.
+        // Centre the points between the margins.
         const double x = 0.5 * (lower[0] + upper[0]) +
                          0.5 * (margins.right - margins.left) * viewHeight * aspect;
         const double y =
@@ -68,12 +68,12 @@ void Camera::fit(const std::vector<Vec3>& points_G, double aspect, const Margins
         return;
     }
 
-    // Tangents of the half angles that stay free on each side.
+    // Tangents of the free half angles on each side.
     const double tanV = std::tan(fieldOfView / 2), tanH = tanV * aspect;
     const double left = tanH * (1 - 2 * margins.left), right = tanH * (1 - 2 * margins.right);
     const double bottom = tanV * (1 - 2 * margins.bottom), top = tanV * (1 - 2 * margins.top);
 
-    // A point p is inside when p_x − c_x ≤ right (c_z − p_z), and so for each side.
+    // A point p is inside if p_x − c_x ≤ right (c_z − p_z), and likewise for each side.
     double a = none, b = none, c = none, d = none;
     for (const Vec3& point : points_G) {
         const Vec3 p = ~X_GC.R() * point;

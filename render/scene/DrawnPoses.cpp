@@ -19,12 +19,14 @@ using SimTK::Vector;
 
 namespace {
 
-constexpr double apart = 0.1;  // of the scale: a joint that has come apart, before it is drawn
-constexpr double groundWeight = 30;  // of errors at joints with Ground, to those of others
-constexpr double turnWeight = 1e-3;  // of errors in direction, times the scale, to gaps
+constexpr double apart = 0.1;  // relative to the scale: true gap of a joint that has come apart
+constexpr double groundWeight = 30;  // weight of errors at joints with Ground relative to others
+constexpr double turnWeight = 1e-3;  // weight of errors in direction, times the scale, relative to
+                                     // gaps
 constexpr double leastDamping = 1e-13, firstDamping = 1e-9, mostDamping = 1e4;  // μ
-constexpr double longestTurn = 0.5;                                             // of a step [rad]
-constexpr double shortestStep = 1e-11;                                          // of the scale
+constexpr double longestTurn = 0.5;                                             // per step [rad]
+constexpr double shortestStep = 1e-11;                                          // relative to the
+                                                                                // scale
 constexpr int mostSteps = 100;
 
 bool isFixed(const State& state, const MobilizedBody& body) {
@@ -44,7 +46,7 @@ bool isSameSeat(const Attachment& a, const Attachment& b) {
            a.getFlexibleFrame().shapes->s == b.getFlexibleFrame().shapes->s;
 }
 
-// Whether a joint keeps the origins of its frames together, but for a way to slide.
+// Returns whether a joint holds the origins of its frames together, except for sliding.
 bool holdsPlace(const std::string& kind) {
     for (const char* const one : {"Ball", "Pin", "Slider", "Weld", "Cylinder", "Universal",
                                   "Planar", "Screw", "PrescribedPosition", "PrescribedPose"})
@@ -52,7 +54,7 @@ bool holdsPlace(const std::string& kind) {
     return false;
 }
 
-// Axes about which a joint holds a frame, in the frame's own.
+// Projection onto the axes about which a joint holds a frame, in that frame.
 SimTK::Mat33 findHeldAxes(const std::string& kind) {
     if (kind == "Weld" || kind == "Slider" || kind == "PrescribedPose") return SimTK::Mat33(1);
     SimTK::Mat33 held(0);
@@ -129,7 +131,7 @@ Transform DrawnPoses::calcPose(const Attachment& frame) const {
     return X_GB * Transform(pose.R_BA, pose.r);
 }
 
-/** Moves bodies until joints are closed. **/
+/** Moves bodies until the joints are closed. **/
 class DrawnPoses::Closing {
 public:
     explicit Closing(DrawnPoses& drawn) : m_drawn(drawn), m_matter(*drawn.matter) {
@@ -184,7 +186,7 @@ private:
         Joint joint;
         JointEquations::Drive drive;
         Attachment F, M;
-        Transform X_BF, X_BM;  ///< on their bodies, as they are drawn
+        Transform X_BF, X_BM;  ///< drawn poses on their bodies
         int firstRow, numRows;
         double weight;
         double trueErrors[JointEquations::MaxEquations];
@@ -201,7 +203,8 @@ private:
     const MobilizedBody& getMobod(const Attachment& frame) const {
         return m_matter.getMobilizedBody(frame.getMobilizedBodyIndex());
     }
-    /** Pose of a frame on its body in the given State, of the order that the run had. **/
+    /** Returns the pose of a frame on its body in the given State, with the run's displacement
+    order. **/
     Transform calcTruePlace(const Attachment& frame) const {
         if (!frame.isFlexible()) return frame.getFrame();
         const Vector xi = m_drawn.flexible->getBody(frame.getFlexibleBodyIndex())
@@ -262,11 +265,11 @@ private:
         return getMobod(closed.M).getBodyTransform(*m_drawn.given) * closed.X_BM.p();
     }
 
-    // Those of bodies that joints hold, down to Ground, but for prescribed ones.
+    // Speeds of bodies that joints hold, down to Ground, except prescribed ones.
     void findSpeeds() {
         const State& state = *m_drawn.given;
-        // Turning a body costs as much as moving the whole assembly about: a chain whose links are
-        // drawn longer gets longer, instead of folding itself up.
+        // Rotating a body costs as much as moving the whole assembly: a chain with lengthened links
+        // is thus extended instead of folded.
         Vec3 middle(0);
         double reach = m_scale;
         for (const ClosedJoint& closed : m_joints)
@@ -381,9 +384,9 @@ private:
     std::vector<ClosedJoint> m_joints;
     int m_numRows = 0;
     double m_scale = 0;           // radius of the largest part [m]
-    std::vector<int> m_column;    // of each of the system's speeds; −1: it is not moved
-    std::vector<int> m_speeds;    // of each column
-    std::vector<double> m_turns;  // what they mean [rad]
+    std::vector<int> m_column;    // by system speed; −1: not moved
+    std::vector<int> m_speeds;    // by column
+    std::vector<double> m_turns;  // rotation caused by each speed [rad]
     Eigen::VectorXd m_weights;    // diagonal of W
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> m_solver;
 };

@@ -1,22 +1,21 @@
 #pragma once
 /** @file
-Where bodies are drawn whose deformation is exaggerated. Internal to the renderer.
+Drawn poses of bodies with exaggerated deformation. Internal to the renderer.
 
-Exaggerated parts would leave their joints. So bodies are moved, with the exaggerated shapes of
-their parts held, until every joint has the errors e₀ again that it has in the State: by
-Levenberg–Marquardt steps from where the bodies are,
+Exaggerated parts would separate from their joints. Bodies are therefore moved, with their
+exaggerated shapes held, until every joint has the same errors e₀ as in the State, by
+Levenberg–Marquardt steps from the State's poses,
 
     Δu = −(JᵀJ + μW)⁻¹ Jᵀ (e − e₀),
 
-J of rigid motions alone, W the squares of the displacements that speeds mean, of turns at half the
-assembly's radius: what is not held by joints moves as little as it can, and a chain whose links are
-drawn longer gets longer instead of folding itself up. A loop that cannot close is left open in the
-sense of least squares: rather in the directions of axes than in gaps, rather elsewhere than at
-joints with Ground. What comes out is a function of the State alone, as smooth from picture to
-picture as the motion.
+with J of rigid motions only, and W the squares of the displacements caused by unit speeds (for
+rotations at half the assembly's radius). Motions that joints leave free are thus minimal, and a
+chain with lengthened links is extended instead of folded. A loop that cannot be closed is left open
+in the least-squares sense: preferably in the directions of axes rather than in gaps, and away from
+joints with Ground. The result is a function of the State alone and as smooth as the motion.
 
-Driven joints keep their drives; couplers, joints that are disabled and those that have come apart
-are left out. **/
+Driven joints keep their drives. Couplers, disabled joints and those that have come apart are
+ignored. **/
 
 #include <map>
 #include <set>
@@ -33,33 +32,34 @@ namespace simflex {
 
 class DrawnPoses {
 public:
-    /** Measures deformation of parts from their mean axes, instead of from their joints: the first
-    one with Ground or else the first one, as far as that holds the frame on the part. A pin does
-    not hold it about its axis, unless it is driven. **/
+    /** Measures the deformation of parts from their mean axes instead of their joints. The default
+    is the first joint with Ground or else the first joint, in the directions in which it holds the
+    frame on the part; a pin does not hold it about its axis, unless it is driven. **/
     void setMeanAxes(bool areMeant) { usesMeanAxes = areMeant; }
-    /** Measures deformation of the part that it is on from a frame. **/
+    /** Measures the deformation of a part from a frame on it. **/
     void setReference(const Attachment& frame) {
         chosen.insert_or_assign(frame.getFlexibleBodyIndex(), frame);
     }
 
-    /** Those whose deformation is exaggerated; empty: all. **/
+    /** Selects the bodies whose deformation is exaggerated; empty: all. **/
     void setBodies(std::set<FlexibleBodyIndex> exaggerated) { bodies = std::move(exaggerated); }
 
-    /** Finds the poses of a State. @pre realized to Stage::Position; outlives the use of this **/
+    /** Computes the poses of a State. @pre the State is realized to Stage::Position and outlives
+    the use of this object **/
     void update(const SimTK::System& system, const SimTK::State& state, double factor);
 
-    /** The State with bodies where they are drawn; modal coordinates are the true ones.
+    /** Returns the State with bodies at their drawn poses; modal coordinates are not exaggerated.
     Stage::Position. **/
     const SimTK::State& getState() const { return isMoved ? moved : *given; }
     double getFactor() const { return factor; }
-    /** In Ground, of a frame as it is drawn. **/
+    /** Returns the drawn pose of a frame, in Ground. **/
     SimTK::Transform calcPose(const Attachment& frame) const;
-    /** What the deformation of a body is measured from. **/
+    /** Returns the reference motion of a body's deformation. **/
     ReferenceMotion calcReference(FlexibleBodyIndex body) const;
-    /** The frame that it is; empty: the mean axes. **/
+    /** Returns the name of the reference frame; empty: mean axes. **/
     std::string getReferenceName(FlexibleBodyIndex body) const;
 
-    /** The joint whose seats are drawn farthest apart, against their true distance [m]. **/
+    /** The joint with the largest drawn gap, beyond its true one [m]. **/
     struct Gap {
         std::string joint;
         double distance = 0;
@@ -69,7 +69,7 @@ public:
 private:
     struct Reference {
         Attachment frame;
-        SimTK::Mat33 held;  ///< projects rotation vectors in B on axes about which it is held
+        SimTK::Mat33 held;  ///< projects rotation vectors in B onto the constrained axes
     };
     class Closing;
 

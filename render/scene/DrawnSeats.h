@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-How large seats of joints are. Internal to the renderer. **/
+Sizes of joint seats. Internal to the renderer. **/
 
 #include <vector>
 
@@ -10,8 +10,8 @@ How large seats of joints are. Internal to the renderer. **/
 
 namespace simflex {
 
-/** Size of the first frame's seat that is an interface: mean distance of its nodes from the frame's
-z axis, and how far they go along it; a twentieth of `scale` if there is none. **/
+/** Returns the size of the first frame's seat that is an interface: mean distance of its nodes from
+the frame's z axis, and their extent along it; a twentieth of `scale` if there is none. **/
 SymbolSize calcSeatSize(const SimTK::SimbodyMatterSubsystem& matter,
                         const std::vector<const Attachment*>& frames, double scale);
 

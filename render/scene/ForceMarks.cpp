@@ -22,10 +22,11 @@ namespace {
 
 const Vec3 loadColor(0.74, 0.08, 0.24);
 
-// Of the symbols' scale.
+// Relative to the symbols' scale.
 constexpr double arrowLength = 0.6, circleRadius = 0.26, tipLength = 0.11, stopSide = 0.15;
 
-// Of the largest thing that a point is inside of, across an axis: a circle in it would not be seen.
+// Returns the radius, across an axis, of the largest object that contains a point: a circle inside
+// would be invisible.
 double calcRadiusAround(const Scene& scene, const Vec3& point_G, const SimTK::UnitVec3& axis) {
     double largest = 0;
     for (const SurfaceItem& item : scene.surfaces) {
@@ -73,7 +74,7 @@ void appendConnector(const SimTK::SimbodyMatterSubsystem& matter, const DrawnPos
     } else if (kind == ConnectorKind::Stop) {
         appendStop(X_GF, X_GM.p(), stopSide * scale, geometry);
     } else {
-        // On the side of the seat that the camera sees.
+        // On the side of the seat that faces the camera.
         const Vec3 axis(X_GF.R().z());
         double side = 1;
         if (!frame.views.empty() &&

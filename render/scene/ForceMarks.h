@@ -23,13 +23,13 @@ public:
                !(showLoads && !(loads.empty() && spreadLoads.empty()));
     }
 
-    /** Stage::Position.
+    /** Appends the symbols. Stage::Position.
     @param scale  of symbols, the radius of the largest part [m] **/
     void append(const SimTK::SimbodyMatterSubsystem& matter, const SimTK::State& state,
                 const DrawnPoses& drawn, double scale, const FrameSnapshot& frame,
                 SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
-    /** Forgets the largest loads, which set the scale of the arrows. **/
+    /** Resets the largest loads, which set the scale of the arrows. **/
     void forgetRun() { largestForce = largestTorque = 0; }
 
 private:

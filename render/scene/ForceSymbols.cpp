@@ -21,13 +21,13 @@ using namespace symbol_colors;
 
 const Vec3 wire(0.36, 0.41, 0.47), rubber(0.12, 0.13, 0.15);
 
-/** A coordinate of the line from one end of a strut to the other. **/
+/** The line from one end of a strut to the other. **/
 struct StrutLine {
     Vec3 start, direction;
     Vec3 at(double distance) const { return start + distance * direction; }
 };
 
-// Which way round a coil is seen goes with the frame that it begins at.
+// The orientation of a coil follows the frame where it starts.
 Vec3 chooseAcross(const Rotation& R_GF, const Vec3& direction) {
     const Vec3 z(R_GF.z());
     const Vec3 other = std::abs(SimTK::dot(z, direction)) < 0.95 ? z : Vec3(R_GF.x());
@@ -35,7 +35,7 @@ Vec3 chooseAcross(const Rotation& R_GF, const Vec3& direction) {
     return across / across.norm();
 }
 
-// Round and round between two distances along the line; straight at the ends if it leads there.
+// Makes a coil between two distances along the line, with straight ends if it leads to the axis.
 std::vector<Vec3> makeCoil(const StrutLine& line, const Vec3& across, double from, double to,
                            const StrutSize& size, bool leadsToAxis, double straight) {
     constexpr int perTurn = 24;
@@ -61,7 +61,7 @@ StrutSize chooseStrutSize(double length, double scale) {
     StrutSize size;
     size.length = length;
     size.radius = std::min(0.2 * length, std::clamp(0.075 * length, 0.02 * scale, 0.075 * scale));
-    if (length > 4 * scale) {  // a rope rather than a spring: straight but for its middle
+    if (length > 4 * scale) {  // more a rope than a spring: straight except for its middle
         size.radius = 0.05 * scale;
         size.coil = 14 * size.radius;
     }
@@ -146,7 +146,7 @@ void appendStop(const Transform& X_GF, const Vec3& M_G, double side,
     Symbol symbol(geometry);
     const double thickness = 0.09 * side;
     symbol.addBrick(X_GF * Transform(Vec3(0, 0, -thickness)), Vec3(side, side, thickness), light);
-    // Behind it, hatching as in drawings.
+    // Hatching on the back.
     constexpr int numLines = 6;
     const Rotation slant(Pi / 4, SimTK::YAxis);
     for (int i = 0; i < numLines; ++i) {
@@ -175,7 +175,7 @@ void appendTorqueArrow(const Vec3& center_G, const UnitVec3& axis, double radius
     }
     Symbol symbol(geometry);
     symbol.addWire(points, 0.12 * tipLength, color);
-    // The tip's middle lies on the circle.
+    // The middle of the tip lies on the circle.
     const double middle = whole - 0.4 * tipLength / radius;
     const UnitVec3 forward(-std::sin(middle) * x + std::cos(middle) * y);
     const Vec3 place = center_G + radius * (std::cos(middle) * x + std::sin(middle) * y);

@@ -12,28 +12,28 @@ Symbols of force elements and arrows of loads, as in drawings of mechanisms. Int
 
 namespace simflex {
 
-/** Sizes of a strut's symbol [m], which stay the same as its length changes. **/
+/** Dimensions of a strut's symbol [m], which do not change with its length. **/
 struct StrutSize {
     double radius = 0.01;           ///< of the coil
-    double length = 0.1;            ///< without force
-    double coil = SimTK::Infinity;  ///< longest part of the line that is a coil, its middle
+    double length = 0.1;            ///< unloaded
+    double coil = SimTK::Infinity;  ///< longest part of the line drawn as a coil, in its middle
     int numTurns = 8;
 };
 
-/** Well proportioned for a length without force.
+/** Chooses a well-proportioned size for an unloaded length.
 @param scale  radius of the largest part of the scene **/
 StrutSize chooseStrutSize(double length, double scale);
 
 struct StrutParts {
     bool hasSpring = true, hasDamper = false;
-    bool isFirstOnGround = false, isSecondOnGround = false;  ///< which get a block
+    bool isFirstOnGround = false, isSecondOnGround = false;  ///< draws a block at the end
 };
 
-/** From the origin of X_GF to the point M_G. **/
+/** Draws a strut from the origin of X_GF to the point M_G. **/
 void appendStrut(const SimTK::Transform& X_GF, const SimTK::Vec3& M_G, const StrutSize& size,
                  const StrutParts& parts, SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
-/** About the z axis of F, `offset` along it. **/
+/** Draws a spiral about the z axis of F, at `offset` along it. **/
 void appendTorsionSpring(const SimTK::Transform& X_GF, const SimTK::Transform& X_GM,
                          const SymbolSize& size, double offset,
                          SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
@@ -41,15 +41,15 @@ void appendTorsionSpring(const SimTK::Transform& X_GF, const SimTK::Transform& X
 void appendBushing(const SimTK::Transform& X_GF, const SimTK::Transform& X_GM,
                    const SymbolSize& size, SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
-/** The plate z = 0 of F. @param side  half the plate's **/
+/** Draws the plate z = 0 of F. @param side  half of the plate's side **/
 void appendStop(const SimTK::Transform& X_GF, const SimTK::Vec3& M_G, double side,
                 SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
-/** A force: straight. **/
+/** Draws a force as a straight arrow. **/
 void appendForceArrow(const SimTK::Vec3& start_G, const SimTK::Vec3& span, double tipLength,
                       const SimTK::Vec3& color, SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
-/** A torque: most of a circle about `axis`, right-handed. **/
+/** Draws a torque as most of a circle about `axis`, right-handed. **/
 void appendTorqueArrow(const SimTK::Vec3& center_G, const SimTK::UnitVec3& axis, double radius,
                        double tipLength, const SimTK::Vec3& color,
                        SimTK::Array_<SimTK::DecorativeGeometry>& geometry);

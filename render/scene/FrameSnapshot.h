@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-All that one frame needs, taken from a State: what is drawn of it later, by whichever thread, needs
-neither the System nor the State. Internal to the renderer. **/
+The complete content of a frame, captured from a State: drawing, on any thread, needs neither the
+System nor the State. Internal to the renderer. **/
 
 #include <memory>
 #include <string>
@@ -19,42 +19,40 @@ neither the System nor the State. Internal to the renderer. **/
 
 namespace simflex {
 
-/** The motion of one flexible part. **/
 struct PartSnapshot {
     std::shared_ptr<const SkinModes> skin;
     std::shared_ptr<const ContourField> field;  ///< null: no colours
     BodyLook look;
     SimTK::Transform X_GB;
-    SimTK::Transform X_GD;  ///< of B as it is drawn, see DrawnPoses
+    SimTK::Transform X_GD;  ///< drawn pose of B, see DrawnPoses
     SimTK::Vector xi;
-    ReferenceMotion reference;  ///< what displacements are measured from
-    SimTK::SpatialVec V_GB{SimTK::Vec3(0), SimTK::Vec3(0)};  ///< where velocities are shown
-    SimTK::Vector xiDot;                                     ///< likewise; else empty
+    ReferenceMotion reference;                               ///< reference of displacements
+    SimTK::SpatialVec V_GB{SimTK::Vec3(0), SimTK::Vec3(0)};  ///< for velocity contours
+    SimTK::Vector xiDot;                                     ///< for velocity contours; else empty
 };
 
-/** A short text at a point, written over the picture where nothing hides it. **/
+/** A short text at a point, drawn over the picture unless the point is hidden. **/
 struct Label {
     std::string text;
     SimTK::Vec3 point_G;
     SimTK::Vec3 color;
 };
 
-/** How flexible parts are drawn. **/
 struct PartStyle {
     double deformationFactor = 1;
     ContourSettings contour;
     bool showUndeformed = true, showElementEdges = false, showFeatureEdges = true;
 };
 
-/** One camera's picture and its place in the frame [pixel, from the top left corner]. **/
+/** Picture of one camera and its rectangle in the frame [pixel, from the top left corner]. **/
 struct ViewSnapshot {
     int left = 0, top = 0, width = 0, height = 0;
     Camera camera;
-    SimTK::Transform X_GF;           ///< of the frame that the camera follows
-    bool fitsClippingPlanes = true;  ///< around what is drawn
+    SimTK::Transform X_GF;           ///< pose of the followed frame
+    bool fitsClippingPlanes = true;  ///< fits them to the drawn objects
     bool showAxes = true;
     double unit = 1;         ///< as in FrameStyle
-    OverlayContent overlay;  ///< the range of its colour bar is found by the painter
+    OverlayContent overlay;  ///< the painter determines the range of its colour bar
 };
 
 struct FrameSnapshot {
@@ -65,7 +63,7 @@ struct FrameSnapshot {
     std::vector<PartSnapshot> parts;
     PartStyle partStyle;
     FrameStyle style;
-    SimTK::Vec3 center_G{0};  ///< of the whole motion's ball, with `radius`
+    SimTK::Vec3 center_G{0};  ///< centre of the whole motion's bounding sphere of radius `radius`
     double radius = 1;
     std::vector<ViewSnapshot> views;
     std::vector<Label> labels;

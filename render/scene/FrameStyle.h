@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-How a frame looks: colours, ground, light, contour. Internal to the renderer. **/
+Appearance of a frame: colours, ground, light, contour. Internal to the renderer. **/
 
 #include "SimTKcommon.h"
 #include "simflex/render/ColorMap.h"
@@ -20,9 +20,9 @@ struct GroundStyle {
     bool isShown = true;
     bool hasShadow = true;
     SimTK::Transform X_GP;      ///< origin below the scene, z along the normal
-    SimTK::Vec2 gridOffset{0};  ///< of a grid crossing from P's origin
+    SimTK::Vec2 gridOffset{0};  ///< of a grid intersection from P's origin
     double gridSpacing = 0.1;   ///< [m]
-    double radius = 10;         ///< where the ground has faded away [m]
+    double radius = 10;         ///< where the ground has faded out [m]
 };
 
 struct FrameStyle {
@@ -31,15 +31,15 @@ struct FrameStyle {
     SimTK::UnitVec3 up{SimTK::YAxis};
     SimTK::UnitVec3 toLight{SimTK::Vec3(0.5, 1, 0.6)};
     bool isLit = true;
-    double occlusionRadius = 0;  ///< how far surfaces keep ambient light from each other [m]
+    double occlusionRadius = 0;  ///< range of ambient occlusion [m]
     ColorMap colorMap = ColorMap::Viridis;
     double contourLow = 0, contourHigh = 1;
     bool hasTriad = true;
-    bool isBackgroundTransparent = false;  ///< only a shadow is left of the ground
-    double unit = 1;  ///< pixels that stand for one of a picture 720 pixels high
+    bool isBackgroundTransparent = false;  ///< draws only the shadow on the ground
+    double unit = 1;                       ///< pixels per pixel of a picture 720 pixels high
 };
 
-/** Place of the small axes in the picture: middle [pixel, from top left] and length of an axis. **/
+/** Position of the axes in the picture: centre [pixel, from top left] and length of an axis. **/
 struct TriadPlace {
     double x, y, length;
 

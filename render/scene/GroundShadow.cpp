@@ -7,7 +7,7 @@ namespace simflex {
 
 namespace {
 
-// exp(−k²/12.5) for k = 0 … 8, together with those of −k in 4096ths.
+// exp(−k²/12.5) for k = 0 … 8, in 4096ths of the sum over −8 … 8.
 constexpr std::uint32_t shadowWeights[GroundShadow::reach + 1] = {654, 604, 475, 318, 182,
                                                                   88,  37,  13,  4};
 constexpr std::uint32_t wholeWeight = 654 + 2 * (604 + 475 + 318 + 182 + 88 + 37 + 13 + 4);
@@ -20,7 +20,7 @@ void GroundShadow::clear() {
     box = {};
 }
 
-// Texels whose middles are inside.
+// Fills texels whose centres are inside.
 void GroundShadow::fill(const float* a, const float* b, const float* c) {
     const float low = std::min({a[1], b[1], c[1]}), high = std::max({a[1], b[1], c[1]});
     const int bottom = std::max(0, int(std::ceil(low - 0.5f)));

@@ -1,14 +1,13 @@
 #pragma once
 /** @file
-The soft shadow that things cast along the light onto a plane. Internal to the renderer.
+The soft shadow cast along the light onto a plane. Internal to the renderer.
 
-A square picture of the plane in which triangles are filled and then blurred by a Gaussian, all in
-whole numbers: a small picture costs less so than a rasterizer that is made for large ones.
+Triangles are filled into a square picture of the plane, which is then blurred by a Gaussian, in
+integer arithmetic: for such a small picture this is faster than a general rasterizer.
 
     shadow.clear();
     shadow.add(geometry, toTexel);
-    shadow.blur();
-**/
+    shadow.blur();  **/
 
 #include <array>
 #include <cstdint>
@@ -21,21 +20,21 @@ namespace simflex {
 class GroundShadow {
 public:
     static constexpr int size = 256;  ///< texels on a side
-    static constexpr int reach = 8;   ///< of the blur, standard deviation 2.5 [texels]
+    static constexpr int reach = 8;   ///< radius of the blur, standard deviation 2.5 [texels]
 
-    /** Columns of the affine map from a geometry's coordinates to texels: x, y of the images of its
-    axes, then of its origin. **/
+    /** Affine map from a geometry's coordinates to texels: x, y of the images of its axes, then of
+    its origin. **/
     using ToTexel = std::array<float, 8>;
 
     void clear();
-    /** Fills the triangles' texels; of closed surfaces one side is enough. O(triangles). **/
+    /** Fills the triangles' texels; one side of a closed surface is enough. O(triangles). **/
     void add(const SurfaceGeometry& geometry, const ToTexel& toTexel);
     void blur();
 
-    /** 0 … 255, the lowest row first, size² of them. **/
+    /** Returns size² values 0 … 255, lowest row first. **/
     const std::vector<std::uint8_t>& getTexels() const { return texels; }
 
-    /** Texels outside of it are 0: left, bottom, right, top, the latter two exclusive. **/
+    /** Bounds of the non-zero texels; right and top are exclusive. **/
     struct Box {
         int left = size, bottom = size, right = 0, top = 0;
         bool isEmpty() const { return left >= right || bottom >= top; }
@@ -45,7 +44,7 @@ public:
 private:
     void fill(const float* a, const float* b, const float* c);
 
-    // Rows have room for the blur on both sides, and there are rows before and behind.
+    // Rows and the picture are padded on both sides for the blur.
     static constexpr int stride = size + 2 * reach;
     std::vector<std::uint32_t> covered, blurred;
     std::vector<float> places;  // of vertices

@@ -17,7 +17,7 @@ namespace {
 
 using namespace symbol_colors;
 
-// A turned copy whose z axis is `axis`.
+// Returns a rotated copy whose z axis is `axis`.
 Transform turnZTo(const Transform& X, SimTK::CoordinateAxis axis) {
     const Rotation& R = X.R();
     return Transform(Rotation(R.getAxisUnitVec(axis), SimTK::ZAxis,
@@ -71,7 +71,7 @@ void appendJointSymbol(const std::string& kind, const Transform& X_GF, const Tra
         symbol.addSphere(X_GF.p(), 0.5 * r, light);
         symbol.addSphere(X_GM.p(), 0.5 * r, light);
     } else if (kind == "PrescribedRotation") {
-        // Three quarters of the way round a ring, and forward.
+        // Arrows around a ring, in the direction of rotation.
         symbol.addRing(Transform(X_GF.R(), middle), 0, 1.6 * r, 0.09 * r, accent);
         for (const double angle : {0.5, 0.5 + 2 * SimTK::Pi / 3, 0.5 + 4 * SimTK::Pi / 3}) {
             const Vec3 out(std::cos(angle), std::sin(angle), 0),

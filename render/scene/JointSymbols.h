@@ -15,19 +15,19 @@ A small symbol for each kind of joint, made of Simbody's decorative geometry. In
 
 namespace simflex {
 
-/** Of the seat that a joint's symbol is to fit [m]. **/
+/** Dimensions of the seat that a joint's symbol is to fit [m]. **/
 struct SymbolSize {
-    double radius = 0.01;      ///< of the hole, if it is one
+    double radius = 0.01;      ///< of a hole
     double halfLength = 0.01;  ///< along the joint's axis
 };
 
 /** Appends the symbol, in Ground.
-@param kind  as JointEquations::getKind(); an unknown one gets a small ball **/
+@param kind  as JointEquations::getKind(); an unknown kind gets a small ball **/
 void appendJointSymbol(const std::string& kind, const SimTK::Transform& X_GF,
                        const SimTK::Transform& X_GM, const SymbolSize& size,
                        SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
-/** The same for a joint between joints: a line between the frames of its coordinates. **/
+/** Appends the symbol of a coupler: a line between the frames of its coordinates. **/
 void appendCouplerSymbol(const std::vector<SimTK::Transform>& frames, const SymbolSize& size,
                          SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 

@@ -23,7 +23,7 @@ namespace {
 
 const Vec3 forceColor(0.89, 0.30, 0.12), momentColor(0.44, 0.20, 0.62), textColor(0.16, 0.18, 0.22);
 
-// Of the largest part's radius.
+// Relative to the largest part's radius.
 constexpr double axisLength = 0.22, speedLength = 0.75, speedTip = 0.12;
 
 // Columns of a 3×n_f matrix times ξ.
@@ -97,7 +97,7 @@ void MechanismMarks::append(const SimTK::System& system, const State& state,
                                      "' is not finite");
         Vec3 point = 0.5 * (X_GF.p() + X_GM.p());
         if (isShaft(equations.getKind()) && !frame.views.empty()) {
-            // At the end of the shaft that the camera sees, where the part does not hide it.
+            // At the end of the shaft that faces the camera, where the part does not hide it.
             const SymbolSize size = calcSize(matter, joint);
             const Vec3 axis(X_GF.R().z()), toCamera = frame.views.front().camera.X_GC.p() - point;
             const double reach = size.halfLength + 0.55 * size.radius;
@@ -140,7 +140,7 @@ void MechanismMarks::appendReactions(const std::vector<Reaction>& reactions,
         largestForce = std::max(largestForce, reaction.force_G.norm());
         largestMoment = std::max(largestMoment, reaction.moment_G.norm());
     }
-    // Round-off beside the others is not worth an arrow.
+    // Do not draw arrows for round-off.
     const double roundOff = 1e-6;
     const bool hasForces = largestForce > roundOff * largestMoment / scale;
     const bool hasMoments = largestMoment > roundOff * largestForce * scale;
@@ -166,7 +166,7 @@ void MechanismMarks::appendReactions(const std::vector<Reaction>& reactions,
     geometry.push_back(text);
 }
 
-// The largest part's radius; without parts that of the largest thing.
+// Returns the largest part's radius, or that of the largest object if there are no parts.
 double MechanismMarks::calcScale(const FrameSnapshot& frame) {
     double largest = 0;
     for (const PartSnapshot& part : frame.parts)
@@ -180,7 +180,7 @@ double MechanismMarks::calcScale(const FrameSnapshot& frame) {
     return largest > 0 ? largest : 1;
 }
 
-// A moment's arrow has two tips.
+// Arrows of moments have two tips.
 void MechanismMarks::appendArrow(const Vec3& start_G, const Vec3& span, bool isMoment,
                                  Array_<DecorativeGeometry>& geometry) const {
     const Vec3& color = isMoment ? momentColor : forceColor;

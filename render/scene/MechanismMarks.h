@@ -1,10 +1,10 @@
 #pragma once
 /** @file
-What is drawn on flexible parts on request: interface frames, joints, the forces and moments in
-joints, connectors and loads. Internal to the renderer.
+Optional marks on flexible parts: interface frames, joints, joint forces and moments, connectors and
+loads. Internal to the renderer.
 
-All stands on the parts as they are drawn, with their deformation exaggerated. Sizes follow those of
-the parts. **/
+Marks are placed on the parts as drawn, with exaggerated deformation. Their sizes are proportional
+to those of the parts. **/
 
 #include <functional>
 #include <vector>
@@ -21,10 +21,10 @@ namespace simflex {
 struct MarkSettings {
     bool showInterfaces = false, showJoints = false;
     bool showReactions = false, showReactionValues = false;
-    /** λ of a joint; empty: Simbody's own, for which States are realized to Stage::Acceleration.
-     * **/
+    /** Source of a joint's λ; empty: Simbody's own, for which States are realized to
+    Stage::Acceleration. **/
     std::function<SimTK::Vector(const SimTK::State&, const Joint&)> multipliers;
-    /** What a joint does to M besides, at its origin and in Ground; empty: nothing. **/
+    /** Additional force of a joint on M, at its origin and in Ground; empty: none. **/
     std::function<SimTK::SpatialVec(const SimTK::State&, const Joint&)> friction;
 
     bool isEmpty() const { return !showInterfaces && !showJoints && !showReactions; }
@@ -35,17 +35,17 @@ public:
     MarkSettings settings;
     ForceMarks forces;
 
-    /** The stage to which a State must be realized. **/
+    /** Returns the stage to which a State must be realized. **/
     SimTK::Stage getStage() const;
 
-    /** Appends all that is to be shown on the frame's parts, in Ground.
-    @param drawn  of this State
-    @param frame  has its parts, scene, factor and views; its labels are set
-    @throws std::logic_error if joints are wanted and the system has no flexible subsystem. **/
+    /** Appends all marks of the frame's parts, in Ground.
+    @param drawn  poses of this State
+    @param frame  with parts, scene, factor and views; receives labels
+    @throws std::logic_error if joints are requested and the system has no flexible subsystem. **/
     void append(const SimTK::System& system, const SimTK::State& state, const DrawnPoses& drawn,
                 FrameSnapshot& frame, SimTK::Array_<SimTK::DecorativeGeometry>& geometry);
 
-    /** Forgets the largest reactions, which set the scale of the arrows. **/
+    /** Resets the largest reactions, which set the scale of the arrows. **/
     void forgetRun() {
         largestForce = largestMoment = 0;
         forces.forgetRun();

@@ -20,7 +20,7 @@ std::shared_ptr<SurfaceGeometry> finish(SurfaceGeometry&& geometry, bool isClose
     return std::make_shared<SurfaceGeometry>(std::move(geometry));
 }
 
-// Disc about the y axis at height y, seen from the side `direction` (+1 or -1) of y.
+// Adds a disc about the y axis at height y, facing `direction` (+1 or -1) along y.
 void addCap(SurfaceGeometry& geometry, double y, double direction, int slices) {
     const std::uint32_t center = std::uint32_t(geometry.numVertices());
     geometry.addVertex(Vec3(0, y, 0), Vec3(0, direction, 0));
@@ -153,7 +153,7 @@ SurfaceGeometryPtr createTorus(double tubeRadius, int slices) {
 }
 
 SurfaceGeometryPtr createFromPolygons(const SimTK::PolygonalMesh& mesh) {
-    // Files such as STL repeat a vertex for every face that has it.
+    // Files such as STL repeat a vertex for each of its faces.
     std::vector<float> positions;
     std::vector<int> welded;
     std::map<std::array<float, 3>, int> known;

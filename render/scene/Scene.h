@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-One frame's worth of things to draw, in Ground. Internal to the renderer. **/
+Objects of one frame, in Ground. Internal to the renderer. **/
 
 #include <string>
 #include <vector>
@@ -26,7 +26,7 @@ struct SurfaceItem {
 
     bool isTransparent() const { return opacity < 1 || style == Style::Ghost; }
 
-    /** Appends the corners of a box that holds the item. **/
+    /** Appends the corners of the item's bounding box. **/
     void appendBounds(std::vector<SimTK::Vec3>& points_G) const;
 };
 
@@ -46,15 +46,15 @@ struct PointItem {
 
 struct TextItem {
     std::string text;
-    SimTK::Transform X_GT;  ///< text runs along x, letters stand along y
+    SimTK::Transform X_GT;  ///< text runs along x, its height along y
     double height = 1;      ///< of a capital letter [m]
     SimTK::Vec3 color;
     double opacity = 1;
     bool facesCamera = true;
-    double widthFactor = 1;  ///< letters are so many times wider than the font's
-    int line = 0;            ///< below the first, of a text of several lines
+    double widthFactor = 1;  ///< width of letters relative to the font
+    int line = 0;            ///< index in a text of several lines
 
-    static constexpr double lineSpacing = 1.7;  ///< in heights of a capital letter
+    static constexpr double lineSpacing = 1.7;  ///< relative to the height of a capital letter
 };
 
 struct Scene {
@@ -69,10 +69,10 @@ struct Scene {
     }
     void clear() { *this = Scene(); }
 
-    /** Appends points whose convex hull holds everything in the scene. **/
+    /** Appends points whose convex hull contains the whole scene. **/
     void appendBounds(std::vector<SimTK::Vec3>& points_G) const;
-    /** The same for surfaces and points only: lines are often arrows of forces, which come and go,
-    and texts turn with the camera. **/
+    /** As appendBounds(), for surfaces and points only: lines are often force arrows, which appear
+    and disappear, and texts turn with the camera. **/
     void appendSolidBounds(std::vector<SimTK::Vec3>& points_G) const;
 };
 

@@ -58,7 +58,7 @@ bool isFinite(const Transform& X) {
     return X.p().isFinite() && X.R().isFinite();
 }
 
-// Turns the y axis to a direction.
+// Rotates the y axis to a direction.
 Rotation alignY(const Vec3& direction) {
     const UnitVec3 y(direction);
     return Rotation(y, SimTK::YAxis, y.perp(), SimTK::XAxis);
@@ -93,8 +93,7 @@ void Scene::appendBounds(std::vector<Vec3>& points_G) const {
         points_G.push_back(item.end);
     }
     for (const TextItem& item : texts) {
-        // About as wide as it will be; a text that faces the camera is taken to stand as in its
-        // frame.
+        // Approximate width; a text that faces the camera is treated as if it stood in its frame.
         const double width =
             0.85 * item.widthFactor * item.height * double(countCharacters(item.text));
         const double base = -item.line * TextItem::lineSpacing * item.height;
@@ -196,7 +195,7 @@ void SceneBuilder::add(const DecorativeGeometry& geometry) {
         return;
     }
 
-    // A flat thing is given a little thickness, since normals go with the inverse of the scale.
+    // Flat objects get a small thickness, since normals transform with the inverse scale.
     std::size_t kept = numSurfaces;
     for (std::size_t i = numSurfaces; i < scene.surfaces.size(); ++i) {
         Vec3& scale = scene.surfaces[i].scale;
@@ -224,12 +223,12 @@ Transform SceneBuilder::calcPose(const DecorativeGeometry& geometry) const {
     return bodyPose(geometry.getBodyId()) * geometry.getTransform();
 }
 
-// As many slices as keep a round outline within a fifth of a pixel of a circle, finer than which
-// nothing is to be seen; of wires, few.
+// Chooses the number of slices that keeps a round outline within a fifth of a pixel of a circle,
+// the finest visible; fewer for wireframes.
 int SceneBuilder::chooseSlices(const DecorativeGeometry& geometry, const Vec3& center_G,
                                double radius) const {
     const double resolution = geometry.getResolution() > 0 ? geometry.getResolution() : 1;
-    // Lines and points that lie closer would fill the shape.
+    // Denser lines or points would fill the shape.
     if (geometry.getRepresentation() == DecorativeGeometry::DrawWireframe ||
         geometry.getRepresentation() == DecorativeGeometry::DrawPoints)
         return std::max(8, 2 * int(std::lround(10 * std::min(resolution, 20.0))));
@@ -328,7 +327,7 @@ void SceneBuilder::implementFrameGeometry(const SimTK::DecorativeFrame& frame) {
         Vec3 end(0);
         end[axis] = frame.getAxisLength() * item.scale[axis];
         if (!hasColor) item.color = getAxisColor(axis);
-        // Slender, so that the frame does not hide what it belongs to.
+        // Slender, so that the frame does not hide its object.
         const double size = std::abs(end[axis]);
         if (size == 0) continue;
         const double pixels = pixelRadius(item.X_GM.p(), size) / (thickness * pixelUnit);
@@ -407,7 +406,7 @@ void SceneBuilder::implementArrowGeometry(const SimTK::DecorativeArrow& arrow) {
 void SceneBuilder::implementConeGeometry(const SimTK::DecorativeCone& cone) {
     if (isHidden(cone)) return;
     SurfaceItem item = makeItem(cone);
-    // Scaled along the axes of the decoration's frame; a slanting cone stays a right one.
+    // Scaled along the axes of the decoration's frame; an oblique cone remains a right one.
     const auto scaled = [&](const Vec3& v) { return Vec3(v.elementwiseMultiply(item.scale)); };
     const Rotation R = alignY(cone.getDirection());
     const Vec3 axis = scaled(cone.getHeight() * Vec3(R.y()));

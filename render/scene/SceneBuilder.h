@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Turns Simbody's decorative geometry into scene items. Internal to the renderer. **/
+Converts Simbody's decorative geometry into scene items. Internal to the renderer. **/
 
 #include <functional>
 #include <map>
@@ -12,7 +12,7 @@ Turns Simbody's decorative geometry into scene items. Internal to the renderer. 
 
 namespace simflex {
 
-/** Shapes that frames share: made when first wanted, dropped when a frame no longer uses them. **/
+/** Shapes shared by frames: created on demand, dropped when a frame no longer uses them. **/
 class ShapeCache {
 public:
     SurfaceGeometryPtr getBrick();
@@ -23,15 +23,15 @@ public:
     SurfaceGeometryPtr getTorus(double tubeRadius, int slices);
     SurfaceGeometryPtr getPolygons(const SimTK::PolygonalMesh& mesh);
 
-    /** @throws std::runtime_error that names the file and what is wrong with it. **/
+    /** @throws std::runtime_error naming the file and the error. **/
     SurfaceGeometryPtr getMeshFile(const std::string& path);
 
-    /** Call after a frame: forgets polygonal meshes that the frame did not use. **/
+    /** Call after a frame: drops polygonal meshes that the frame did not use. **/
     void dropUnused();
 
 private:
     struct PolygonEntry {
-        SimTK::PolygonalMesh mesh;  // keeps the address that is the key from being used again
+        SimTK::PolygonalMesh mesh;  // keeps the key's address from being reused
         SurfaceGeometryPtr geometry;
         bool isUsed = true;
     };
@@ -43,26 +43,26 @@ private:
     std::map<std::string, SurfaceGeometryPtr> files;
 };
 
-/** Red, green and blue of the axes x, y and z. **/
+/** Returns red, green and blue for the axes x, y and z. **/
 const SimTK::Vec3& getAxisColor(int axis);
 
 class SceneBuilder : public SimTK::DecorativeGeometryImplementation {
 public:
-    /** Pose of a mobilized body in Ground by its number. **/
+    /** Pose of a mobilized body in Ground, by its index. **/
     using BodyPose = std::function<SimTK::Transform(int bodyId)>;
 
-    /** Radius in pixels at which a ball with this centre and radius in Ground is seen. **/
+    /** Apparent radius in pixels of a sphere with this centre and radius in Ground. **/
     using PixelRadius = std::function<double(const SimTK::Vec3& center_G, double radius)>;
 
     /** `pixelUnit` is the number of pixels per 1/720 of the picture's height. **/
     SceneBuilder(Scene& scene, ShapeCache& shapes, BodyPose bodyPose, PixelRadius pixelRadius,
                  double pixelUnit = 1);
 
-    /** Appends one piece of geometry. What has no finite place or size is left out and counted;
-    what has no size at all is left out. **/
+    /** Appends a decoration. One with a non-finite position or size is omitted and counted, one
+    without size is omitted. **/
     void add(const SimTK::DecorativeGeometry& geometry);
 
-    /** Says in the scene's screen texts what was left out, and of which bodies. **/
+    /** Reports omitted decorations and their bodies in the scene's screen texts. **/
     void addNotices();
 
     void implementPointGeometry(const SimTK::DecorativePoint&) override;

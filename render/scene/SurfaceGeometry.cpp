@@ -47,7 +47,8 @@ struct Edge {
     int cornerLow, cornerHigh;  // corners of `triangle` at these nodes
 };
 
-// Edges of all triangles by nodes, then triangle; in linear time, as few share their lower node.
+// Edges of all triangles, sorted by nodes, then triangle; in linear time, since few share their
+// lower node.
 std::vector<Edge> collectEdges(const std::vector<std::array<int, 3>>& triangles,
                                std::size_t numNodes) {
     std::vector<std::size_t> starts(numNodes + 1, 0);
@@ -123,7 +124,7 @@ CreasedSurface splitAtCreases(const std::vector<float>& positions,
     const std::vector<Vec3> normals = calcTriangleNormals(positions, triangles);
     const double cosine = std::cos(creaseAngle);
 
-    // Corners on either side of a smooth edge belong to one vertex.
+    // Corners on both sides of a smooth edge share a vertex.
     DisjointSets corners(3 * triangles.size());
     std::vector<Edge> sharp;
     for (std::size_t i = 0; i < edges.size();) {
@@ -223,7 +224,8 @@ void calcNormals(SurfaceGeometry& geometry) {
 
 bool isFinelyDivided(const SurfaceGeometry& geometry) {
     constexpr double cosine = 0.9945;  // of 6 degrees: half the width of a highlight
-    constexpr double tinyEdge = 0.002, largestEdge = 0.04;  // of the bounding box's diagonal
+    constexpr double tinyEdge = 0.002, largestEdge = 0.04;  // relative to the bounding box's
+                                                            // diagonal
     const double diagonal = (geometry.upper - geometry.lower).norm();
     const double tiny = tinyEdge * diagonal, largest = largestEdge * diagonal;
     for (std::size_t i = 0; i < geometry.triangles.size(); ++i) {

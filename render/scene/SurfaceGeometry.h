@@ -10,18 +10,19 @@ Triangles ready to be drawn, with normals split at sharp edges. Internal to the 
 
 namespace simflex {
 
-/** What the GPU gets. A vertex has seven floats: position, normal, value of the contour. **/
+/** Data for the GPU. A vertex has seven floats: position, normal, contour value. **/
 struct SurfaceGeometry {
     static constexpr int floatsPerVertex = 7;
 
     std::vector<float> vertices;              ///< floatsPerVertex per vertex
-    std::vector<std::uint32_t> triangles;     ///< three vertex indices each, anticlockwise outside
+    std::vector<std::uint32_t> triangles;     ///< three vertex indices each, anticlockwise seen
+                                              ///< from outside
     std::vector<std::uint32_t> featureEdges;  ///< two vertex indices each
     std::vector<std::uint32_t> elementEdges;  ///< two vertex indices each
-    bool isClosed = false;                    ///< seen from outside only, back faces are hidden
-    bool isFine = false;             ///< light may be found at vertices, see isFinelyDivided()
+    bool isClosed = false;                    ///< only the outside is visible
+    bool isFine = false;             ///< per-vertex lighting suffices, see isFinelyDivided()
     SimTK::Vec3 lower{0}, upper{0};  ///< bounding box
-    unsigned version = 1;            ///< grows whenever `vertices` change
+    unsigned version = 1;            ///< incremented when `vertices` change
 
     int numVertices() const { return int(vertices.size()) / floatsPerVertex; }
 
@@ -29,15 +30,14 @@ struct SurfaceGeometry {
     void addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
     void addEdge(std::uint32_t a, std::uint32_t b);
 
-    /** Sets the bounding box from the vertices. **/
     void updateBounds();
 };
 
-/** The vertices that a surface with sharp edges needs: one per node and smooth patch around it. **/
+/** The vertices of a surface with sharp edges: one per node and adjacent smooth patch. **/
 struct CreasedSurface {
     std::vector<int> vertexNode;              ///< node of each vertex
     std::vector<std::uint32_t> triangles;     ///< vertex indices
-    std::vector<std::uint32_t> featureEdges;  ///< vertex index pairs: creases and open borders
+    std::vector<std::uint32_t> featureEdges;  ///< vertex index pairs: creases and open boundaries
     std::vector<std::uint32_t> nodeVertex;    ///< one vertex of each node, for lines along edges
 };
 
@@ -48,23 +48,24 @@ CreasedSurface splitAtCreases(const std::vector<float>& positions,
 
 /** Triangles around each vertex. **/
 struct VertexTriangles {
-    std::vector<std::uint32_t> starts;     ///< of each vertex in `triangles`, and one behind
+    std::vector<std::uint32_t> starts;     ///< index of each vertex's first one in `triangles`, and
+                                           ///< the end
     std::vector<std::uint32_t> triangles;  ///< ascending for each vertex
 };
 
 VertexTriangles findVertexTriangles(const SurfaceGeometry& geometry);
 
-/** Writes area-weighted smooth normals into `geometry.vertices` from its positions, in parallel:
-each vertex gathers its triangles' in the same order.
+/** Writes area-weighted smooth normals into `geometry.vertices`, in parallel; each vertex sums its
+triangles' normals in a fixed order.
 @param triangleNormals  workspace, three per triangle **/
 void calcNormals(SurfaceGeometry& geometry, const VertexTriangles& around,
                  std::vector<float>& triangleNormals);
 
-/** The same for shapes that do not change. **/
+/** As above for shapes that do not change. **/
 void calcNormals(SurfaceGeometry& geometry);
 
-/** Whether triangles are so small, and normals turn so little across them, that light found at
-their corners and interpolated looks the same. From positions, normals and bounds. **/
+/** Returns whether triangles are so small, and normals change so little across them, that
+per-vertex lighting looks the same. Uses positions, normals and bounds. **/
 bool isFinelyDivided(const SurfaceGeometry& geometry);
 
 }  // namespace simflex

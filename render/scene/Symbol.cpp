@@ -18,7 +18,7 @@ void Symbol::addWire(const std::vector<Vec3>& points_G, double radius, const Vec
         const Vec3 along = points_G[std::min(i + 1, count - 1)] - points_G[i == 0 ? 0 : i - 1];
         if (!(along.norm() > 0)) return;
         const UnitVec3 tangent(along);
-        // The ring before, turned no more than it must be.
+        // Transport the previous ring with minimal rotation.
         side -= SimTK::dot(side, Vec3(tangent)) * Vec3(tangent);
         side = side.norm() > 1e-6 ? side / side.norm() : Vec3(tangent.perp());
         const Vec3 up = SimTK::cross(Vec3(tangent), side);

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What the symbols of joints, connectors and loads are made of. Internal to the renderer. **/
+Building blocks of symbols of joints, connectors and loads. Internal to the renderer. **/
 
 #include <vector>
 
@@ -12,13 +12,13 @@ namespace symbol_colors {
 const SimTK::Vec3 dark(0.20, 0.225, 0.265), light(0.80, 0.815, 0.835), accent(0.93, 0.62, 0.16);
 }
 
-/** Puts shapes into a list, placed in Ground. **/
+/** Appends shapes to a list, placed in Ground. **/
 class Symbol {
 public:
     explicit Symbol(SimTK::Array_<SimTK::DecorativeGeometry>& geometryToFill)
         : geometry(geometryToFill) {}
 
-    /** About the z axis of X_GS, `offset` along it. **/
+    /** Adds a cylinder about the z axis of X_GS, at `offset` along it. **/
     void addCylinder(const SimTK::Transform& X_GS, double offset, double radius, double halfLength,
                      const SimTK::Vec3& color) {
         const SimTK::Rotation yToZ(SimTK::Pi / 2, SimTK::XAxis);
@@ -59,7 +59,7 @@ public:
         addCylinder(SimTK::Transform(SimTK::Rotation(axis, SimTK::ZAxis), center_G), 0, radius,
                     halfLength, color);
     }
-    /** A round wire along a line through these points, open at its ends. **/
+    /** Adds a round wire along these points, open at its ends. **/
     void addWire(const std::vector<SimTK::Vec3>& points_G, double radius, const SimTK::Vec3& color);
     void addCone(const SimTK::Vec3& base_G, const SimTK::UnitVec3& direction, double height,
                  double radius, const SimTK::Vec3& color) {

@@ -168,7 +168,7 @@ void View::fit(const SceneExtent& scene, const std::vector<std::vector<Vec3>>& b
                                     : 0.5 * size / std::tan(camera.fieldOfView / 2);
         camera.X_GC.updP() = X_GF0.p() + distance * Vec3(camera.X_GC.R().z());
     } else {
-        // A following camera sees the scene as it lies about the body; one that moves must keep
+        // A following camera is fitted to the scene relative to the body; a moving one must keep
         // the scene in its picture from all sides.
         std::vector<Vec3> points;
         for (std::size_t frame = 0; frame < bounds_G.size(); ++frame)

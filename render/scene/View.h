@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A CameraView that has been fitted to a scene. Internal to the renderer. **/
+A CameraView fitted to a scene. Internal to the renderer. **/
 
 #include <functional>
 #include <vector>
@@ -10,7 +10,7 @@ A CameraView that has been fitted to a scene. Internal to the renderer. **/
 
 namespace simflex {
 
-/** The ball around all of a motion, and what is up and front. **/
+/** Bounding sphere of a motion, with its up and front directions. **/
 struct SceneExtent {
     SimTK::Vec3 center_G{0};
     double radius = 1;
@@ -23,9 +23,9 @@ SceneExtent calcSceneExtent(const std::vector<SimTK::Vec3>& bounds_G, const SimT
 
 class View {
 public:
-    /** Poses of mobilized bodies at one time. **/
+    /** Returns the poses of mobilized bodies at one time. **/
     using BodyPose = std::function<SimTK::Transform(int body)>;
-    /** Poses of attachment frames as they are drawn. **/
+    /** Returns the drawn poses of attachment frames. **/
     using FramePose = std::function<SimTK::Transform(const Attachment& frame)>;
 
     View() = default;
@@ -35,36 +35,37 @@ public:
     const std::string& getCaption() const { return view.caption; }
     bool isFollowing() const { return view.followedBody.isValid(); }
     bool isOrthographic() const { return view.projection == CameraView::Projection::Orthographic; }
-    /** Neither fixed nor following: its place is found so that all is seen. **/
+    /** Returns whether the camera is placed so that everything is visible: neither fixed nor
+    following. **/
     bool keepsSceneInPicture() const {
         return view.placement != CameraView::Placement::Fixed && !isFollowing();
     }
     bool fitsClippingPlanes() const { return !view.areClippingPlanesFixed; }
 
-    /** Its part of the frame: left, top, width, height as fractions; that of view `index` of
-    `numViews` unless one was given. **/
+    /** Returns the view's part of the frame: left, top, width, height as fractions; by default that
+    of view `index` of `numViews`. **/
     SimTK::Vec4 calcRectangle(int index, int numViews) const;
     bool hasRectangle() const { return view.hasRectangle; }
 
-    /** Pose of the frame that the camera goes along with: what is followed, or its origin
-    without its rotation; Ground's for a camera that follows nothing. **/
+    /** Returns the pose of the frame that the camera follows, without its rotation for
+    Follow::Position; Ground's if it follows nothing. **/
     SimTK::Transform calcFollowedPose(const BodyPose& bodyPose, const FramePose& framePose) const;
 
-    /** Places the camera for a motion: bounds of each frame, and calcFollowedPose() in it. **/
+    /** Places the camera for a motion, given the bounds and calcFollowedPose() of each frame. **/
     void fit(const SceneExtent& scene, const std::vector<std::vector<SimTK::Vec3>>& bounds_G,
              const std::vector<SimTK::Transform>& X_GF, double aspect, const Margins& margins);
 
-    /** The camera of a frame, with the followed body where X_GF says. **/
+    /** Returns the camera of a frame, with the followed body at X_GF. **/
     Camera calcCamera(double time, const SimTK::Transform& X_GF) const;
 
-    /** The camera of the first frame. **/
+    /** Returns the camera of the first frame. **/
     const Camera& getCamera() const { return camera; }
 
-    /** Makes this the camera's place, without fitting it again. **/
+    /** Sets the camera's pose without fitting it again. **/
     void setTransform(const SimTK::Transform& X_GC);
-    /** Turns the camera where it stands, which then is its fixed place. **/
+    /** Rotates the camera at its position, which becomes fixed. **/
     void pointAt(const SimTK::Vec3& point_G, const SimTK::Vec3& up_G);
-    /** Keeps the camera's orientation, lets it go where all is seen. **/
+    /** Keeps the camera's orientation and lets its position be fitted. **/
     void keepRotationOnly();
 
 private:
@@ -72,7 +73,7 @@ private:
 
     CameraView view;
     Camera camera;                 // at the first frame
-    SimTK::Transform X_GF0, X_FC;  // of the followed frame, and in it
+    SimTK::Transform X_GF0, X_FC;  // pose of the followed frame, and camera pose in it
     SimTK::Vec3 center_G{0};
     SimTK::UnitVec3 up{SimTK::YAxis};
 };

@@ -28,7 +28,7 @@ struct PrincipalEnds {
     double largest, smallest;
 };
 
-// Roots of the characteristic cubic by its angle.
+// Solves the characteristic cubic by trigonometric functions.
 PrincipalEnds calcPrincipalEnds(const float* s) {
     const double mean = (double(s[0]) + s[1] + s[2]) / 3;
     const double xx = s[0] - mean, yy = s[1] - mean, zz = s[2] - mean, xy = s[3], xz = s[4],
@@ -66,7 +66,7 @@ void forNodes(std::size_t count, std::size_t costOfOne, const Work& work) {
 
 Extremes findExtremes(const std::vector<float>& values) {
     float low = std::numeric_limits<float>::infinity(), high = -low;
-    for (const float value : values) {  // NaN compares with nothing
+    for (const float value : values) {  // comparisons with NaN are false
         if (value < low) low = value;
         if (value > high) high = value;
     }
@@ -138,7 +138,7 @@ ContourField::Rows ContourField::pickRows(const std::vector<float>& tensors) con
     rows.numRows = 6 * stressNodes.size();
     const bool isRun =
         std::size_t(stressPlaces.back() - stressPlaces.front()) + 1 == stressPlaces.size();
-    if (isRun) {  // where they are
+    if (isRun) {  // used in place
         rows.stride = stride;
         rows.data = tensors.data() + 6 * std::size_t(stressPlaces.front());
         return rows;

@@ -1,9 +1,8 @@
 #pragma once
 /** @file
-Values of a contour at the skin nodes of a part. Internal to the renderer.
+Contour values at the skin nodes of a part. Internal to the renderer.
 
-Linear quantities are one matrix product each, their rows kept in single precision; invariants are
-taken of the products:
+Linear quantities are matrix products in single precision; invariants are computed from them:
 
     u = Φξ,   v_B = R_BG v_GB + ω_B×(s + u) + Φξ̇,   σ = Sξ,   ε = Eξ
 
@@ -23,15 +22,15 @@ struct PartSnapshot;
 
 class ContourField {
 public:
-    /** @throws std::invalid_argument that names the body and what to do when stress is wanted and
-    its part was reduced without, or has none on its skin. **/
+    /** @throws std::invalid_argument naming the body and the remedy if stress is requested and its
+    part was reduced without, or has none on its skin. **/
     ContourField(std::shared_ptr<const SkinModes> skin, Contour contour,
                  const std::string& bodyName);
 
-    /** True of displacements, which are shown from a reference. **/
+    /** Returns whether the contour shows displacements, which are relative to a reference. **/
     bool isOfDisplacements() const { return !needsStress() && !getTraits(contour).needsVelocity; }
 
-    /** True if every skin node has a value; the others' are NaN. **/
+    /** Returns whether every skin node has a value; missing values are NaN. **/
     bool isComplete() const {
         return !needsStress() || int(stressNodes.size()) == skin->numNodes();
     }
@@ -43,15 +42,15 @@ public:
         std::vector<float> coordinates, first, second;  // products
     };
 
-    /** Writes the values.
-    @param displacements  Φξ, 3 per skin node; from the part's reference if they are shown
-    @return the smallest and the largest
-    @throws std::invalid_argument that names the part, when ξ or ξ̇ has another size.
-    O(skin nodes·n_f). **/
+    /** Computes the values. O(skin nodes·n_f).
+    @param displacements  Φξ, 3 per skin node; relative to the part's reference for displacement
+    contours
+    @return the smallest and the largest value
+    @throws std::invalid_argument naming the part if ξ or ξ̇ has the wrong size. **/
     Extremes calcValues(const PartSnapshot& motion, const std::vector<float>& displacements,
                         Workspace& workspace) const;
 
-    /** Adds the stress it has of the part, which SkinModes have not. **/
+    /** Adds the part's stress, which SkinModes do not contain. **/
     void addTo(Hash& hash) const;
 
 private:
@@ -59,7 +58,7 @@ private:
     struct Rows {
         const float* data = nullptr;
         std::size_t numRows = 0, stride = 0;
-        std::vector<float> own;  // where they had to be picked
+        std::vector<float> own;  // copy, if rows must be selected
     };
 
     bool needsStress() const { return getTraits(contour).needsStress; }
@@ -75,7 +74,7 @@ private:
     std::shared_ptr<const SkinModes> skin;
     Contour contour;
     std::vector<int> stressNodes;   // skin nodes with stress, ascending
-    std::vector<int> stressPlaces;  // their places in the modal stress
+    std::vector<int> stressPlaces;  // their indices in the modal stress
     Rows shapes, stress, strain;
 };
 

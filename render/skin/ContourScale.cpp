@@ -72,7 +72,7 @@ SimTK::Vec2 calcContourRange(const ContourSettings& settings, const Extremes& fr
     const Extremes& values = isPerFrame ? frame : run;
     double largest = values.isEmpty() ? 0 : std::max(values.high, 0.0);
     if (traits.isSigned && !values.isEmpty()) largest = std::max(largest, -values.low);
-    // The end of a bar when there is nothing to show: 1 mm, 1 MPa …
+    // End of an empty bar: 1 mm, 1 MPa …
     if (!(largest > 0))
         largest = chooseDisplayUnit(traits.unit, 0).size;
     else if (!isPerFrame)

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What a contour is called, and the ends of its colour bar. Internal to the renderer. **/
+Names of contours and ends of their colour bars. Internal to the renderer. **/
 
 #include "SimTKcommon.h"
 #include "simflex/base/DisplayUnit.h"
@@ -9,7 +9,7 @@ What a contour is called, and the ends of its colour bar. Internal to the render
 
 namespace simflex {
 
-/** What there is to know of a contour besides its values. **/
+/** Properties of a contour. **/
 struct ContourTraits {
     const char* name;  ///< "von Mises stress"
     const char* unit;  ///< SI: "m/s"
@@ -30,7 +30,7 @@ struct Extremes {
 struct ContourSettings {
     Contour contour = Contour::Displacement;
     ColorMap colorMap = ColorMap::Viridis;
-    bool isColorMapFixed = false;  ///< else it suits the contour
+    bool isColorMapFixed = false;  ///< default: chosen for the contour
     ContourRange range = ContourRange::PerRun;
     bool isRangeFixed = false;
     double fixedLow = 0, fixedHigh = 1;
@@ -38,8 +38,8 @@ struct ContourSettings {
     ColorMap getColorMap() const;
 };
 
-/** Ends of the bar of a frame, given the values in it and those of the run up to it: from zero, or
-even on both sides of zero where values have a sign. **/
+/** Returns the ends of a frame's colour bar, given the values in the frame and in the run so far:
+from zero, or symmetric about zero for signed values. **/
 SimTK::Vec2 calcContourRange(const ContourSettings& settings, const Extremes& frame,
                              const Extremes& run);
 

@@ -15,10 +15,10 @@ namespace {
 
 using Point = std::array<double, 3>;
 
-constexpr int whole = 64;                      // an edge's parameter runs from 0 to this
-constexpr int half = whole / 2, shortest = 2;  // of a chord
+constexpr int whole = 64;                      // range of an edge's parameter
+constexpr int half = whole / 2, shortest = 2;  // chord lengths
 
-// Where a point of a face is: (ξ, η) from 0 to `whole`, corner 0 at (0, 0), corner 1 at (whole, 0).
+// Position in a face: (ξ, η) from 0 to `whole`, corner 0 at (0, 0), corner 1 at (whole, 0).
 struct Place {
     int x, y;
     bool operator==(const Place& other) const { return x == other.x && y == other.y; }
@@ -104,7 +104,7 @@ private:
         return {p[0], p[1], p[2]};
     }
 
-    // How far the middle of edge k is from that of its chord: (x_a + x_b)/2 − x_m.
+    // Distance between the middle of edge k and that of its chord: (x_a + x_b)/2 − x_m.
     double calcBend(int k) const {
         const Point a = getPosition(face->corners[at(k)]), m = getPosition(face->middles[at(k)]),
                     b = getPosition(face->corners[at(k + 1)]);
@@ -113,8 +113,8 @@ private:
         return std::sqrt(sum);
     }
 
-    // Length of a chord along edge k. The second derivative is constant along an edge: a chord half
-    // as long leaves it by a quarter.
+    // Length of a chord along edge k. The second derivative is constant along an edge: halving a
+    // chord quarters its deviation.
     int calcChord(int k) const {
         const double bend = calcBend(k);
         int length = half;
@@ -123,8 +123,9 @@ private:
         return length;
     }
 
-    // Whether chords between middles stay within the tolerance. Those of a triangle run parallel to
-    // its edges and bend like them; in a quadrilateral each edge's bend adds up, and the twist.
+    // Returns whether chords between middles stay within the tolerance. Those of a triangle run
+    // parallel to its edges and bend like them; in a quadrilateral the bends of all edges and the
+    // twist add up.
     bool isFlat() const {
         if (numCorners == 3) return chord[0] == half && chord[1] == half && chord[2] == half;
         Point p[4];
@@ -138,7 +139,7 @@ private:
         return bound + 0.25 * std::sqrt(twist) <= tolerance;
     }
 
-    // Edge on which both places lie, or -1.
+    // Returns the edge that contains both positions, or -1.
     int findEdge(Place a, Place b) const {
         if (a.y == 0 && b.y == 0) return 0;
         if (numCorners == 3) {
@@ -150,7 +151,7 @@ private:
         return a.x == 0 && b.x == 0 ? 3 : -1;
     }
 
-    // Parameter along edge k, from its first corner.
+    // Returns the parameter along edge k, from its first corner.
     int getParameter(int k, Place p) const {
         if (k == 0) return p.x;
         if (k == 1) return p.y;
@@ -184,7 +185,7 @@ private:
         return distance > tolerance * tolerance;
     }
 
-    // Divides sides that leave the face by too much, and what arises in the same way.
+    // Divides sides that deviate too much from the face, recursively.
     void divide(Place a, Place b, Place c) {
         const bool ab = isDivided(a, b), bc = isDivided(b, c), ca = isDivided(c, a);
         const int count = int(ab) + int(bc) + int(ca);
@@ -204,7 +205,7 @@ private:
             divide(a, mab, c);
             divide(mab, b, c);
         } else {
-            if (!bc) return divide(c, a, b);  // turn until the whole side is c-a
+            if (!bc) return divide(c, a, b);  // rotate until the undivided side is c-a
             if (!ab) return divide(b, c, a);
             divide(mab, b, mbc);
             divide(a, mab, mbc);
@@ -222,7 +223,7 @@ private:
         return entry->second = finishPoint();
     }
 
-    // Point at parameter t of edge k: a node, or one that the edge's faces share.
+    // Returns the point at parameter t of edge k: a node, or a point shared by the edge's faces.
     int findOnEdge(int k, int t) {
         int a = face->corners[at(k)], b = face->corners[at(k + 1)];
         const int m = face->middles[at(k)];
@@ -233,7 +234,7 @@ private:
             std::swap(a, b);
             t = whole - t;
         }
-        // The middle node stands for its edge.
+        // The middle node identifies the edge.
         const auto [entry, isNew] = edgePoints.try_emplace(std::int64_t(m) * whole + t, 0);
         if (!isNew) return entry->second;
         const double x = double(t) / whole;
@@ -248,7 +249,7 @@ private:
         surface.between.weights.push_back(float(weight));
     }
 
-    // Points between nodes are numbered from the number of the mesh's nodes on.
+    // Points between nodes are numbered after the mesh's nodes.
     int finishPoint() {
         surface.between.starts.push_back(int(surface.between.nodes.size()));
         return mesh.numNodes() + surface.between.size() - 1;
@@ -264,14 +265,14 @@ private:
     CurvedSurface& surface;
     std::unordered_map<std::int64_t, int> edgePoints;
 
-    // Of the face being divided.
+    // State of the face being divided.
     const MeshFace* face = nullptr;
     int numCorners = 0;
     std::array<int, 4> chord{};  // parameter length of a chord of each edge
-    std::map<int, int> inner;    // points by place
+    std::map<int, int> inner;    // points by position
 };
 
-// Ascending, each once; linear in their number when no point has many.
+// Sorts edges and removes duplicates; linear time if no point has many.
 void sortEdges(std::vector<std::array<int, 2>>& edges, std::size_t numPoints) {
     std::vector<std::size_t> starts(numPoints + 1, 0);
     for (const auto& edge : edges) ++starts[std::size_t(edge[0]) + 1];
@@ -286,7 +287,7 @@ void sortEdges(std::vector<std::array<int, 2>>& edges, std::size_t numPoints) {
     edges = std::move(sorted);
 }
 
-// Only nodes of the skin, in mesh order, then points between.
+// Keeps only nodes of the skin, in mesh order, then points between.
 void renumber(CurvedSurface& surface, int numMeshNodes) {
     std::vector<int> newIndex(std::size_t(numMeshNodes) + std::size_t(surface.between.size()), -1);
     for (const auto& triangle : surface.mesh.triangles)

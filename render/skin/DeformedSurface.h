@@ -1,8 +1,7 @@
 #pragma once
 /** @file
-The skin of a reduced part, deformed: positions s + factor·Φξ by one matrix product. Internal.
-
-A workspace: each thread has its own of the SkinModes that they share. **/
+The deformed skin of a reduced part: positions s + factor·Φξ by one matrix product. Internal. This
+is a workspace: each thread has its own for the shared SkinModes. **/
 
 #include <memory>
 #include <vector>
@@ -20,25 +19,27 @@ public:
     const SkinModes& getSkin() const { return *skin; }
     const ReducedBody& getPart() const { return *skin->part; }
 
-    /** Largest displacement on the skin from a reference, not exaggerated [m].
-    @throws std::invalid_argument that names the part, when ξ has another size, as below. **/
+    /** Returns the largest displacement on the skin from a reference, unscaled [m].
+    @throws std::invalid_argument naming the part if ξ has the wrong size, as below. **/
     double calcLargestDisplacement(const SimTK::Vector& xi, const ReferenceMotion& reference = {});
 
-    /** Φξ, not exaggerated, 3 per skin node [m]. **/
+    /** Returns Φξ, unscaled, 3 per skin node [m]. **/
     const std::vector<float>& calcDisplacements(const SimTK::Vector& xi);
-    /** The same from a reference. **/
+    /** As above, relative to a reference. **/
     const std::vector<float>& calcDisplacements(const SimTK::Vector& xi,
                                                 const ReferenceMotion& reference);
 
-    /** Moves vertices to where ReferenceMotion has them, s + factor·Φξ without one, with normals.
-    @param nodeValues  the contour's, one per skin node; NaN: none there; empty: leave them **/
+    /** Moves vertices according to ReferenceMotion (without one: s + factor·Φξ) and updates
+    normals.
+    @param nodeValues  contour values, one per skin node; NaN: no value; empty: leaves them
+    unchanged **/
     void update(const SimTK::Vector& xi, double factor, const std::vector<float>& nodeValues,
                 const ReferenceMotion& reference = {});
 
-    /** The same with |Φξ| as values. **/
+    /** As above with |Φξ| as values. **/
     void update(const SimTK::Vector& xi, double factor);
 
-    /** Position in B of any mesh node under the same deformation. **/
+    /** Returns the position in B of any mesh node under the same deformation. **/
     SimTK::Vec3 calcNodePosition(int node, const SimTK::Vector& xi, double factor,
                                  const ReferenceMotion& reference = {}) const;
 
@@ -48,8 +49,8 @@ public:
 private:
     std::shared_ptr<const SkinModes> skin;
     std::vector<float> displacements;  // Φξ, 3 each
-    std::vector<float> relative;       // the same from a reference
-    std::vector<float> modal, wanted;  // ξ of `displacements`, and the next
+    std::vector<float> relative;       // the same relative to a reference
+    std::vector<float> modal, wanted;  // ξ of `displacements`; next ξ
     std::vector<float> positions;      // of points, 3 each
     std::vector<float> values;         // of points
     std::vector<float> triangleNormals;

@@ -18,7 +18,7 @@ std::shared_ptr<const SkinModes> extractSkinModes(std::shared_ptr<const ReducedB
                                     " values of Phi, it has " + std::to_string(part->Phi.size()));
 
     CurvedSurface surface = extractCurvedSurface(part->mesh, calcChordTolerance(part->mesh));
-    if (part->mesh.elements.empty()) {  // all that is known: drawn as dots
+    if (part->mesh.elements.empty()) {  // nodes only: drawn as dots
         surface.mesh.nodes.resize(std::size_t(part->mesh.numNodes()));
         std::iota(surface.mesh.nodes.begin(), surface.mesh.nodes.end(), 0);
     }

@@ -1,10 +1,8 @@
 #pragma once
 /** @file
-The skin of a reduced part and the rows of Φ that move it: constant, shared by threads. Internal.
-
-Points of the skin are its nodes, then those between nodes that curved faces need.
-
-Rows are kept in single precision. **/
+The skin of a reduced part and the rows of Φ that move it: constant, shared by threads, in single
+precision. Internal. The points of the skin are its nodes, then points between nodes on curved
+faces. **/
 
 #include <memory>
 #include <vector>
@@ -22,15 +20,16 @@ struct SkinModes {
     std::vector<float> Phi;            ///< (3·skin nodes)×n_f, column-major
     PointsBetween between;             ///< points on curved faces
     std::vector<int> vertexPoint;      ///< point of each vertex of `undeformed`
-    VertexTriangles around;            ///< of each vertex of `undeformed`
+    VertexTriangles around;            ///< for each vertex of `undeformed`
     std::shared_ptr<const SurfaceGeometry> undeformed;
 
     int numNodes() const { return int(nodes.size()); }
     int numPoints() const { return numNodes() + between.size(); }
 };
 
-/** O(elements + points + skin nodes·n_f). Edges sharper than `creaseAngle` [rad] are drawn sharp.
-@throws std::invalid_argument that names the part, when Φ and mesh do not fit together. **/
+/** Extracts the skin. Edges sharper than `creaseAngle` [rad] are drawn sharp. O(elements + points +
+skin nodes·n_f).
+@throws std::invalid_argument naming the part if Φ does not match the mesh. **/
 std::shared_ptr<const SkinModes> extractSkinModes(std::shared_ptr<const ReducedBody> part,
                                                   double creaseAngle);
 

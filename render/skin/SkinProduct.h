@@ -1,9 +1,7 @@
 #pragma once
 /** @file
-Products of tall matrices in single precision, such as Φξ of a skin; internal to the renderer.
-
-Rows are dealt with in chunks of a fixed size, so that results have the same bits for any number of
-threads. **/
+Products of tall matrices in single precision, such as Φξ of a skin; internal to the renderer. Rows
+are processed in chunks of a fixed size, so results are bit-identical for any number of threads. **/
 
 #include <cstddef>
 
@@ -13,16 +11,16 @@ namespace simflex {
 void multiplySkin(const float* matrix, std::size_t rows, std::size_t stride, int columns,
                   const float* x, float* y);
 
-/** Items of a loop that is divided among threads, and the size of the pieces. **/
+/** Chunk size of loops divided among threads. **/
 constexpr std::ptrdiff_t skinChunk = 4096;
 
-/** Calls work(first, end) for chunks of 0…count−1, in parallel where `cost` of all of them, in
-floating point numbers moved, is worth waking threads for. work() must write to its own range only,
+/** Calls work(first, end) for chunks of 0…count−1, in parallel if `cost`, the total number of
+floating-point values moved, is worth waking threads for. work() must write to its own range only,
 and not throw. **/
 template <class Work>
 void forSkinChunks(std::size_t count, std::size_t cost, const Work& work) {
     const std::ptrdiff_t chunks = (std::ptrdiff_t(count) + skinChunk - 1) / skinChunk;
-    // Smaller loops are done before the threads that rasterize have given way.
+    // Smaller loops finish before the rasterizer's threads have yielded the processors.
     [[maybe_unused]] const bool isLarge = cost > 2000000;
 #pragma omp parallel for schedule(static) if (isLarge)
     for (std::ptrdiff_t chunk = 0; chunk < chunks; ++chunk) {

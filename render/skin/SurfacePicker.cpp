@@ -41,7 +41,7 @@ SurfacePicker::Ray SurfacePicker::calcRay(const ViewSnapshot& view, double x, do
     return {camera.X_GC.p(), camera.X_GC.R() * (offset - Vec3(0, 0, 1))};
 }
 
-// Möller and Trumbore. Closed surfaces are seen from outside only, as they are drawn.
+// Möller–Trumbore intersection. Closed surfaces are hit from outside only, as drawn.
 void SurfacePicker::intersect(const Ray& ray_G, const SurfaceItem& item, int part,
                               Hit& nearest) const {
     const SurfaceGeometry& geometry = *item.geometry;
@@ -50,7 +50,7 @@ void SurfacePicker::intersect(const Ray& ray_G, const SurfaceItem& item, int par
         origin[k] /= item.scale[k];
         direction[k] /= item.scale[k];
     }
-    const double slack = 1e-9;  // a ray along an edge must not slip through
+    const double slack = 1e-9;  // keeps rays along an edge from slipping through
     const std::vector<std::uint32_t>& triangles = geometry.triangles;
     std::size_t found = triangles.size();
     double b1 = 0, b2 = 0;
@@ -87,7 +87,7 @@ void SurfacePicker::intersect(const Ray& ray_G, const SurfaceItem& item, int par
         const std::size_t vertex = triangles[found + k];
         nearest.value += weights[k] * double(geometry.vertices[vertex * stride + 6]);
     }
-    // Points between nodes stand for the nodes of their face.
+    // Points between nodes are represented by the nodes of their face.
     const SkinModes& skin = *snapshot.parts[std::size_t(part)].skin;
     std::set<int> candidates;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -108,7 +108,7 @@ void SurfacePicker::intersect(const Ray& ray_G, const SurfaceItem& item, int par
 }
 
 std::optional<SurfacePicker::Hit> SurfacePicker::cast(double x, double y) const {
-    const ViewSnapshot* view = nullptr;  // the topmost one there
+    const ViewSnapshot* view = nullptr;  // the topmost view at this position
     for (const ViewSnapshot& candidate : snapshot.views)
         if (x >= candidate.left && x < candidate.left + candidate.width && y >= candidate.top &&
             y < candidate.top + candidate.height)

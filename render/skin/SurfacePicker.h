@@ -1,9 +1,8 @@
 #pragma once
 /** @file
-What is under a pixel: a ray cast against the surfaces of a frame, without OpenGL. Internal.
-
-Opaque surfaces of other parts and of decorations hide what is behind them; ghosts, transparent
-things, lines and texts hide nothing. O(triangles) a ray. **/
+Finds the surface under a pixel by casting a ray against the surfaces of a frame, without OpenGL.
+Internal. Opaque surfaces of other parts and of decorations hide objects behind them; ghosts,
+transparent surfaces, lines and texts hide nothing. O(triangles) per ray. **/
 
 #include <optional>
 
@@ -21,33 +20,33 @@ public:
         SimTK::Vec3 location_G{0};
         double distance = 0;  ///< along the view direction [m]
         double value = SimTK::NaN;
-        int skinNode = -1;  ///< nearest
+        int skinNode = -1;  ///< nearest skin node
     };
 
-    /** The first opaque surface under a point of the picture [pixel], in whichever view it is. **/
+    /** Returns the first opaque surface at a position in the picture [pixel], in any view. **/
     std::optional<Hit> cast(double x, double y) const;
 
-    /** Location of a skin node as drawn, and its value. **/
+    /** Drawn location and value of a skin node. **/
     SimTK::Vec3 calcLocation(int part, int skinNode) const;
     double getValue(int part, int skinNode) const;
-    /** Location of any mesh node of a part, given by its index. **/
+    /** Returns the location of any mesh node of a part, by mesh index. **/
     SimTK::Vec3 calcInnerLocation(int part, int node) const;
 
-    /** Column and row in the frame and distance of a point, in the first view. **/
+    /** Returns column and row of a point in the frame and its distance, in the first view. **/
     SimTK::Vec3 calcPixel(const SimTK::Vec3& point_G) const;
     bool isVisible(const SimTK::Vec3& point_G) const;
 
 private:
     struct Ray {
-        SimTK::Vec3 origin, direction;  ///< of length 1 along the view direction
+        SimTK::Vec3 origin, direction;  ///< of unit length along the view direction
     };
     Ray calcRay(const ViewSnapshot& view, double x, double y) const;
     int findVertex(int part, int skinNode) const;
     void intersect(const Ray& ray_G, const SurfaceItem& item, int part, Hit& nearest) const;
 
     FrameSnapshot snapshot;
-    FramePainter painter;  // never paints
-    Scene partScene;       // one item a part
+    FramePainter painter;  // used for deformation only
+    Scene partScene;       // one item per part
 };
 
 }  // namespace simflex
