@@ -1,5 +1,5 @@
 /** @file
-Programs that are started: what they are given, how they end. **/
+Child processes: their environment and termination. **/
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ namespace {
 
 using File = std::unique_ptr<FILE, int (*)(FILE*)>;
 
-/** What it writes. **/
+/** Returns its output. **/
 std::string outputOf(ChildSetup setup) {
     const File output(std::tmpfile(), std::fclose);
     setup.output = fileno(output.get());
@@ -68,7 +68,7 @@ TEST(ChildProcess, FolderAndEnvironmentAreThoseAskedFor) {
 }
 
 TEST(ChildProcess, WhatItWritesArrivesWhicheverStandardFilesAreClosedHere) {
-    // The file that takes its output is opened in place of one that is closed.
+    // The file for its output gets the descriptor of a closed one.
     for (const int closed : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
         const int kept = dup(closed);
         close(closed);
@@ -99,11 +99,11 @@ TEST(ChildProcess, WhatIsNotThereIsNamed) {
                 ::testing::ThrowsMessage<std::runtime_error>(
                     "cannot run 'no-such-program': No such file or directory"));
     EXPECT_EQ(findProgram("no-such-program"), "");
-    EXPECT_EQ(findProgram("/etc/passwd"), "");  // no program
+    EXPECT_EQ(findProgram("/etc/passwd"), "");  // not a program
     EXPECT_THAT(findProgram("sh"), ::testing::EndsWith("/sh"));
 }
 
-/** It holds one end of a pipe: the other end tells when it is gone. **/
+/** It holds one end of a pipe, so the other end shows when it has ended. **/
 TEST(ChildProcess, NoneOutlivesItsObject) {
     int ends[2];
     ASSERT_EQ(pipe2(ends, O_CLOEXEC), 0);
@@ -120,7 +120,7 @@ TEST(ChildProcess, NoneOutlivesItsObject) {
     close(ends[0]);
 }
 
-/** True if all who hold the other end of a pipe are gone within 20 s. **/
+/** Returns true if all holders of the other end of a pipe end within 20 s. **/
 bool isLetGo(int end) {
     pollfd waiting{end, POLLIN, 0};
     char byte;
@@ -158,7 +158,8 @@ TEST(ChildProcess, OneOutlivesTheThreadThatStartsIt) {
 }
 
 TEST(ChildProcess, SignalsAreNewToAProgram) {
-    // One that is caught and held back here is neither there; one that is ignored stays so.
+    // A signal that is caught and blocked here is neither in the child; an ignored one stays
+    // ignored.
     struct sigaction caught {
     }, before{};
     caught.sa_handler = [](int) {};

@@ -11,7 +11,7 @@ namespace {
 
 TEST(Chunk, LoadsAndStoresTheFirstOfEightAndTouchesNoOthers) {
     for (int count = 0; count <= ChunkSize; ++count) {
-        // Of just the size, so that a sanitizer sees what is read behind.
+        // Exact size, so that a sanitizer detects reads past the end.
         const auto values = std::make_unique<double[]>(size_t(count));
         for (int k = 0; k < count; ++k) values[size_t(k)] = k + 1;
         const Chunk chunk = loadChunk(values.get(), count);

@@ -30,14 +30,14 @@ TEST(FourierTransform, IsTheSumForEveryLength) {
 }
 
 TEST(FourierTransform, OfAGeometricSeriesIsItsSumAlsoForAMillionAndALargePrime) {
-    // 100 003 and 999 983 are prime: by kissfft alone the second would take an hour and a half.
+    // 100 003 and 999 983 are prime: with kissfft alone the second would take an hour and a half.
     for (const int n : {65536, 100000, 100003, 999983}) {
         const double ratio = 1 - 5.0 / n;
         std::vector<double> x(1, 1.0);
         while (int(x.size()) < n) x.push_back(x.back() * ratio);
         const std::vector<Complex> transformed = calcFourierTransform(x);
         for (const int k : {-7, -1, 0, 1, 7, n / 3, n / 2}) {
-            // 1 − r exp(iθ), without a difference of what is nearly equal
+            // 1 − r exp(iθ), without cancellation
             const double theta = -2 * Pi * k / n, half = std::sin(theta / 2);
             const Complex expected =
                 (1 - ratio * x.back()) /

@@ -1,5 +1,5 @@
 /** @file
-Which names are opened as inputs, and which never. **/
+Valid and invalid names of input files. **/
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>

@@ -1,5 +1,5 @@
 /** @file
-What parallel loops do when their passes throw, or take long. **/
+Parallel loops whose passes throw or take long. **/
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using namespace simflex;
 
 namespace {
 
-/** The pass whose exception comes out; −1: none. **/
+/** Returns the pass whose exception propagates; −1 for none. **/
 template <class Loop>
 int findThrown(const Loop& loop, int threads, const std::vector<int>& throwing) {
     try {
@@ -38,7 +38,7 @@ const auto kNextOne = [](int count, int threads, const auto& body) {
     parallelFor(count, threads, Schedule::WhoeverIsFree, body);
 };
 
-/** Runs it where no thread has been waited for before. **/
+/** Runs it in a thread that has not waited for others before. **/
 void runInNewThread(const std::function<void()>& work) {
     std::thread(work).join();
 }

@@ -1,5 +1,5 @@
 /** @file
-What a program in the sandbox can do, and what it cannot: tried out. **/
+Permitted and forbidden operations of a program in the sandbox. **/
 
 #include <gmock/gmock.h>
 #include <sys/syscall.h>
@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/** Python runs in the sandbox, as a program that tries everything. **/
+/** Runs Python in the sandbox as a program that tries everything. **/
 class SandboxTest : public ::testing::Test {
 protected:
     SandboxTest() {
@@ -45,7 +45,7 @@ protected:
         return text.str();
     }
 
-    /** "ok", or the error's name. **/
+    /** Returns "ok" or the error's name. **/
     std::string attempt(const std::string& code) {
         ChildSetup setup;
         setup.arguments = {sandbox.program,
@@ -128,7 +128,7 @@ TEST_F(SandboxTest, NoProgramIsStarted) {
           "import shutil; shutil.copyfile('/usr/bin/env', 'mine'); os.execv('mine', ['mine'])",
           "os.execv(os.memfd_create('x'), ['x'])"})
         EXPECT_THAT(attempt(code), ::testing::AnyOf("EACCES", "EPERM")) << code;
-    // As Gmsh's scripts would: by a shell, in a process of its own.
+    // As a Gmsh script would: by a shell in a child process.
     EXPECT_EQ(attempt("assert os.system('echo ran > ran') != 0"), "ok");
     EXPECT_FALSE(fs::exists(inside / "ran"));
 }

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** In a process of its own, which ends without destructors, as by SIGKILL. **/
+/** Runs in a child process that ends without destructors, as by SIGKILL. **/
 void runAndKill(const std::function<void()>& work) {
     const pid_t process = fork();
     if (process == 0) {
@@ -40,7 +40,7 @@ TEST(TemporaryFolder, ThoseOfKilledProcessesAreRemovedByTheNext) {
             const TemporaryFolder* left = new TemporaryFolder;
             fs::create_directory(left->path() / "more");
         });
-        EXPECT_EQ(countFolders(), 1) << k;  // not two: the one before is gone
+        EXPECT_EQ(countFolders(), 1) << k;  // the previous one has been removed
     }
 }
 

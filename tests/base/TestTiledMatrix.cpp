@@ -59,7 +59,7 @@ TEST(TiledMatrix, ResultsDoNotDependOnHowManyVectorsThereAre) {
 }
 
 TEST(TiledMatrix, SkippedZerosChangeNothingAndNegligibleEntriesLittle) {
-    // Rows of four patterns in turn, as symmetric parts have them, with dirt of round-off.
+    // Rows of four patterns in turn, as in symmetric parts, with round-off noise.
     const MatrixXd dense = makeRandom(40, 32, 4), dirt = 1e-15 * makeRandom(40, 32, 5);
     for (const bool isDirty : {false, true}) {
         MatrixXd A = MatrixXd::Zero(40, 32);

@@ -1,11 +1,12 @@
-// A chain of flexible links, 54 modes each, by number of links: cost of a Newton iteration and
-// memory, against Simbody's own accelerations of the same chain, two and four threads against one,
-// and the same beside other work on all processors. The last line is a JSON object: milliseconds of
-// an iteration of 10 000 links by one thread and by four, exponent of the cost from 100 to 10 000,
-// how many times longer Simbody takes for one evaluation of the accelerations of 200 links (with
-// its own Constraint::Ball between body frames, and with joints that see the modes), the speed-up
-// by threads, and how many times longer two threads take than one where every processor is busy
-// (goal: at most 1.3).
+// Chains of flexible links with 54 modes each, by number of links. Compares the cost and memory of
+// a Newton iteration with Simbody's own accelerations of the same chain, two and four threads with
+// one, and measures threads while all processors are busy. The last line is a JSON object:
+// - milliseconds per iteration of 10 000 links with one thread and with four,
+// - exponent of the cost from 100 to 10 000 links,
+// - ratio of Simbody's time to ours for one evaluation of the accelerations of 200 links (with
+// Simbody's Constraint::Ball between body frames, and with joints that see the modes),
+// - speed-up by threads,
+// - time of two threads relative to one while every processor is busy (goal: at most 1.3).
 //
 //   bench_chain [LARGEST NUMBER OF LINKS]     default 10000
 
@@ -55,7 +56,7 @@ ChainOptions optionsFor(int numLinks, ChainOptions::Joints joints = ChainOptions
     return options;
 }
 
-/** The link with 100 modes. **/
+/** Reduces the link to 100 modes. **/
 Part reduceLinkTo100Modes() {
     ReductionOptions options;
     options.name = "link";
@@ -69,12 +70,12 @@ Part reduceLinkTo100Modes() {
 // growth
 
 struct Growth {
-    double time, memory, setUp;      ///< exponents over the number of links
-    double largestMilliseconds = 0;  ///< an iteration of the longest chain
-    double byFourThreads = 0;        ///< the same [ms]
+    double time, memory, setUp;      ///< exponents with respect to the number of links
+    double largestMilliseconds = 0;  ///< per iteration of the longest chain
+    double byFourThreads = 0;        ///< the same with four threads [ms]
 };
 
-/** The quickest of some runs: what else the machine does can only slow one down. **/
+/** Returns the fastest of several runs: other load on the machine can only slow a run down. **/
 ChainCost measureQuickest(const ChainOptions& options, const Part& part, int threads,
                           int repetitions) {
     ChainCost best = measureChain(options, part, threads);
@@ -117,12 +118,13 @@ Growth measureGrowth(const Part& part, int largest) {
 //------------------------------------------------------------------------------------------------
 // against Simbody
 
-/** Seconds of one evaluation of u̇ and λ from q and u by Simbody alone; u̇ to `uDot`. **/
+/** Returns the seconds of one evaluation of u̇ and λ from q and u by Simbody alone; stores u̇ in
+`uDot`. **/
 double measureSimbody(const Part& part, int numLinks, ChainOptions::Joints joints, int repetitions,
                       SimTK::Vector* uDot = nullptr) {
     ChainModel model(optionsFor(numLinks, joints), part);
     State state = model.makeInitialState();
-    // Our own share, forces of the modes, is left out: it is not Simbody's.
+    // Exclude our modal forces, which are not Simbody's cost.
     model.flexible.getGuts().setNativeForcesEnabled(state, false);
     model.system.realize(state, Stage::Instance);
     std::vector<double> seconds;
@@ -135,8 +137,8 @@ double measureSimbody(const Part& part, int numLinks, ChainOptions::Joints joint
     return medianOf(seconds);
 }
 
-/** The same by block elimination: residuals, mass matrix and joints, factorization, solve. One
- * thread. **/
+/** The same by block elimination (residuals, mass matrix and joints, factorization, solve) on one
+thread. **/
 double measureElimination(const Part& part, int numLinks, SimTK::Vector* uDot) {
     ChainModel model(optionsFor(numLinks), part);
     const State state = model.makeInitialState();
@@ -165,7 +167,7 @@ SimbodyRatios measureAgainstSimbody(const Part& part, int numLinks) {
     const double elimination = measureElimination(part, numLinks, &own);
     const double frameBalls = measureSimbody(part, numLinks, ChainOptions::Joints::FrameBall, 5);
     const double flexible = measureSimbody(part, numLinks, ChainOptions::Joints::Ball, 2, &simbody);
-    // The straight undeformed chain has no coupling that Simbody's mass matrix lacks.
+    // The straight undeformed chain has no coupling terms beyond Simbody's mass matrix.
     const double difference = (own - simbody).normRMS() / simbody.normRMS();
     std::printf("accelerations and multipliers of %d links, one thread\n", numLinks);
     std::printf("  block elimination                    %10.3f ms\n", 1e3 * elimination);
@@ -181,8 +183,8 @@ SimbodyRatios measureAgainstSimbody(const Part& part, int numLinks) {
 //------------------------------------------------------------------------------------------------
 // threads
 
-/** How many times faster a Newton iteration is with so many threads than with one: the quickest of
- * either, in turn. **/
+/** Returns the speed-up of a Newton iteration with `threads` threads over one: the fastest of each,
+run alternately. **/
 double measureSpeedUp(const char* name, const Part& part, int numLinks, int threads,
                       int repetitions) {
     double one = SimTK::Infinity, many = SimTK::Infinity;
@@ -195,7 +197,7 @@ double measureSpeedUp(const char* name, const Part& part, int numLinks, int thre
     return one / many;
 }
 
-/** Keeps every processor busy with a thread of its own. **/
+/** Keeps every processor busy with one thread each. **/
 class OtherWork {
 public:
     OtherWork() {
@@ -215,8 +217,8 @@ private:
     std::vector<std::thread> m_threads;
 };
 
-/** How many times longer two threads take than one, beside other work: medians of runs in turn,
-long enough for the scheduler to have its say. **/
+/** Returns the time of two threads relative to one under background load: medians of alternating
+runs, long enough to include the scheduler's effect. **/
 double measureBusyRatio(const Part& part, int numLinks) {
     constexpr double Step = 2e-4, Seconds = 1;
     constexpr int WarmUp = 20, Repetitions = 5;

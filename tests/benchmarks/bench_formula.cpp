@@ -1,5 +1,5 @@
-// What formulas of a model file cost against the same functions compiled: values, slopes by two
-// quantities, and first and second derivatives by time.
+// Cost of model file formulas relative to the same functions compiled: values, derivatives with
+// respect to two quantities, and first and second time derivatives.
 
 #include <algorithm>
 #include <chrono>
@@ -26,7 +26,8 @@ struct Case {
 
 const double kPi = std::acos(-1.0);
 
-/** Least mean time of a call [s]; the sum keeps the compiler from leaving it out. **/
+/** Returns the least mean time of a call [s]. Accumulating `sum` keeps the compiler from removing
+the calls. **/
 template <class Call>
 double measure(const std::vector<double>& inputs, const Call& call, double& sum) {
     double least = std::numeric_limits<double>::infinity();

@@ -118,15 +118,15 @@ StaticsCost measureStatics(const std::shared_ptr<const ReducedBody>& part, int n
     return cost;
 }
 
-/** @param load  PL²/EI of a force on the last link's end, the way it bends most easily: the other
-way a chain so long gives way sideways **/
+/** @param load  PL²/EI of a force on the last link's end in its most flexible direction; in the
+other direction so long a chain buckles sideways **/
 StaticsCost measureWelded(const std::shared_ptr<const ReducedBody>& part, int numLinks,
                           double load) {
     examples::ChainOptions options;
     options.numLinks = numLinks;
     options.joints = examples::ChainOptions::Joints::Weld;
     options.gravity = 0;
-    // The first pass measures the stiffness, by a small force.
+    // The first pass measures the stiffness with a small force.
     double stiffness = 1e-3, bent = 0;
     StaticsCost cost;
     for (int pass = 0; pass < 2; ++pass) {
@@ -150,8 +150,8 @@ StaticsCost measureWelded(const std::shared_ptr<const ReducedBody>& part, int nu
     return cost;
 }
 
-/** Welded links that turn about one end, twice as fast as they swing at rest: the steady motion, in
-which they stretch, and modes about it. **/
+/** Welded links rotating about one end at twice their swing frequency at rest: the steady motion,
+in which they stretch, and modes about it. **/
 StaticsCost measureTurning(const std::shared_ptr<const ReducedBody>& part, int numLinks) {
     examples::ChainOptions options;
     options.numLinks = numLinks;

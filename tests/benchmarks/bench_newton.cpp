@@ -1,7 +1,7 @@
-// What a Newton iteration of the slider-crank and of the stator costs: its linear solve by block
-// elimination and by solvers that see one matrix, all on the same systems, dumped from the
-// examples' own runs; then the whole runs and their phases, the reduction of the crank and a frame.
-// The last line is a JSON object with the main figures in microseconds.
+// Cost of a Newton iteration of the slider-crank and of the stator. Compares its linear solve by
+// block elimination with general solvers on the assembled matrix, for the same systems dumped from
+// runs of the examples; then times the whole runs and their phases, the reduction of the crank and
+// a frame. The last line is a JSON object with the main figures in microseconds.
 
 #include <benchmark/benchmark.h>
 #include <klu.h>
@@ -45,13 +45,13 @@ const std::shared_ptr<const ReducedBody>& getRodPart() {
     return part;
 }
 
-/** An example's model and how the benchmark runs it. **/
+/** An example's model and its benchmark settings. **/
 struct SliderCrank : examples::SliderCrankModel {
     static constexpr const char* name = "slider_crank";
     static constexpr bool hasDenseBlocks = false;
     static constexpr double runTime = 0.1;     ///< simulated [s]
     static constexpr double accuracy = 1e-6;   ///< the example's own
-    static constexpr int systemInterval = 25;  ///< every 25th Newton system is kept
+    static constexpr int systemInterval = 25;  ///< keeps every 25th Newton system
 
     static void adapt(NewtonSystem&) {}
     SliderCrank() : SliderCrankModel({}, getCrankPart(), getRodPart()) {}
@@ -77,11 +77,11 @@ struct Stator : examples::StatorModel {
     }
 };
 
-/** The systems of one run, in every form that a solver wants. **/
+/** The systems of one run, in the form that each solver needs. **/
 struct DumpedSystems {
     std::vector<NewtonSystem> systems;
     std::vector<MatrixXd> dense;
-    std::vector<SparseMatrix> sparse;  ///< one pattern: whatever is not zero in any of them
+    std::vector<SparseMatrix> sparse;  ///< one pattern: the union of the nonzeros
     std::vector<VectorXd> rightHandSides, solutions;
 
     /** Runs the model up to `runTime`. **/
@@ -93,7 +93,7 @@ struct DumpedSystems {
                                                       : BdfIntegrator::BlockForm::Arrow);
         int count = 0;
         integrator.setNewtonSystemObserver([&](const NewtonSystem& system) {
-            // A refreshed Newton matrix may have another form; one pattern is wanted.
+            // A refreshed Newton matrix may have another form, but all must share one pattern.
             if (count++ % Model::systemInterval != 0) return;
             systems.push_back(system);
             Model::adapt(systems.back());
@@ -126,15 +126,15 @@ void DumpedSystems::assemble() {
     }
 }
 
-/** The same run with the dense form of every flexible block: all gyroscopic terms in J. **/
+/** The same run with every flexible block dense, so that J holds all gyroscopic terms. **/
 template <class Model>
 struct DenseBlocks : Model {
     static inline const std::string name = std::string(Model::name) + "_dense";
     static constexpr bool hasDenseBlocks = true;
 };
 
-/** The same systems as if the bodies were stiffened: shapes change with the deformation, so that
-each has columns of its own. **/
+/** The same systems as if the bodies were stiffened: mode shapes change with the deformation, so
+each block has columns of its own. **/
 template <class Model>
 struct Stiffened : Model {
     static inline const std::string name = std::string(Model::name) + "_stiffened";
@@ -152,7 +152,8 @@ struct Stiffened : Model {
     }
 };
 
-/** What these were solved as before arrows had columns of their own: full symmetric matrices. **/
+/** The stiffened systems as full symmetric matrices, the form used before arrows had columns of
+their own. **/
 template <class Model>
 struct StiffenedFull : Model {
     static inline const std::string name = std::string(Model::name) + "_stiffened_full";
@@ -183,8 +184,8 @@ const DumpedSystems& getDumpedSystems() {
     return dumped;
 }
 
-/** Runs `solve(index, x)` over the systems in turn; reports the largest relative difference from
- * dense pivoting. **/
+/** Runs `solve(index, x)` over the systems in turn and reports the largest relative difference from
+dense pivoting. **/
 template <class Solve>
 void runSolves(benchmark::State& state, const DumpedSystems& dumped, Solve solve) {
     VectorXd x(dumped.rightHandSides[0].size());
@@ -221,9 +222,8 @@ void solveByBlockElimination(benchmark::State& state) {
     });
 }
 
-/** Complex matrices as Radau IIA wants them, of the same systems; rows of force elements come
- * twice.
- * **/
+/** Solves the same systems as the complex matrices of Radau IIA; rows of force elements appear
+ * twice. **/
 template <class Model>
 void solveByComplexElimination(benchmark::State& state) {
     const DumpedSystems& dumped = getDumpedSystems<Model>();
@@ -282,7 +282,7 @@ void solveBySparseLU(benchmark::State& state) {
     state.counters["nonzeros"] = double(dumped.sparse[0].nonZeros());
 }
 
-/** UMFPACK with its analysis reused. **/
+/** UMFPACK, reusing its analysis. **/
 template <class Model>
 void solveByUmfpack(benchmark::State& state) {
     const DumpedSystems& dumped = getDumpedSystems<Model>();
@@ -302,7 +302,7 @@ void solveByUmfpack(benchmark::State& state) {
     umfpack_di_free_symbolic(&symbolic);
 }
 
-/** KLU with its analysis reused; `Refactor` keeps the pivots of the first system, too. **/
+/** KLU, reusing its analysis; `Refactor` also keeps the pivots of the first system. **/
 template <class Model, bool Refactor>
 void solveByKlu(benchmark::State& state) {
     const DumpedSystems& dumped = getDumpedSystems<Model>();
@@ -331,7 +331,7 @@ void solveByKlu(benchmark::State& state) {
     klu_free_symbolic(&symbolic, &common);
 }
 
-/** The example's run without output; time per run, phases in milliseconds. **/
+/** Runs the example without output and reports the time per run, with phases in milliseconds. **/
 template <class Model>
 void runExample(benchmark::State& state) {
     IntegratorStatistics sum;
@@ -364,8 +364,8 @@ void runExample(benchmark::State& state) {
     state.counters["simbody_ms"] = 1e3 * sum.simbodySeconds / runs;
 }
 
-/** From deck to part, 50 Craig-Bampton modes; phases in seconds. The deck's reading includes
- * CalculiX. **/
+/** Reduces the crank from deck to part with 50 Craig-Bampton modes; phases in seconds. Reading the
+deck includes CalculiX. **/
 void reduceCrank(benchmark::State& state) {
     ReductionOptions options;
     options.name = "crank";
@@ -389,7 +389,7 @@ void reduceCrank(benchmark::State& state) {
     state.counters["dofs"] = timings.numDofs;
 }
 
-/** One 1280×720 frame of the mechanism in motion, to memory. **/
+/** Draws one 1280×720 frame of the moving mechanism to memory. **/
 void drawFrame(benchmark::State& state) {
     SliderCrank model;
     BdfIntegrator integrator(model.system);
@@ -411,11 +411,11 @@ void drawFrame(benchmark::State& state) {
     }
 }
 
-/** Prints one line a benchmark, with the median of its repetitions, and keeps it. **/
+/** Prints one line per benchmark, with the median of its repetitions, and stores it. **/
 class Reporter : public benchmark::BenchmarkReporter {
 public:
     std::map<std::string, double> times;      ///< [µs], real time
-    std::map<std::string, double> iteration;  ///< the counter iteration_us
+    std::map<std::string, double> iteration;  ///< counter iteration_us
 
     bool ReportContext(const Context& context) override {
         std::printf("%d processors, load %.2f\n\n", context.cpu_info.num_cpus,
@@ -457,7 +457,7 @@ benchmark::internal::Benchmark* addLong(const std::string& name,
         ->UseRealTime();
 }
 
-/** What is measured of an example; names begin with the model's. **/
+/** Registers the benchmarks of an example; their names begin with the model's. **/
 template <class Model>
 void registerSolves() {
     const std::string prefix = std::string(Model::name) + "_";
@@ -497,7 +497,8 @@ void registerBenchmarks() {
     addLong("frame_1280x720", drawFrame);
 }
 
-/** The main figures of a model as a JSON object; zero for what a filter has left out. **/
+/** Returns the main figures of a model as a JSON object, with zeros for benchmarks that a filter
+excluded. **/
 std::string summarize(const Reporter& reporter, const std::string& model) {
     const auto get = [&](const std::map<std::string, double>& figures, const std::string& name) {
         const auto found = figures.find(model + "_" + name);

@@ -1,6 +1,7 @@
-// What a row of results costs beside a step, on the slider-crank of examples/ and the stator: by
-// BDF, whose steps are the cheapest, and by Radau, the default of model files. The last line is a
-// JSON object: row over step, and the same without the search for largest displacements.
+// Cost of a row of results relative to a step, on the slider-crank of examples/ and the stator:
+// with BDF, whose steps are the cheapest, and with Radau, the default of model files. The last line
+// is a JSON object with the ratio of row to step, with and without the search for largest
+// displacements.
 //
 //   bench_output [--repetitions N]     default: 5, of which the fastest counts
 
@@ -29,7 +30,7 @@ std::shared_ptr<const ReducedBody> readPart(const std::string& name) {
         readReducedBody(std::string(SIMFLEX_PARTS) + "/" + name + ".h5"));
 }
 
-/** What a row has: each entry a part of it. **/
+/** One part of a row. **/
 struct Column {
     const char* name;
     std::function<double(const ImplicitIntegrator&, const State&)> calc;
@@ -44,14 +45,15 @@ struct Problem {
     std::vector<Column> columns;
 };
 
-/** Of the whole integration; of rows: with points shown between steps, States, and each column. **/
+/** Seconds of the whole integration and of the rows: points shown between steps, States, and each
+column. **/
 struct Seconds {
     double integration = 0, shown = 0;
     std::vector<double> columns;
     long steps = 0;
-    double sum = 0;  // so that nothing is left out
+    double sum = 0;  // keeps the compiler from removing calls
 
-    /** The last column is that of largest displacements. **/
+    /** The last column searches for the largest displacements. **/
     double calcRow(int rows, size_t numColumns) const {
         double seconds = shown;
         for (size_t k = 0; k < numColumns; ++k) seconds += columns[k];
@@ -94,7 +96,7 @@ Seconds measure(const Problem& problem) {
     return seconds;
 }
 
-/** Row over step. **/
+/** Ratio of row time to step time. **/
 struct Ratio {
     double whole, withoutLargest;
 };

@@ -1,7 +1,7 @@
 // Work-precision diagrams: global error against wall time for BDF of orders 1 to 5,
 // generalized-alpha, Radau and, on models soft and small enough, Simbody's integrators, over
-// accuracies 1e-2 to 1e-8 of the size of each model's motion. Two longer problems compare Radau
-// with BDF as it is by default, by what each costs for a given error.
+// accuracies from 1e-2 to 1e-8 of the size of each model's motion. Two longer problems compare
+// Radau and the default BDF by their cost for a given error.
 //
 //   bench_precision [--out DIR] [MODEL...]     default: all models, build/output/precision
 
@@ -31,21 +31,21 @@ using namespace SimTK;
 using examples::Plot;
 using Probe = std::vector<double>;
 
-/** A model and what is looked at in it: lengths [m]. **/
+/** A model and its observed quantities: lengths [m]. **/
 struct Problem {
     std::string name;
     double duration;
-    double size;  ///< of the motion that is looked at [m]; accuracies and errors are parts of it
+    double size;  ///< of the observed motion [m]; accuracies and errors are relative to it
     std::string error = "global error, as a part of the motion";
     std::vector<double> accuracies = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8};
     double tightest = 1e-10;        ///< accuracy of the reference
-    bool comparesDefaults = false;  ///< BDF as it is by default and Radau, no others
-    Probe end;                      ///< as published, if it is
+    bool comparesDefaults = false;  ///< only the default BDF and Radau
+    Probe end;                      ///< published end values, if any
     const MultibodySystem* system = nullptr;
     State state;
     std::function<Probe(const State&)> probe;
     bool runsNatively = false;
-    double nativeFactor = 1;      ///< from accuracy to that of Simbody's integrators
+    double nativeFactor = 1;      ///< accuracy of Simbody's integrators over ours
     std::shared_ptr<void> model;  ///< keeps the system alive
 };
 
@@ -77,8 +77,8 @@ Problem makeSliderCrank() {
     return problem;
 }
 
-/** The same without damping, for longer and under a torque that turns it a few times: modes that
-were excited go on. The slider's position, in metres. **/
+/** The same without damping, for longer and under a torque that turns it a few times, so excited
+modes persist. Observes the slider's position in metres. **/
 Problem makeFreeSliderCrank() {
     examples::SliderCrankOptions options;
     options.drive = examples::SliderCrankOptions::Drive::Torque;
@@ -140,7 +140,8 @@ struct Multibody {
     FlexibleBodySubsystem flexible{system, matter};
 };
 
-/** With flexible bodies' weights in metres, accuracies of all integrators mean the same. **/
+/** Weights of the flexible bodies in metres give accuracies the same meaning for all
+integrators. **/
 void runNatively(Problem& problem, const Multibody& model) {
     problem.system = &model.system;
     model.flexible.initializeNative(problem.state, 1e-12);
@@ -182,7 +183,7 @@ Problem makeSpinningBody() {
     return problem;
 }
 
-/** Two soft links of five and seven modes on balls, swinging out of the plane. **/
+/** Two soft links with five and seven modes on balls, swinging out of the plane. **/
 Problem makeSoftPendulum() {
     auto model = std::make_shared<Multibody>();
     Force::Gravity(model->forces, model->matter, -YAxis, 9.81);
@@ -219,8 +220,8 @@ Problem makeSoftPendulum() {
     return problem;
 }
 
-/** A bob on a rod that is a stiff spring (100 rad/s) of 1 m, let go at 60 degrees, stretched. Rigid
-bodies only: Simbody's own integrators run the same model. **/
+/** A bob on a rod that is a stiff 1 m spring (100 rad/s), released stretched at 60 degrees. Rigid
+bodies only, so Simbody's own integrators run the same model. **/
 Problem makeStiffPendulum() {
     auto model = std::make_shared<Multibody>();
     Force::UniformGravity(model->forces, model->matter, Vec3(0, -9.81, 0));
@@ -247,8 +248,9 @@ Problem makeStiffPendulum() {
 }
 
 /** Andrews' squeezing mechanism: seven bodies in a plane, K1 driven by a torque, K3 held by a
-spring. All end in one point of K2. Angles in the order β, Θ, γ, Φ, δ, Ω, ε, in radians. Data and
-end: IVP test set, problem "andrews"; E. Hairer, G. Wanner, Solving ODEs II, VII.7. **/
+spring. All loops close at one point of K2. Angles in the order β, Θ, γ, Φ, δ, Ω, ε, in radians.
+Data and end values: IVP test set, problem "andrews"; E. Hairer, G. Wanner, Solving ODEs II,
+VII.7. **/
 Problem makeAndrews() {
     auto model = std::make_shared<Multibody>();
     const auto makeBody = [](Real mass, const Vec3& center, Real inertia) {
@@ -354,7 +356,7 @@ double calcError(const Solution& solution, const Solution& reference) {
 
 struct Method {
     std::string name;
-    int order;  ///< 0: its slope is not promised
+    int order;  ///< 0: no promised slope
     int color;
     std::function<Solution(const Problem&, double accuracy)> run;
 };
@@ -397,7 +399,7 @@ std::vector<Method> listMethods(const Problem& problem) {
     return methods;
 }
 
-/** Slope of log error over log accuracy, by least squares. **/
+/** Fits the slope of log error over log accuracy by least squares. **/
 double fitSlope(const std::vector<double>& x, const std::vector<double>& y) {
     double sx = 0, sy = 0, sxx = 0, sxy = 0;
     const double n = double(x.size());
@@ -408,14 +410,15 @@ double fitSlope(const std::vector<double>& x, const std::vector<double>& y) {
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-/** What a method did at one accuracy. **/
+/** Result of a method at one accuracy. **/
 struct Run {
     double accuracy, error, seconds, steps, iterations;
 };
 using Runs = std::vector<Run>;
 
-/** What a run with this error costs, between two by their logarithms. Beyond the last, and said so:
-at order 2, where the error falls as accuracy^(2/3) and the cost grows as its inverse root. **/
+/** Returns the cost of a run with this error by logarithmic interpolation between two runs.
+Extrapolation beyond the last run is reported and assumes order 2, where the error falls as
+accuracy^(2/3) and the cost grows as its inverse square root. **/
 double findCost(const Runs& runs, double error, double Run::*cost) {
     size_t k = 0;
     while (k < runs.size() && runs[k].error > error) ++k;
@@ -432,9 +435,9 @@ double findCost(const Runs& runs, double error, double Run::*cost) {
 /** Runs of all methods, by name. **/
 using Study = std::map<std::string, Runs>;
 
-/** Errors are differences to Radau's solution at the tightest accuracy.
-@param floor  how far that is from what is published, from BDF5 or from Radau at ten times the
-    accuracy: smaller errors mean nothing **/
+/** Errors are differences from Radau's solution at the tightest accuracy.
+@param floor  distance of that solution from the published values, from BDF5 or from Radau at ten
+times the accuracy; smaller errors are meaningless **/
 Solution findReference(const Problem& problem, const std::vector<Method>& methods, double& floor) {
     const auto run = [&](const std::string& name, double accuracy) {
         return std::find_if(methods.begin(), methods.end(),
@@ -470,9 +473,9 @@ Study study(const Problem& problem, const std::string& folder, std::string& json
     for (const Method& method : methods) {
         Runs& runs = result[method.name];
         std::vector<double> errors, times;
-        std::vector<double> x, y;  // above the references' own error
+        std::vector<double> x, y;  // above the reference's own error
         bool isMonotonic = true;
-        double worst = 0;  // error, in accuracies
+        double worst = 0;  // error over accuracy
         for (double accuracy : problem.accuracies) {
             Solution solution = method.run(problem, accuracy);
             for (int repeat = 1; repeat < 3 && solution.seconds < 0.3; ++repeat)
@@ -523,7 +526,7 @@ Study study(const Problem& problem, const std::string& folder, std::string& json
     return result;
 }
 
-/** What Radau needs of steps, or of BDF's time, for a given error. **/
+/** Returns the JSON figures that compare Radau with the default BDF. **/
 std::string summarize(const Problem& problem, const Study& study) {
     if (!problem.comparesDefaults) return "";
     const Runs &bdf = study.at("default BDF"), &radau = study.at("Radau");
@@ -543,7 +546,7 @@ std::string summarize(const Problem& problem, const Study& study) {
         ratios[k] = own / other;
         std::printf("to %g m: %.3f s by Radau, %.3f s by BDF\n", error, own, other);
     }
-    const auto at = [](const Runs& runs) {  // the default accuracy
+    const auto at = [](const Runs& runs) {  // at the default accuracy
         return *std::find_if(runs.begin(), runs.end(),
                              [](const Run& run) { return run.accuracy == 1e-6; });
     };

@@ -1,5 +1,5 @@
-"""What calls from Python cost beside what they do: the shortest of many. The last line is a JSON object of
-microseconds (goals: values 5, the time 1, a step and a function beside what they do 10)."""
+"""Overhead of calls from Python: the shortest of many. The last line is a JSON object of microseconds
+(goals: values 5, the time 1, overhead of a step and a function 10)."""
 
 import json
 import time
@@ -9,7 +9,7 @@ from models import make_pendulum
 
 
 def measure(work, count=200, rounds=40):
-    """Shortest time of a call [us]."""
+    """Returns the shortest time of a call [us]."""
     best = float("inf")
     for _ in range(rounds):
         begin = time.perf_counter()

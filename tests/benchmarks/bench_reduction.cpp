@@ -1,15 +1,15 @@
 /** @file
-Reduction of boxes of hexahedra with two interfaces: time and peak memory by phase, the floor beside
-them, and SciPy's eigsh with the same matrices.
+Reduction of boxes of hexahedra with two interfaces: time and peak memory by phase, next to a lower
+bound and to SciPy's eigsh with the same matrices.
 
     bench_reduction [--dof N ...] [--shape brick|bar|plate] [--modes 50] [--rival SECONDS]
 
-The floor is what a reduction by one factorization cannot do without: ordering and factoring K_ii
-(CHOLMOD), the solves for the constraint modes, and one L and one Lᵀ solve for each block of the
-Lanczos run, nothing between them. Times are given twice, on the wall and of processors: where other
-programs share the machine, only the ratio of the second means something, and that with
-OMP_NUM_THREADS=1 (threads that wait for each other count as busy). --rival is the time eigsh is
-given; 0 leaves it out. The last line is a JSON object, of the last size. **/
+The lower bound ("floor") is the work that any reduction with one factorization needs: ordering and
+factoring K_ii (CHOLMOD), the solves for the constraint modes, and one L and one Lᵀ solve for each
+block of the Lanczos run. Both wall and processor times are given. On a shared machine only the
+ratio of processor times is meaningful, and only with OMP_NUM_THREADS=1 (threads that wait for each
+other count as busy). --rival is the time limit of eigsh; 0 skips it. The last line is a JSON object
+for the last size. **/
 
 #include <sys/wait.h>
 #include <time.h>
@@ -39,7 +39,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 constexpr double kGibibyte = 1073741824;
 
-/** Seconds on the wall and of processors. **/
+/** Wall and processor seconds. **/
 struct Spent {
     double wall = 0, processor = 0;
 
@@ -74,7 +74,7 @@ struct Arguments {
     double rivalSeconds = 300;
 };
 
-/** Cubes (plates: square flat bricks) of aluminium along x, with the end faces as interfaces. **/
+/** Aluminium cubes (plates: flat square bricks) along x, with the end faces as interfaces. **/
 struct Box {
     int n[3];
     double h = 0.002;  ///< edge of an element [m]
@@ -131,8 +131,8 @@ struct Box {
 
 constexpr int Box::kCorners[8][3];
 
-/** Rows and columns of the nodes that no interface holds, out of a matrix with so many rows a node.
- **/
+/** Extracts the rows and columns of the nodes outside all interfaces from a matrix with
+`rowsPerNode` rows per node. **/
 SymmetricMatrix takeFree(const SymmetricMatrix& A, const Mesh& mesh, int rowsPerNode) {
     std::vector<int> place(size_t(mesh.numNodes()), 0);
     for (const char* set : {"LEFT", "RIGHT"})
@@ -163,7 +163,7 @@ double readStatus(const char* key) {
     return 0;
 }
 
-/** Time and peak memory of each phase, from the progress. **/
+/** Time and peak memory of each phase, from the progress reports. **/
 class PhaseTable {
 public:
     void enter(const std::string& phase) {
@@ -171,7 +171,7 @@ public:
         leave();
         _rows.push_back({phase, {}, 0});
         _watch = Stopwatch();
-        std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins anew
+        std::ofstream("/proc/self/clear_refs") << "5";  // resets the peak
     }
     void leave() {
         if (_rows.empty() || _rows.back().spent.wall > 0) return;
@@ -202,7 +202,7 @@ private:
     double _peak = 0;
 };
 
-/** Ordering, factoring, and the solves alone. **/
+/** Times ordering, factorization and solves alone. **/
 Spent calcFloor(const SymmetricMatrix& K, const ReductionTimings& timings, int numConstraint) {
     SparseCholesky cholesky;
     Stopwatch watch;
@@ -243,7 +243,7 @@ void dump(const fs::path& folder, const std::string& name, const SymmetricMatrix
     dump(folder / (name + "x"), A.values);
 }
 
-/** SciPy's shift-invert Lanczos on K_ii and M_ii, in a process of its own. **/
+/** Runs SciPy's shift-invert Lanczos on K_ii and M_ii in a separate process. **/
 void runRival(const fs::path& folder, const SymmetricMatrix& K, const SymmetricMatrix& m,
               int numNormal, double seconds) {
     dump(folder, "K", K);

@@ -1,33 +1,33 @@
 /** @file
-Frames per second of a deforming part with contour and colour bar, against VTK's software rendering
-of the same frames.
+Frames per second of a deforming part with contour and colour bar, compared with VTK's software
+rendering of the same frames.
 
     bench_render [--triangles N ...] [--size WIDTHxHEIGHT] [--modes 40] [--rival SECONDS]
                  [--frames 240]
 
-The part is a solid ring with a smooth skin, so that both sides draw the very same vertices. One
-frame of each side:
+The part is a solid ring with a smooth skin, so that both sides draw exactly the same vertices. Work
+per frame:
 
-  simflex  deforms the skin (Φξ, normals, values), draws and hands over the picture in memory:
-"same" draws what VTK draws; "default" also the ground with a soft shadow, the undeformed ghost,
-           axes and captions.
-  VTK      gets displaced positions and displacements ready-made, in arrays it refers to without a
-           copy (Φξ is not on its bill); vtkTriangleMeshPointNormals, VTK's fastest filter for
+  simflex  deforms the skin (Φξ, normals, values), draws, and returns the picture in memory.
+           "same" draws what VTK draws; "default" adds the ground with a soft shadow, the
+           undeformed ghost, axes and captions.
+  VTK      receives precomputed positions and displacements in arrays that it references without
+           a copy (Φξ is not timed); vtkTriangleMeshPointNormals, VTK's fastest filter for
            normals; vtkPolyDataMapper with a lookup table of 256 colours, vtkScalarBarActor, one
-           headlight, 4 samples, off-screen; the picture read back to memory by
+           headlight, 4 samples, off-screen; reads the picture back to memory by
            GetRGBACharPixelData. Python only sets pointers and calls Render(). It runs under
-           xvfb-run on llvmpipe, the rasterizer that simflex draws with, too. Of mapping values to
-           colours before or after interpolation the faster one counts.
+           xvfb-run on llvmpipe, the rasterizer of simflex, too. The faster of mapping values to
+           colours before and after interpolation counts.
 
-Both see the ring by the same camera; the number of pixels each covers is printed. Times are lower
-quartiles, which other programs on the machine disturb less than means. Writing PNG files is timed
-apart. --rival is the time VTK is given for each size; 0 leaves it out.
+Both use the same camera; the number of pixels that each covers is printed. Times are lower
+quartiles, which other load disturbs less than means. Writing PNG files is timed separately. --rival
+is VTK's time limit for each size; 0 skips it.
 
 Then the slider-crank of the examples: integration alone, and with frames that the visualizer's
-threads draw and write to a folder meanwhile; --frames of them in 0.2 s of motion, 0 leaves it out.
+threads draw and write to a folder in parallel: --frames of them in 0.2 s of motion, 0 skips them.
 
-The last line is a JSON object, of 100 000 triangles, or of the only size; fps_1e4_default and
-fps_1e5_default are of the default scene with 10⁴ and 10⁵. **/
+The last line is a JSON object for 100 000 triangles, or for the only size; fps_1e4_default and
+fps_1e5_default are for the default scene with 10⁴ and 10⁵ triangles. **/
 
 #include <unistd.h>
 
@@ -63,7 +63,7 @@ using Part = std::shared_ptr<const ReducedBody>;
 constexpr double ringRadius = 0.2, sectionRadius = 0.062;
 constexpr double fieldOfViewDegrees = 30;
 constexpr double largestDisplacement = 0.02;
-constexpr int numRivalFrames = 8;  // displaced positions held ready, shown in turn
+constexpr int numRivalFrames = 8;  // precomputed displaced positions, shown in turn
 
 struct Arguments {
     std::vector<long> triangles;
@@ -76,7 +76,8 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/** Lower quartile of the time of one call, over at least five calls and this many seconds. **/
+/** Returns the lower quartile of the time of one call, over at least five calls and `seconds`
+seconds. **/
 double measureQuartile(double seconds, const std::function<void(int)>& work) {
     work(0);
     std::vector<double> times;
@@ -97,9 +98,10 @@ double readStatus(const char* key) {
     return 0;
 }
 
-/** A solid ring about z of wedges around its core, waved along its circle; modes are waves too. **/
+/** Makes a solid ring about z of wedges around its core, wavy along its circle; the modes are waves
+too. **/
 Part makeRing(long numTriangles, int numModes) {
-    // Squares of skin: around : across = 2πR : 2πr.
+    // Square skin facets: around : across = 2πR : 2πr.
     const double quads = double(numTriangles) / 2;
     const int across = std::max(6, int(std::lround(std::sqrt(quads * sectionRadius / ringRadius))));
     const int around = std::max(12, int(std::lround(quads / across)));
@@ -146,7 +148,7 @@ Part makeRing(long numTriangles, int numModes) {
     return part;
 }
 
-/** Modal coordinates of frame `number`. **/
+/** Returns the modal coordinates of frame `number`. **/
 SimTK::Vector calcModalCoordinates(int number, int numModes) {
     SimTK::Vector xi(numModes);
     for (int i = 0; i < numModes; ++i)
@@ -308,7 +310,7 @@ with open('result', 'w') as out:
     out.write('%.9g\n' % min(early, late))
 )";
 
-/** Seconds a frame takes VTK; 0 if it cannot be run. **/
+/** Returns VTK's seconds per frame; 0 if it cannot be run. **/
 double runRival(const fs::path& folder, const Arguments& arguments, const ReducedBody& part) {
     writeRivalFrames(folder, part);
     std::ofstream(folder / "rival.py") << rivalProgram;
@@ -324,7 +326,7 @@ double runRival(const fs::path& folder, const Arguments& arguments, const Reduce
         std::to_string(numRivalFrames) + " " + std::to_string(arguments.rivalSeconds / 2) + " '" +
         camera + "' 2> rival.log";
     fs::remove(folder / "result");
-    // Not asked how it ended: xvfb-run may fail to clean up after all is done.
+    // The exit status is ignored: xvfb-run may fail to clean up after a successful run.
     [[maybe_unused]] const int status = std::system(command.c_str());
     double seconds = 0;
     std::ifstream(folder / "result") >> seconds;
@@ -395,7 +397,7 @@ FrameTimes measureSize(const Arguments& arguments, long numTriangles, const fs::
     return times;
 }
 
-/** Seconds of a run of 0.2 s of motion, with frames in `folder` unless that is empty. **/
+/** Returns the seconds of a run of 0.2 s of motion, with frames in `folder` unless it is empty. **/
 double measureSliderCrank(const Arguments& arguments, const std::string& folder) {
     const auto read = [](const char* name) {
         return std::make_shared<const ReducedBody>(
@@ -408,7 +410,7 @@ double measureSliderCrank(const Arguments& arguments, const std::string& folder)
     OffscreenVisualizer viz(model.system, arguments.width, arguments.height);
     viz.addFlexibleBody(model.crank).addFlexibleBody(model.rod).setOutputFolder(folder);
     if (!folder.empty()) {
-        viz.report(integrator.getState());  // the context and the shaders are made once
+        viz.report(integrator.getState());  // creates the context and compiles the shaders
         viz.finish();
     }
 
@@ -428,7 +430,7 @@ struct FrameShare {
 
 FrameShare measureShare(const Arguments& arguments, const fs::path& folder) {
     FrameShare share;
-    for (int repetition = 0; repetition < 2; ++repetition) {  // the better one of each
+    for (int repetition = 0; repetition < 2; ++repetition) {  // keeps the better of two
         const auto keepBest = [&](double& best, const std::string& to) {
             const double seconds = measureSliderCrank(arguments, to);
             best = best > 0 ? std::min(best, seconds) : seconds;
@@ -445,7 +447,8 @@ FrameShare measureShare(const Arguments& arguments, const fs::path& folder) {
 }
 
 int run(const Arguments& arguments) {
-    const char* const keep = std::getenv("SIMFLEX_BENCH_FOLDER");  // to look at the pictures
+    const char* const keep =
+        std::getenv("SIMFLEX_BENCH_FOLDER");  // keeps the pictures for inspection
     std::string pattern =
         std::string(std::getenv("TMPDIR") ? std::getenv("TMPDIR") : "/tmp") + "/bench-XXXXXX";
     if (!keep && !mkdtemp(pattern.data())) throw std::runtime_error("cannot make " + pattern);

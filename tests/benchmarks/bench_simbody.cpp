@@ -26,9 +26,9 @@ using namespace SimTK;
 constexpr int NumSamples = 5;
 constexpr double Targets[] = {1e-3, 1e-6};  // [m]
 constexpr double LoosestAccuracy = 0.1, TightestAccuracy = 1e-10, ReferenceAccuracy = 1e-11;
-/** A run that takes so much longer than the best one is given up. **/
+/** Runs that take longer than the best one by this factor are abandoned. **/
 constexpr double Hopeless = 6;
-constexpr double ShortRun = 0.1;  // [s]: the shortest of three is taken
+constexpr double ShortRun = 0.1;  // [s]: runs shorter than this are timed three times
 
 struct Problem {
     MultibodySystem system;
@@ -47,7 +47,7 @@ Body::Rigid makeRod(double mass, double length) {
         MassProperties(mass, Vec3(0), UnitInertia::cylinderAlongY(0.02, length / 2) * mass));
 }
 
-/** A chain of rods on pins, let go as it hangs from one end at 45 degrees. **/
+/** A chain of pinned rods, released straight at 45 degrees from one end. **/
 ProblemPtr makeChain(int links, double duration) {
     auto p = std::make_unique<Problem>();
     Force::Gravity(p->forces, p->matter, -YAxis, 9.81);
@@ -72,7 +72,8 @@ ProblemPtr makeChain40() {
     return makeChain(40, 0.5);
 }
 
-/** Links of 1 m on balls that fall across and damp each other, each with speeds of its own. **/
+/** Links of 1 m on balls that fall sideways, each with different initial speeds, under global
+damping. **/
 ProblemPtr makeBallChain(int links) {
     auto p = std::make_unique<Problem>();
     Force::UniformGravity(p->forces, p->matter, Vec3(10, -9.8, 3));
@@ -102,7 +103,7 @@ ProblemPtr makeBalls100() {
     return makeBallChain(100);
 }
 
-/** A chain in a heat bath: Simbody's thermostat has variables z, and slows all speeds down. **/
+/** A chain in a heat bath: Simbody's thermostat adds variables z and scales all speeds. **/
 ProblemPtr makeThermostat() {
     auto p = std::make_unique<Problem>();
     Force::Gravity(p->forces, p->matter, -YAxis, 9.81);
@@ -120,8 +121,8 @@ ProblemPtr makeThermostat() {
     return p;
 }
 
-/** A backbone of 20 bodies on balls, each with two side groups on pins: torsional springs and
-dampers throughout, as in coarse molecules. **/
+/** A backbone of 20 bodies on balls, each with two side groups on pins, with torsional springs and
+dampers throughout, as in coarse-grained molecules. **/
 ProblemPtr makeMolecule() {
     auto p = std::make_unique<Problem>();
     Force::GlobalDamper(p->forces, p->matter, 0.02);
@@ -147,7 +148,7 @@ ProblemPtr makeMolecule() {
     return p;
 }
 
-/** Crank, coupler and rocker under gravity; the loop is closed by a ball. **/
+/** Crank, coupler and rocker under gravity; a ball closes the loop. **/
 ProblemPtr makeFourBar() {
     auto p = std::make_unique<Problem>();
     Force::Gravity(p->forces, p->matter, -YAxis, 9.81);
@@ -159,7 +160,8 @@ ProblemPtr makeFourBar() {
                               Transform(Vec3(0, -0.3, 0)));
     Constraint::Ball(coupler, Vec3(0, 0.45, 0), rocker, Vec3(0, 0.3, 0));
     p->state = p->system.realizeTopology();
-    // The crank stands upright: its tip is at (0, 0.3), where the circles of the others meet.
+    // The crank points up: its tip is at (0, 0.3), from which the coupler and rocker meet at the
+    // intersection of two circles.
     const Vec2 from(0, 0.3), to(0.8, 0);
     const double span = (to - from).norm(),
                  along = (span * span + 0.9 * 0.9 - 0.6 * 0.6) / (2 * span);
@@ -175,7 +177,7 @@ ProblemPtr makeFourBar() {
     return p;
 }
 
-/** A slider-crank behind a pair of gears, its wheel turned by a motor with a falling torque. **/
+/** A slider-crank behind a gear pair, whose wheel is driven by a motor with falling torque. **/
 ProblemPtr makeGearedSliderCrank() {
     auto p = std::make_unique<Problem>();
     Force::Gravity(p->forces, p->matter, -YAxis, 9.81);
@@ -217,7 +219,8 @@ ProblemPtr makeScissorLift() {
     const double half = 0.5, angle = Pi / 4;
     const Body::Rigid bar(MassProperties(1, Vec3(0), UnitInertia::cylinderAlongX(0.02, half)));
     const Body::Rigid shoe(MassProperties(0.5, Vec3(0), Inertia(1e-3)));
-    // Rising bars hang on each other by their ends, as falling ones do; middles are joined.
+    // Each rising bar is pinned to the end of a falling one, and vice versa; their middles are
+    // joined.
     MobilizedBody::Slider foot(p->matter.Ground(), Transform(), shoe, Transform());
     MobilizedBody::Pin rising(p->matter.Ground(), Transform(), bar, Transform(Vec3(-half, 0, 0)));
     MobilizedBody::Pin falling(foot, Transform(), bar, Transform(Vec3(half, 0, 0)));
@@ -231,7 +234,7 @@ ProblemPtr makeScissorLift() {
         downs.push_back(down);
     }
     for (int k = 0; k < storeys; ++k) {
-        // In the plane only: out of it they cannot part.
+        // Constrained in the plane only; the pins already prevent out-of-plane motion.
         Constraint::PointInPlane(ups[size_t(k)], XAxis, 0, downs[size_t(k)], Vec3(0));
         Constraint::PointInPlane(ups[size_t(k)], YAxis, 0, downs[size_t(k)], Vec3(0));
     }
@@ -240,7 +243,7 @@ ProblemPtr makeScissorLift() {
     p->state = p->system.realizeTopology();
     foot.setLength(p->state, 2 * half * std::cos(angle));
     for (int k = 0; k < storeys; ++k) {
-        // Relative angles: a bar's own less that of what it stands on.
+        // Relative angles: each bar's angle minus that of its parent.
         ups[size_t(k)].setAngle(p->state, k == 0 ? angle : 2 * angle);
         downs[size_t(k)].setAngle(p->state, k == 0 ? -angle : -2 * angle);
     }
@@ -248,7 +251,7 @@ ProblemPtr makeScissorLift() {
     return p;
 }
 
-/** Balls that are thrown on the floor and at each other, bounce, slide and roll. **/
+/** Balls thrown on the floor and at each other that bounce, slide and roll. **/
 ProblemPtr makeContact() {
     auto p = std::make_unique<Problem>();
     p->tracker = std::make_unique<ContactTrackerSubsystem>(p->system);
@@ -275,7 +278,7 @@ ProblemPtr makeContact() {
     return p;
 }
 
-/** Sets the torque of a digital controller, which holds until the next time. **/
+/** Sets the torque of a digital controller, held until the next sample. **/
 class Controller : public PeriodicEventHandler {
 public:
     Controller(const Force::DiscreteForces& forces, const MobilizedBody::Pin& pin)
@@ -291,7 +294,7 @@ private:
     const MobilizedBody::Pin m_pin;
 };
 
-/** An arm of three links, the first of which is controlled a thousand times a second. **/
+/** An arm of three links, the first of which is controlled at 1 kHz. **/
 ProblemPtr makeControlled() {
     auto p = std::make_unique<Problem>();
     Force::Gravity(p->forces, p->matter, -YAxis, 9.81);
@@ -310,7 +313,7 @@ ProblemPtr makeControlled() {
     return p;
 }
 
-/** A heavy top on a ball, nodding. **/
+/** A nutating heavy top on a ball. **/
 ProblemPtr makeTop() {
     auto p = std::make_unique<Problem>();
     Force::Gravity(p->forces, p->matter, -YAxis, 9.81);
@@ -324,7 +327,7 @@ ProblemPtr makeTop() {
     return p;
 }
 
-/** A leg of three segments with pairs of springs and dampers between points. **/
+/** A leg of three segments with pairs of point-to-point springs and dampers. **/
 ProblemPtr makeLeg() {
     auto p = std::make_unique<Problem>();
     Force::Gravity(p->forces, p->matter, -YAxis, 9.81);
@@ -356,8 +359,8 @@ ProblemPtr makeLeg() {
     return p;
 }
 
-/** Masses on a line behind stiff springs and dampers (time constants down to 0.1 ms), on a cart
-that swings softly. **/
+/** Masses on a line with stiff springs and dampers (time constants down to 0.1 ms), on a softly
+swinging cart. **/
 ProblemPtr makeStiff() {
     auto p = std::make_unique<Problem>();
     Force::Gravity(p->forces, p->matter, -YAxis, 9.81);
@@ -382,7 +385,7 @@ ProblemPtr makeStiff() {
 }
 
 struct Solution {
-    std::vector<double> samples;  ///< of two points of each body
+    std::vector<double> samples;  ///< positions of two points of each body
     double seconds = 0;
     long steps = 0;
 };
@@ -405,11 +408,11 @@ void addSamples(const Problem& problem, const State& state, std::vector<double>&
 
 bool isVerbose = false;
 
-/** Runs with either kind of stepper; nothing if it takes too long or fails. **/
+/** Runs with either kind of stepper; returns nothing if the run fails or takes too long. **/
 template <class Start, class Advance>
 std::optional<Solution> run(const Problem& problem, double longest, const Start& start,
                             const Advance& advance) {
-    constexpr int Looks = 20;  // at the clock, between two samples
+    constexpr int Looks = 20;  // checks of the time limit between two samples
     Solution solution;
     try {
         double begin = getProcessorTime();
@@ -417,7 +420,7 @@ std::optional<Solution> run(const Problem& problem, double longest, const Start&
         for (int k = 1; k <= NumSamples; ++k) {
             const State* state = nullptr;
             for (int look = 1; look <= Looks; ++look) {
-                // Stops are part of the run: times of samples alone cost interpolations.
+                // Without a time limit, stop at the samples only: each stop costs interpolation.
                 if (look < Looks && longest == Infinity) continue;
                 state = &advance((k - 1 + double(look) / Looks) * problem.duration / NumSamples);
                 if (getProcessorTime() - begin > longest) return {};
@@ -478,7 +481,7 @@ double calcError(const Solution& solution, const Solution& reference) {
     double error = 0;
     for (size_t i = 0; i < reference.samples.size(); ++i) {
         const double distance = std::abs(solution.samples[i] - reference.samples[i]);
-        error = distance <= error ? error : distance;  // NaN stays
+        error = distance <= error ? error : distance;  // keeps NaN
     }
     return error;
 }
@@ -489,7 +492,7 @@ struct Best {
     long steps = 0;
 };
 
-/** Both sides' best runs for one target. **/
+/** Best runs of both sides for one target. **/
 struct Comparison {
     Best native, ours;
 };
@@ -525,14 +528,14 @@ std::vector<Comparison> compare(const Problem& problem) {
                 if (!method.isOurs && !std::isinf(longest)) break;
                 continue;
             }
-            // Once more without the clock's stops, if it is worth it.
+            // Repeat a promising short run without the clock checks.
             double error = calcError(*solution, *reference);
             for (int again = 0; again < 2 && error <= Targets[0] && solution->seconds < ShortRun;
                  ++again) {
                 const auto repeated = method.run(problem, accuracy, Infinity);
                 solution->seconds = std::min(solution->seconds, repeated->seconds);
                 solution->steps = repeated->steps;
-                // Who looks at the clock may make steps shorter, and better.
+                // Clock checks may shorten steps and so reduce the error.
                 error = std::max(error, calcError(*repeated, *reference));
             }
             if (isVerbose)

@@ -1,11 +1,11 @@
-// Processor time of a frame of a rich scene, 1280 x 720, to memory: so many ellipsoids, bricks and
-// cylinders that reach into each other, translucent and opaque. Translucent ones are sorted at each
-// sample, once from lists of fragments and once by peeling.
+// Processor time of a 1280 x 720 frame drawn to memory, for a number of intersecting ellipsoids,
+// bricks and cylinders, translucent and opaque. Translucent surfaces are sorted at each sample,
+// once by fragment lists and once by depth peeling.
 //
 //   bench_transparency [--benchmark_...]
 //
-// The last line is a JSON object: processor time [ms] of each, and those of what is translucent
-// as multiples of what is opaque.
+// The last line is a JSON object: processor time [ms] of each, and the translucent times as
+// multiples of the opaque ones.
 
 #include <benchmark/benchmark.h>
 
@@ -28,12 +28,12 @@ constexpr int width = 1280, height = 720;
 
 enum class Way { Opaque, Lists, Peeling };
 
-/** A heap of shapes around the origin, each about a quarter of its size. **/
+/** A heap of shapes around the origin, each about a quarter of the heap's size. **/
 Scene makeHeap(int numShapes, double opacity) {
     Scene scene;
     const SurfaceGeometryPtr shapes[] = {createSphere(48), createBrick(), createCylinder(48)};
     for (int i = 0; i < numShapes; ++i) {
-        const double angle = 2.39996 * i;  // the golden angle spreads them evenly
+        const double angle = 2.39996 * i;  // the golden angle spreads the shapes evenly
         const double y = (2 * i + 1.0) / numShapes - 1, radius = std::sqrt(1 - y * y);
         SurfaceItem item;
         item.geometry = shapes[i % 3];
@@ -62,7 +62,7 @@ void drawHeap(benchmark::State& state, Way way) {
         benchmark::DoNotOptimize(renderer.draw(scene, camera, style, width, height));
 }
 
-/** Prints a line a benchmark and keeps its processor time. **/
+/** Prints one line per benchmark and stores its processor time. **/
 class Reporter : public benchmark::ConsoleReporter {
 public:
     std::map<std::string, double> milliseconds;

@@ -1,5 +1,5 @@
 /** @file
-What the messages say when a model is wrong. **/
+Messages for errors in a model. **/
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -120,7 +120,7 @@ TEST_F(BodyErrorsTest, NoTwoBodiesOrJointsOfAKindHaveOneName) {
         other(flexible, matter.Ground(), second.interface("A"), "hip");
     EXPECT_EQ(hip.getName(), "hip");
     EXPECT_EQ(other.getName(), "hip 2");
-    // A motion is called as the joint that it drives.
+    // A motion is named after the joint that it drives.
     const Joint::PrescribedRotation drive(
         flexible, matter.Ground(), first.interface("A"), [](Real) { return Vec3(0); }, "hip");
     EXPECT_EQ(drive.getName(), "hip");

@@ -1,6 +1,6 @@
 /** @file
 A flexible body in a Simbody system: energy, momentum and locations against sums over its point
-masses; node attachments against deformations that are known. **/
+masses; node attachments against known deformations. **/
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ Vector toVector(const Eigen::VectorXd& v) {
     return Vector(int(v.size()), v.data());
 }
 
-/** Puts a motion's pose and speeds into the State. **/
+/** Sets a motion's pose and speeds in the State. **/
 void setMotion(const FlexibleBody& body, const PointMassMotion& motion, State& state) {
     Mat33 R;
     for (int i = 0; i < 3; ++i)
@@ -92,7 +92,7 @@ TEST_F(FlexibleBodyTest, NodesAreWhereTheMassesAre) {
     EXPECT_EQ(body.calcLargestDisplacement(state), largest);
 }
 
-/** Expects the largest displacement of all nodes at many ξ: of all modes, of few, of one. **/
+/** Expects the largest displacement of all nodes at many ξ: with all modes, few, or one. **/
 void expectLargestOfAll(const FlexibleBody& body, const SimTK::MultibodySystem& system) {
     const ReducedBody& part = body.getPart();
     SimTK::Random::Gaussian random;
@@ -111,17 +111,17 @@ void expectLargestOfAll(const FlexibleBody& body, const SimTK::MultibodySystem& 
 }
 
 TEST_F(FlexibleBodyTest, LargestDisplacementIsThatOfAllNodesWhateverTheModesAndTheMesh) {
-    // Thousands of nodes: all are looked at until it pays not to.
+    // With thousands of nodes, all are evaluated until pruning pays.
     PointMassPartOptions options;
     options.cells = {40, 8, 6};
     const auto smooth = makePointMassPart(options).body;
-    // Modes of another size at every node, and modes that are the same at all.
+    // Modes that differ in size at every node, and modes that are equal at all nodes.
     auto rough = std::make_shared<ReducedBody>(*smooth),
          even = std::make_shared<ReducedBody>(*smooth);
     SimTK::Random::Uniform random(-1, 1);
     for (double& value : rough->Phi) value = random.getValue();
     for (size_t k = 0; k < even->Phi.size(); ++k) even->Phi[k] = 1 + double(k % 3);
-    // Nodes in a plane, on a line, at one place.
+    // Nodes in a plane, on a line, at one point.
     auto plane = std::make_shared<ReducedBody>(*smooth),
          line = std::make_shared<ReducedBody>(*smooth),
          point = std::make_shared<ReducedBody>(*smooth);
@@ -191,8 +191,8 @@ TEST_F(FlexibleBodyTest, PartWithoutModesIsARigidBody) {
               1e-15);
 }
 
-/** A part whose three "modes" are a rotation about (0.3, −0.2, 0.5), a pure strain, and a general
- * affine field. **/
+/** Returns a part whose three "modes" are a rotation about (0.3, −0.2, 0.5), a pure strain, and a
+general affine field. **/
 std::shared_ptr<const ReducedBody> makeAffinePart() {
     PointMassPartOptions options;
     options.numModes = 3;
@@ -234,7 +234,7 @@ TEST_F(FlexibleBodyTest, NodeAttachmentTurnsAsItsSurroundingsDo) {
 
 TEST_F(FlexibleBodyTest, NodeAttachmentOnTetrahedraTurnsAsTheyDo) {
     auto part = std::make_shared<ReducedBody>(*makeAffinePart());
-    // Each hexahedron in five tetrahedra.
+    // Splits each hexahedron into five tetrahedra.
     const std::vector<int> hexahedra = part->mesh.elements.front().nodes;
     ElementBlock block{ElementType::Tet4, {}};
     const int corners[5][4] = {

@@ -1,5 +1,5 @@
 /** @file
-Equations of motion of one flexible body against its point masses, which know nothing of modal
+Equations of motion of one flexible body against its point masses, which do not use modal
 invariants. **/
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ protected:
         return makePointMassPart(options);
     }
 
-    /** M·(ω̇, v̇, ξ̈) as the library has it. **/
+    /** Returns the library's M·(ω̇, v̇, ξ̈). **/
     VectorXd multiplyByMass(const VectorXd& uDot) const {
         Vector3d rotation = Vector3d::Zero();
         VectorXd modes = VectorXd::Zero(n), product(6 + n);
@@ -170,7 +170,7 @@ TEST_P(FlexibleBodyEquationsTest, NewtonMatrixIsDerivativeOfFullResidual) {
         };
         MatrixXd expected(6 + n, 6 + n), actual(6 + n, 6 + n);
         for (int j = 0; j < 6 + n; ++j) {
-            // The residual is a polynomial of degree 4: this difference has round-off only.
+            // The residual is a polynomial of degree 4: this difference has only round-off errors.
             const VectorXd step = 0.1 * VectorXd::Unit(6 + n, j);
             expected.col(j) = (8 * (residualAt(step) - residualAt(-step)) -
                                (residualAt(2 * step) - residualAt(-2 * step))) /
@@ -178,7 +178,7 @@ TEST_P(FlexibleBodyEquationsTest, NewtonMatrixIsDerivativeOfFullResidual) {
         }
         calcNewtonMatrix(model, data, gamma, gamma, motion.omega_B, motion.omegaDot_B, motion.xiDot,
                          motion.xiDotDot, damping, actual);
-        // Each row against its own largest entry, so that small terms are not hidden by stiff ones.
+        // Each row relative to its largest entry, so that stiff terms do not hide small ones.
         for (int i = 0; i < 6 + n; ++i) {
             const double roundOff =
                 1e-15 * std::max(expected.row(i).cwiseAbs().maxCoeff(),
@@ -190,7 +190,7 @@ TEST_P(FlexibleBodyEquationsTest, NewtonMatrixIsDerivativeOfFullResidual) {
 }
 
 TEST_P(FlexibleBodyEquationsTest, NewtonMatrixHasEveryGyroscopicTermAtHighSpeed) {
-    // Without stiffness and inertia to hide behind: J − M/γ − γΩ² at ω of 100 rad/s.
+    // Without the dominant stiffness and inertia: J − M/γ − γΩ² at ω of 100 rad/s.
     const double gamma = 1e-3;
     const Vector3d omega = 50 * motion.omega_B;
     const auto velocityTermsAt = [&](const VectorXd& delta) {
@@ -241,7 +241,7 @@ TEST(PointMassPartTest, AccelerationsOfMassesAreDerivativesOfTheirVelocities) {
 TEST(PointMassPartTest, IsValidAndMeanAxis) {
     const PointMassPart part = makePointMassPart();
     ASSERT_NO_THROW(part.body->validate());
-    // An arbitrary modal velocity carries no momentum of an undeformed body.
+    // An arbitrary modal velocity has no momentum in an undeformed body.
     PointMassMotion motion(part.body->numModes);
     std::mt19937 random(5);
     motion.xiDot = makeRandomVector(part.body->numModes, 1, random);
@@ -249,7 +249,8 @@ TEST(PointMassPartTest, IsValidAndMeanAxis) {
     EXPECT_LT(calcAngularMomentum(part, motion).norm(), 1e-14);
 }
 
-/** Rows and columns of families in no order; entries between families are `between`. **/
+/** Returns a matrix with rows and columns of families in random order; entries between families are
+`between`. **/
 Eigen::MatrixXd makeFamilies(int rows, int columns, double between) {
     Eigen::MatrixXd matrix(rows, columns);
     for (int i = 0; i < rows; ++i)
@@ -302,9 +303,9 @@ TEST(TiledMatrix, EntriesThatCountForZeroTakeNoPart) {
         ++numSmall;
         numLeftOut += kept(i, 0) == 0;
     }
-    // But for those that share a tile with rows of another family.
+    // Except those that share a tile with rows of another family.
     EXPECT_GT(numLeftOut, 0.8 * numSmall);
-    // What has no zeros stays as it is.
+    // A matrix without zeros stays unchanged.
     const Eigen::MatrixXd full = makeFamilies(200, 40, 0.1);
     EXPECT_EQ(multiply(TiledMatrix(full, 1e-12), x, 200), multiply(TiledMatrix(full), x, 200));
 }

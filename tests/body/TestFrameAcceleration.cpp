@@ -14,7 +14,8 @@ namespace {
 
 using namespace SimTK;
 
-/** Whether the flexible body has geometric stiffening, whose frames are of second order in ξ. **/
+/** Parameter: whether the flexible body has geometric stiffening, which makes frames second order
+in ξ. **/
 class FrameAccelerations : public ::testing::TestWithParam<bool> {};
 
 TEST_P(FrameAccelerations, AreDerivativesOfVelocities) {
@@ -81,7 +82,7 @@ INSTANTIATE_TEST_SUITE_P(Parts, FrameAccelerations, ::testing::Bool(), [](const 
     return tested.param ? "WithStiffening" : "WithoutStiffening";
 });
 
-/** Of a shell's node, which no element has. **/
+/** A shell's node, which belongs to no element. **/
 TEST(NodeFrames, BetweenTwoNodesOfASolidTurnWithIt) {
     const PointMassPart part = makePointMassPart();
     auto own = std::make_shared<ReducedBody>(*part.body);
@@ -90,7 +91,7 @@ TEST(NodeFrames, BetweenTwoNodesOfASolidTurnWithIt) {
     mesh.nodeNumbers.push_back(mesh.nodeNumbers.back() + 1);
     for (size_t a = 0; a < 3; ++a)
         mesh.positions.push_back(0.25 * (3 * mesh.position(below)[a] + mesh.position(above)[a]));
-    // A field of translation and turn for each mode.
+    // A field of translation and rotation for each mode.
     const auto turnOf = [](int mode) { return Vec3(1 + mode, -2, 0.5 * mode); };
     own->Phi.clear();
     for (int mode = 0; mode < own->numModes; ++mode)
@@ -113,7 +114,7 @@ TEST(NodeFrames, BetweenTwoNodesOfASolidTurnWithIt) {
     const Vec3 expected = 1e-3 * turnOf(3);
     EXPECT_LT((turn[0] * turn.getSubVec<3>(1) - expected).norm(), 1e-12);
 
-    // One that lies beside them is refused.
+    // A node off their line is refused.
     const auto beside = std::make_shared<ReducedBody>(*own);
     beside->mesh.positions.back() += 0.01;
     EXPECT_THROW(Attachment::onNode(FlexibleBody(flexible, beside), mesh.nodeNumbers.back()),

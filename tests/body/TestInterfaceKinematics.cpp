@@ -1,6 +1,6 @@
 /** @file
-Exponential map, its Jacobian, and the motion of frames on a flexible body against series and finite
-differences. **/
+Exponential map, its Jacobian, and the motion of frames on a flexible body, against series and
+finite differences. **/
 
 #include <gtest/gtest.h>
 
@@ -112,8 +112,8 @@ TEST_P(ExponentialMapTest, ExponentialIsARotationToRoundOff) {
     EXPECT_NEAR(SimTK::det(R), 1, 2e-15);
 }
 
-/** A frame on interface "B" of a point-mass part, shifted and turned, and a smooth motion of body
- * and modes. **/
+/** A frame on interface "B" of a point-mass part, shifted and rotated, and a smooth motion of body
+and modes. **/
 class FlexibleFrameTest : public ::testing::Test {
 protected:
     FlexibleFrameTest() {
@@ -160,7 +160,7 @@ protected:
 
     template <class Function>
     static auto differentiate(Function function) {
-        const Real h = 1e-4;  // turns by thousandths of a radian
+        const Real h = 1e-4;  // rotations of milliradians
         return (8 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12 * h);
     }
 

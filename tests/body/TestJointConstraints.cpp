@@ -1,6 +1,6 @@
 /** @file
-Joints as Simbody sees them: errors, constraint matrix and forces of the Constraint that stands for
-each joint. **/
+Joints as Simbody constraints: errors, constraint matrix and forces of the Constraint behind each
+joint. **/
 
 #include <gtest/gtest.h>
 
@@ -92,8 +92,8 @@ void PrintTo(Sides sides, std::ostream* out) {
     *out << SidesNames[int(sides)];
 }
 
-/** Two flexible bodies, a rigid chain of two and Ground, with one joint; random state off the
- * constraint. **/
+/** Two flexible bodies, a rigid chain of two and Ground, with one joint; a random state off the
+constraint. **/
 class JointConstraintTest
     : public ::testing::TestWithParam<std::tuple<Kind, Sides, bool /*geometric stiffening*/>> {
 protected:
@@ -222,7 +222,7 @@ protected:
         return matter.getConstraint(joint->getConstraintIndex());
     }
 
-    /** The state after a small time along u and uDot, to first order in each of q and u. **/
+    /** Returns the state after a small time along u and uDot, to first order in q and u. **/
     State stateAfter(Real h) const {
         State moved = state;
         moved.setTime(state.getTime() + h);
@@ -238,7 +238,7 @@ protected:
         return (8 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12 * h);
     }
 
-    /** F and M, of couplers for every coordinate. **/
+    /** Returns F and M; for couplers, those of every coordinate. **/
     std::vector<Attachment> sides() const {
         std::vector<Attachment> frames;
         for (int i = 0; i < joint->getEquations().getNumFrames() / 2; ++i) {
@@ -266,7 +266,8 @@ protected:
         return D;
     }
 
-    /** Rows of our own Jacobian, in Simbody's speeds: it has ω in Ground, we have it in B. **/
+    /** Returns the rows of our Jacobian in Simbody's speeds, which have ω in Ground rather than in
+    B. **/
     Matrix calcOwnRows() const {
         const int m = joint->getNumEquations();
         Matrix rows(m, state.getNU(), Real(0));
@@ -364,8 +365,8 @@ TEST_P(JointConstraintTest, ConstraintMatrixIsThatOfTheSolversRows) {
               1e-13);
 }
 
-/** Gᵀλ by the joint's forces and λᵀG by its errors agree: no force does work on a speed with Gu =
- * 0. **/
+/** Gᵀλ from the joint's forces and λᵀG from its errors agree: forces do no work on speeds with Gu =
+0. **/
 TEST_P(JointConstraintTest, ForcesDoNoWorkOnAdmissibleVelocities) {
     Matrix G, Gt;
     matter.calcG(state, G);
@@ -379,7 +380,7 @@ TEST_P(JointConstraintTest, ForceOnMHasThePowerOfTheConstraintOnM) {
     for (int k = 0; k < m; ++k) lambda[k] = k + 1;
     const SpatialVec force = joint->calcForceOnM(state, lambda);
     const SpatialVec V_M = joint->getFrameM().calcMotion(state).V;
-    // The power on all sides is −λᵀGu; stopping M's motion leaves that of the others.
+    // The power on all sides is −λᵀGu; with M fixed, that of the others remains.
     const std::vector<SpatialVec> D = calcJacobian();
     Matrix G;
     matter.calcG(state, G);
@@ -405,8 +406,8 @@ TEST_P(JointConstraintTest, EveryEquationTakesOneFreedom) {
     EXPECT_GT(min(singular), 1e-6 * max(singular)) << singular;
 }
 
-/** Reactions on either side, moved to one point, are in balance but for the couple of what rows
-that push along Ground's axes leave while the origins are apart; axes only turn components. **/
+/** Reactions on both sides, moved to one point, balance except for the couple of rows along
+Ground's axes while the origins are apart; `axes` only rotates components. **/
 TEST_P(JointConstraintTest, ReactionsOnBothSidesAreInBalance) {
     Vector lambda(joint->getNumEquations());
     for (int k = 0; k < lambda.size(); ++k) lambda[k] = 1 + k;

@@ -18,8 +18,8 @@ using SimTK::Transform;
 using SimTK::UnitVec3;
 using SimTK::Vec3;
 
-/** A frame that turns about two axes at varying rates and moves along a cubic, with exact velocity
- * and acceleration. **/
+/** A frame that rotates about two axes at varying rates and moves along a cubic, with exact
+velocity and acceleration. **/
 class MovingFrame {
 public:
     explicit MovingFrame(std::mt19937& random)
@@ -61,7 +61,7 @@ private:
     Vec3 m_phi, m_psi, m_p[4];
 };
 
-/** F and M, or more frames of a coupler. **/
+/** F and M, or more frames for a coupler. **/
 class Frames {
 public:
     Frames(std::initializer_list<FrameMotion> motions) : Frames(std::vector(motions)) {}
@@ -84,7 +84,7 @@ struct JointCase {
     const char* name;
     JointEquations equations;
     int numEquations;
-    Real period = 0;  ///< at which an error may jump
+    Real period = 0;  ///< jump period of an error
 };
 
 void PrintTo(const JointCase& tested, std::ostream* out) {
@@ -92,7 +92,7 @@ void PrintTo(const JointCase& tested, std::ostream* out) {
 }
 
 JointEquations makeRotation() {
-    // A rate, and so an angle, that grows past half a turn.
+    // A rate, and so an angle, that grows beyond half a turn.
     return JointEquations::makePrescribedRotation(
         [](Real t) { return Vec3(1 + 40 * t + 0.5 * t * t, 40 + t, 1); });
 }
@@ -103,7 +103,7 @@ JointEquations makeGear(int teethA, int teethB) {
                                        2 * SimTK::Pi / teethA);
 }
 
-/** Every kind of coordinate, each between frames of its own. **/
+/** Every kind of coordinate, each between separate frames. **/
 JointEquations makeCoupler() {
     const JointEquations universal = JointEquations::makeUniversal();
     return JointEquations::makeCoupler(
@@ -113,7 +113,7 @@ JointEquations makeCoupler() {
         {2, 0.7, -3, 1}, 0.4, 2 * SimTK::Pi);
 }
 
-/** Turns about a fixed axis that is none of the frame's, at a growing rate, and shifts. **/
+/** Rotates at a growing rate about a fixed axis, not aligned with the frame, and translates. **/
 FrameMotion poseAt(Real t) {
     const UnitVec3 axis(1, -2, 0.5);
     FrameMotion pose;
@@ -256,8 +256,8 @@ TEST_P(JointEquationsTest, JacobianTimesVelocitiesAndTimeRateGiveErrorDots) {
     }
 }
 
-/** A rigid motion of both frames together changes no joint error, nor any coordinate: their forces
- * are in balance. **/
+/** A rigid motion of both frames changes no joint error and no coordinate: their forces
+balance. **/
 TEST_P(JointEquationsTest, ForcesOnBothFramesAreInBalance) {
     for (const Real t : times) {
         const Frames frames = framesAt(t);
@@ -270,7 +270,7 @@ TEST_P(JointEquationsTest, ForcesOnBothFramesAreInBalance) {
                 const Vec3 force = D_F[1] + D_M[1];
                 const Vec3 torque = D_F[0] + f % D_F[1] + D_M[0] + g % D_M[1];
                 EXPECT_LT(force.norm(), 1e-15);
-                // A coincidence row pushes two points apart from each other: in balance once they
+                // A coincidence row pushes two points apart: the forces balance once the points
                 // coincide.
                 const bool coincides = D_F[0].norm() == 0 && D_M[0].norm() == 0;
                 const Vec3 leverage = coincides ? (g - f) % D_M[1] : Vec3(0);
@@ -326,14 +326,14 @@ TEST(JointBranchTest, ScrewHoldsAndCountsAnyTurn) {
             EXPECT_NEAR(errors[4], 0, 1e-12) << pitch << " " << angle;
             screw.calcCoordinates(Frames(Transform(), M), &counted);
             EXPECT_NEAR(counted, angle, 1e-10);
-            // Half a millimetre off is half a millimetre of error.
+            // A gap of half a millimetre gives an error of half a millimetre.
             screw.calcErrors({}, Frames(Transform(), Transform(M.R(), M.p() + Vec3(0, 0, 5e-4))),
                              errors);
             EXPECT_NEAR(errors[4], 5e-4, 1e-12);
         }
 }
 
-/** The coordinates are those of Simbody's mobilizers of the same names, and so are their rates. **/
+/** The coordinates and rates match those of Simbody's mobilizers of the same names. **/
 TEST(JointCoordinates, AreSimbodysMobilizers) {
     SimTK::MultibodySystem system;
     SimTK::SimbodyMatterSubsystem matter(system);
@@ -369,8 +369,8 @@ TEST(JointCoordinates, AreSimbodysMobilizers) {
     }
 }
 
-/** Every rotation at which the errors vanish, found by trying the 24 that map axes onto axes, is
-told from the right one. **/
+/** Every rotation with vanishing errors, found among the 24 that map axes onto axes, is
+distinguished from the correct one. **/
 TEST(JointBranchTest, WrongBranchesAreFlipped) {
     const Transform F(Rotation(0.6, UnitVec3(1, 2, 3)), Vec3(1, -2, 0.5));
     const JointEquations joints[] = {
@@ -409,8 +409,8 @@ TEST(JointBranchTest, PrescribedRotationErrorIsWrappedToHalfATurn) {
     }
 }
 
-/** Wheels that have turned any number of times by amounts in the ratio of their teeth mesh; one
-that is ahead by part of a tooth errs by that much. **/
+/** Wheels that have rotated by any number of turns in the ratio of their teeth mesh; a lead by a
+fraction of a tooth is the error. **/
 TEST(CouplerEquations, GearsCountTeethThroughAnyNumberOfTurns) {
     const JointEquations gear = makeGear(17, 43);
     const auto errorAt = [&](Real a, Real b) {

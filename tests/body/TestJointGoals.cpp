@@ -1,5 +1,5 @@
 /** @file
-Coordinates of joints that are led to values, against closed forms. **/
+Setting joint coordinates to goals, against closed forms. **/
 
 #include <gmock/gmock.h>
 
@@ -43,7 +43,7 @@ struct SliderCrank {
     }
 };
 
-/** Three bodies in free flight, on a ball and a slider; their speeds are given, and do not meet the
+/** Three bodies in free flight, on a ball and a slider, with initial speeds that violate the
 joints. **/
 struct FlyingChain {
     Real unit;  ///< of a length [m]
@@ -104,7 +104,7 @@ TEST(JointGoals, ASliderCranksSlideFollowsItsCrank) {
     setJointRates(model.bodies, model.state, {{model.bearing, 0, omega}});
     EXPECT_NEAR(model.guide.calcCoordinateDots(model.state)[0], -omega * s * (1 + c / reach), 1e-8);
     EXPECT_NEAR(model.bearing.calcCoordinates(model.state)[0], phi, 1e-10);
-    // And back by the slide; angles go the shorter way round.
+    // Back by the slide; angles take the shorter way.
     setJointCoordinates(model.bodies, model.state, {{model.guide, 0, 0.9}});
     const Real x = 0.9;
     EXPECT_NEAR(std::cos(model.bearing.calcCoordinates(model.state)[0]),
@@ -146,7 +146,7 @@ TEST(JointGoals, WhatTheJointsDoNotAllowIsRefusedAndChangesNothing) {
         EXPECT_THAT(error.what(), HasSubstr("does not allow it"));
     }
     EXPECT_EQ((model.state.getY() - before).normInf(), 0);
-    // Two goals that contradict each other.
+    // Two contradictory goals.
     EXPECT_THROW(setJointCoordinates(model.bodies, model.state,
                                      {{model.bearing, 0, 0.5}, {model.guide, 0, 0.6}}),
                  std::runtime_error);
@@ -191,7 +191,7 @@ TEST(JointGoals, EveryGoalIsANumberOfOneCoordinateThatThereIs) {
                 HasSubstr("'bearing' does not allow it"));
     EXPECT_THAT(ofValues({{other.bearing, 0, 1}}), HasSubstr("another system"));
     EXPECT_EQ((model.state.getY() - before).normInf(), 0);
-    // A joint's own setters are the same.
+    // A joint's own setters do the same.
     EXPECT_THAT(refusalOf([&] { model.bearing.setAngle(model.state, NaN); }),
                 HasSubstr("'bearing'"));
     model.bearing.setAngle(model.state, 0.5);
@@ -202,7 +202,7 @@ TEST(JointGoals, EveryGoalIsANumberOfOneCoordinateThatThereIs) {
     EXPECT_NEAR(model.guide.getLength(model.state), 1, 1e-10);
 }
 
-/** A flexible link between a pin and a rigid one that hangs on it. **/
+/** A flexible link between a pin and a rigid one that hangs from it. **/
 struct FlexibleLink {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -214,7 +214,7 @@ struct FlexibleLink {
         knee{bodies, link.interface("B"), end, "knee"};
 };
 
-// Bodies keep their shapes; a goal that only bending could meet is none that the joints allow.
+// Bodies keep their shapes; a goal reachable only by bending is rejected.
 TEST(JointGoals, NoBodyIsBentBeyondItsLinearRangeToReachThem) {
     const auto expectRefused = [](FlexibleLink& model, State& state,
                                   const std::vector<JointGoal>& goals) {
@@ -237,7 +237,7 @@ TEST(JointGoals, NoBodyIsBentBeyondItsLinearRangeToReachThem) {
     State state = model.system.realizeTopology();
     setJointCoordinates(model.bodies, state, {});
     expectRefused(model, state, {{model.hip, 0, 2.4}, {model.knee, 0, 1}});
-    // What the mechanism allows stays unbent.
+    // Goals within the mechanism's freedom cause no bending.
     const Real now = model.hip.calcCoordinates(state)[0];
     setJointCoordinates(model.bodies, state, {{model.hip, 0, now + 0.01}});
     EXPECT_LT(model.link.calcLargestDisplacement(state), 1e-9);

@@ -21,7 +21,7 @@ using ::testing::Not;
 
 class LinearRangeTest : public ::testing::Test {
 protected:
-    /** State in which one mode displaces some node by this share of the part's size. **/
+    /** Returns a State in which one mode displaces some node by this share of the part's size. **/
     State bend(int mode, Real share) const {
         State state = system.realizeTopology();
         Vector xi(part->numModes, Real(0));
@@ -54,9 +54,9 @@ TEST_F(LinearRangeTest, SilentBelowTenPercentAndNamesBodyNodeAndTimeAbove) {
     EXPECT_TRUE(displacementMessages().empty());
     const State state = bend(2, 0.12);
     reporter.handleEvent(state);
-    reporter.handleEvent(state);  // said once
+    reporter.handleEvent(state);  // reported once
     ASSERT_EQ(displacementMessages().size(), 1u);
-    // The node named is that which moves most.
+    // The named node moves most.
     int worst = 0;
     Real largest = 0;
     for (const int number : part->mesh.nodeNumbers) {
@@ -87,7 +87,7 @@ TEST_F(LinearRangeTest, LargeRotationsOfInterfacesAreNamed) {
         for (const std::string& text : messages)
             isNamed = isNamed || text.find("interface '" + interface.name +
                                            "' is rotated by 0.21 rad") != std::string::npos;
-        // The other interface may turn further and be named instead: it is the first to pass.
+        // The other interface may rotate further and be named instead: it passes the limit first.
         Real other = 0;
         for (int a = 0; a < 3; ++a) other += square(part->interfaces[0].Psi[size_t(a)] * xi[0]);
         if (std::sqrt(other) <= LinearRangeReporter::LargestRotation) {
@@ -97,7 +97,7 @@ TEST_F(LinearRangeTest, LargeRotationsOfInterfacesAreNamed) {
 }
 
 TEST_F(LinearRangeTest, AxialLoadWithoutStiffeningIsNamed) {
-    // The part pushed at its interfaces against each other.
+    // The part compressed between its interfaces.
     Vector xi(part->numModes, Real(0));
     const ReducedBody::Interface &A = part->interfaces[0], &B = part->interfaces[1];
     const Vec3 d = Vec3(B.position[0] - A.position[0], B.position[1] - A.position[1],

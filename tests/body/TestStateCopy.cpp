@@ -1,4 +1,4 @@
-// Copies of States, whatever was computed in the original and however often it has changed.
+// Copies of States, for any cached values and any number of changes of the original.
 
 #include <gtest/gtest.h>
 
@@ -16,8 +16,8 @@ protected:
 
     Real calcHeight(const State& state) { return bar.getBodyTransform(state).p()[1]; }
 
-    /** Largest error of the energy m g h in copies that are changed up to ten times.
-    @param makeCopy  (original, earlier copy), gives the copy **/
+    /** Returns the largest error of the energy m g h in copies that are changed up to ten times.
+    @param makeCopy  (original, earlier copy), returns the copy **/
     template <class MakeCopy>
     Real findLargestError(const MakeCopy& makeCopy) {
         Real largest = 0;

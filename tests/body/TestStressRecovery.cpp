@@ -24,7 +24,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using Quantity = StressHistory::Quantity;
 
-/** The part with random stress and strain at the mesh nodes given by index. **/
+/** Returns the part with random stress and strain at the given mesh nodes. **/
 std::shared_ptr<const ReducedBody> withStress(const ReducedBody& part, std::vector<int> nodes) {
     ReducedBody stressed = part;
     std::mt19937 random(3);
@@ -71,7 +71,7 @@ protected:
         plain.emplace(flexible, bare, "plain");
     }
 
-    /** A State in motion. **/
+    /** Returns a State with nonzero speeds. **/
     State move(Real size = 0.01) const {
         State state = system.realizeTopology();
         Vector xi(part->numModes), xiDot(part->numModes);
@@ -87,7 +87,7 @@ protected:
         return state;
     }
 
-    /** S ξ by its definition, for the k-th node with stress. **/
+    /** Returns S ξ by definition, for the k-th node with stress. **/
     SymMat33 expectedStress(const State& state, size_t k) const {
         const Vector xi = body->getModalCoordinates(state);
         Real s[6] = {};
@@ -141,7 +141,7 @@ TEST_F(StressRecoveryTest, IsTheSumOverTheModesAtAllNodesOrAFew) {
     for (int k = 0; k < all.getNumNodes(); ++k)
         EXPECT_LT((stress[unsigned(k)] - expectedStress(state, size_t(k))).norm(),
                   1e-12 * stress[unsigned(k)].norm());
-    // A few, in the order asked for, are the same to the bit.
+    // A subset, in the requested order, is bit-identical.
     StressRecovery few(*body, {all.getNodeNumber(9), all.getNodeNumber(2)});
     Array_<SymMat33> ofFew;
     few.calcStress(state, ofFew);
@@ -223,7 +223,7 @@ TEST_F(StressRecoveryTest, WhatHasNoStressSaysHowToGetIt) {
                       HasSubstr("--stress=all")));
     EXPECT_THAT(errorOf([&] { StressRecovery(*body, {4711}); }),
                 AllOf(HasSubstr("'boom'"), HasSubstr("4711")));
-    // Displacements need none.
+    // Displacements need no stress.
     Array_<Vec3> u;
     one.calcDisplacement(state, u);
     EXPECT_LT((u[0] - body->calcNodeDisplacement(state, number)).norm(), 1e-15);
@@ -304,7 +304,7 @@ TEST_F(StressRecoveryTest, HistoriesHaveAColumnAChannelAndEvenTimes) {
             state.setTime(0.01 * step);
             system.realize(state, Stage::Velocity);
             history.handleEvent(state);
-            history.handleEvent(state);  // a second look adds nothing
+            history.handleEvent(state);  // repeating it adds nothing
             StressRecovery(*body, {first, second}).calcStress(state, stress);
             vonMises.push_back(calcSignedVonMises(stress[1]));
             sxy.push_back(stress[0](1, 0));
@@ -316,7 +316,7 @@ TEST_F(StressRecoveryTest, HistoriesHaveAColumnAChannelAndEvenTimes) {
         const std::string name = "boom." + std::to_string(second) + ".signed_von_mises";
         EXPECT_EQ(table.getColumn(name), vonMises);
         EXPECT_EQ(table.getColumn("boom." + std::to_string(first) + ".stress_xy"), sxy);
-        // Time does not go back.
+        // Time cannot go back.
         State early = move();
         system.realize(early, Stage::Velocity);
         EXPECT_THAT(errorOf([&] { history.handleEvent(early); }),
@@ -346,7 +346,7 @@ TEST_F(StressRecoveryTest, ARunIsRecordedAndItsExtremesAreThoseOfTheRecord) {
     system.addEventReporter(history);
     system.addEventReporter(extremes);
 
-    // A body let go from a bent shape in its lowest mode swings as cos Ωt.
+    // Released from a shape bent in its lowest mode, a body swings as cos Ωt.
     State state = system.realizeTopology();
     Vector xi(part->numModes, Real(0));
     xi[0] = 1e-4;

@@ -1,5 +1,5 @@
 /** @file
-Most Simbody programs begin like this one: every public header must compile after it. **/
+Most Simbody programs start like this one: every public header must compile after it. **/
 
 #include "Simbody.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The simflex program in a folder of a test's own, with a brick's deck in it. **/
+The simflex program in a folder of the test, which contains a brick's deck. **/
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -18,7 +18,8 @@ class CliTest : public ::testing::Test {
 protected:
     void SetUp() override { testing::writeText(folder / "brick.inp", testing::Brick().text()); }
 
-    /** Runs simflex with these arguments in the folder; keeps its output. @returns exit status. **/
+    /** Runs simflex with these arguments in the folder and stores its output. @returns exit
+    status. **/
     int run(const std::string& arguments) { return runProgram("'" SIMFLEX_PROGRAM "'", arguments); }
 
     int runProgram(const std::string& program, const std::string& arguments) {

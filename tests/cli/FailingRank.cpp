@@ -1,6 +1,6 @@
 /** @file
-Preloaded into one process of several: the function of PETSc or SLEPc that $FAILS_IN names fails
-there, as it does without memory. **/
+Preloaded into one of several processes: the PETSc or SLEPc function named by $FAILS_IN fails there,
+as if out of memory. **/
 
 #include <dlfcn.h>
 

@@ -1,5 +1,5 @@
 /** @file
-The simflex program, driven as a user drives it. **/
+The simflex program from a user's point of view. **/
 
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -209,13 +209,13 @@ TEST_F(CliTest, AnyNumberOfThreadsGivesTheSameFile) {
     }
 }
 
-#ifndef __SANITIZE_ADDRESS__  // which takes terabytes of addresses
+#ifndef __SANITIZE_ADDRESS__  // AddressSanitizer reserves terabytes of address space
 TEST_F(CliTest, WithoutMemoryReductionsEnd) {
     for (const char* kilobytes : {"120000", "200000", "300000", "500000"}) {
         const int status = runProgram(
             "ulimit -v " + std::string(kilobytes) + "; timeout -k 1 60 '" SIMFLEX_PROGRAM "'",
             "reduce -q brick.inp -i left=LEFT -i right=RIGHT -o part.h5");
-        EXPECT_NE(status, 124) << kilobytes;  // it would have gone on for ever
+        EXPECT_NE(status, 124) << kilobytes;  // not ended by the time limit
         EXPECT_NE(status, 137) << kilobytes;
         EXPECT_TRUE(status == 0 || !err.empty()) << kilobytes;
     }
@@ -347,7 +347,7 @@ TEST_F(CliTest, InfoOfAnythingElseFails) {
 class CliSignal : public CliTest, public ::testing::WithParamInterface<int> {};
 
 TEST_P(CliSignal, StopsAndLeavesNothing) {
-    // A script of Gmsh that takes its time.
+    // A slow Gmsh script.
     testing::writeText(folder / "slow.geo", "For i In {1 : 1000000000}\n  x = i;\nEndFor\n");
     const pid_t pid = fork();
     if (pid == 0) {

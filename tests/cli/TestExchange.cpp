@@ -1,5 +1,5 @@
 /** @file
-What other programs read, and pictures, made by the simflex program. **/
+Files for other programs, and pictures, written by the simflex program. **/
 
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -23,7 +23,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/** Hue of a strong colour [degrees]: red 0, green 120, blue 240; -1 for a pale one. **/
+/** Returns the hue of a saturated colour [degrees]: red 0, green 120, blue 240; -1 for a pale
+one. **/
 double calcHue(const Image::Pixel& pixel) {
     const double r = pixel[0], g = pixel[1], b = pixel[2];
     const double most = std::max({r, g, b}), chroma = most - std::min({r, g, b});
@@ -36,7 +37,7 @@ class ExchangeTest : public CliTest {
 protected:
     void SetUp() override {
         testing::Brick brick;
-        brick.nu = 0;  // tension strains it evenly, whatever the ends are tied to
+        brick.nu = 0;  // uniform strain under tension, for any ties of the ends
         testing::writeText(folder / "brick.inp", brick.text());
         ASSERT_EQ(run("reduce -q brick.inp -i left=LEFT -i right=RIGHT -m 20 -o part.h5"), 0)
             << err;
@@ -158,7 +159,7 @@ TEST_F(ExchangeTest, ModesMakesAFilmOfEachAndASheet) {
     EXPECT_EQ(frames, 24);
     const Image sheet = Image::readPng(folder / "shapes/contact_sheet.png");
     EXPECT_EQ(sheet.getWidth(), 3 * 486 + 6);
-    // Colours of the displacement, from still to largest, are there.
+    // All colours from zero to the largest displacement appear.
     int dark = 0, yellow = 0;
     for (int y = 0; y < sheet.getHeight(); ++y)
         for (int x = 0; x < sheet.getWidth(); ++x) {

@@ -15,7 +15,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/** Largest difference of two lists over the largest number in them. **/
+/** Returns the largest difference of two lists relative to the largest entry. **/
 double compare(const std::vector<double>& a, const std::vector<double>& b) {
     if (a.size() != b.size()) return INFINITY;
     double difference = 0, largest = 0;
@@ -30,7 +30,7 @@ class MpiTest : public CliTest {
 protected:
     void SetUp() override {
         CliTest::SetUp();
-        // As root and on one processor too; one thread a process.
+        // Also as root and on one processor; one thread per process.
         setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
         setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
         setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
@@ -81,7 +81,7 @@ TEST_F(MpiTest, FreeParts) {
 
 TEST_F(MpiTest, OnePointMassesToo) {
     testing::Brick brick;
-    brick.type = "C3D8R";  // whose mass matrix has a null space
+    brick.type = "C3D8R";  // its mass matrix has a null space
     testing::writeText(folder / "brick.inp", brick.text());
     expectSameParts("-i left=LEFT -i right=RIGHT -m 24");
 }

@@ -1,5 +1,5 @@
-// The stator of the source paper, reduced parts of the example: natural frequencies, weight,
-// energy, and a run-up through a critical speed, against linear theory written down here without
+// The stator of the source paper, with the example's reduced parts: natural frequencies, weight,
+// energy, and a run-up through a critical speed, against linear theory implemented here without
 // Simbody.
 
 #include <gtest/gtest.h>
@@ -34,15 +34,16 @@ const Parts& getParts() {
     return parts;
 }
 
-/** M v̈ + D v̇ + K v = f with G v = 0, all parts in engine axes; v = (shift, turn, ξ) part by part.
- * **/
+/** M v̈ + D v̇ + K v = f with G v = 0, all parts in engine axes; v = (translation, rotation, ξ)
+part by part.
+**/
 struct LinearStator {
     MatrixXd M, K, D, G;
     MatrixXd Z;  ///< null space of G
 
     explicit LinearStator(double dampingRatio);
     int firstOf(int part) const { return m_first[part]; }
-    /** 6×n: shift and turn of an interface's master point. **/
+    /** Returns the 6×n map to translation and rotation of an interface's master point. **/
     MatrixXd calcMotionMap(int part, const std::string& interface) const;
 
 private:
@@ -101,7 +102,7 @@ MatrixXd LinearStator::calcMotionMap(int p, const std::string& interface) const 
 
 TEST(Stator, PartsHaveTheModesOfThePaper) {
     const int craigBampton[] = {50, 32, 26, 32, 26};
-    // A turbine is round: the last of its modes has a twin.
+    // The turbine is axisymmetric: its last mode is one of a pair.
     const int numTwins[] = {0, 0, 0, 1, 0};
     for (int p = 0; p < StatorModel::NumParts; ++p)
         EXPECT_EQ(getParts()[p]->numModes, craigBampton[p] - 6 + numTwins[p])
@@ -123,15 +124,15 @@ TEST(Stator, NaturalFrequenciesFromSimbodysMatricesAreThoseOfTheJoinedParts) {
 }
 
 // CalculiX 2.20 on all five meshes at once (250 227 DOF), *FREQUENCY: mating flange faces, bearing
-// bores and hinge bores each a *RIGID BODY, the hinges' reference nodes held. A reduced model is
-// stiffer, so its frequencies lie above.
+// bores and hinge bores are each a *RIGID BODY; the hinges' reference nodes are held. A reduced
+// model is stiffer, so its frequencies are higher.
 TEST(Stator, NaturalFrequenciesAreThoseOfTheWholeFiniteElementModel) {
     const double calculix[] = {92.85962, 116.4121, 182.5380, 224.3783,
                                279.2850, 358.1647, 405.7570, 431.1485};
     StatorModel model({}, getParts());
     const LinearModel linear = model.makeLinearModel();
     for (int k = 0; k < 8; ++k) {
-        // 14 normal modes a part cost 0.33 % at most.
+        // 14 normal modes per part cost at most 0.33 %.
         EXPECT_GT(linear.getFrequency(k), calculix[k] * (1 - 1e-5)) << "mode " << k;
         EXPECT_LT(linear.getFrequency(k), calculix[k] * 1.004) << "mode " << k;
     }
@@ -149,7 +150,7 @@ TEST(Stator, ModesAboutItsStaticEquilibriumAreThoseOfTheJoinedParts) {
     ASSERT_EQ(int(modes.size()), linear.getNumModes());
     for (size_t k = 0; k < modes.size(); ++k) {
         const double expected = linear.getFrequency(int(k));
-        // Weight stiffens and softens by (g/sag)/ω²: a millionth.
+        // The weight stiffens and softens by (g/sag)/ω²: a millionth.
         EXPECT_NEAR(modes[k].frequency, expected, 1e-5 * expected) << "mode " << k;
     }
     double weight = 0;
@@ -166,7 +167,7 @@ TEST(Stator, EveryModeIsDampedByTheParts) {
     const LinearModel linear = model.makeLinearModel();
     const std::vector<Eigenmode> modes =
         calcEigenmodes(calcLinearization(model.system, model.makeUndeformedState()));
-    // What D couples shifts frequencies by ζ² at most; ratios beyond those of the lowest modes
+    // Coupling through D shifts frequencies by at most ζ²; ratios above those of the lowest modes
     // differ more.
     const double ratio = model.getOptions().damping;
     for (size_t k = 0; k < 8; ++k) {
@@ -194,13 +195,12 @@ TEST(Stator, RestsOnItsHingesAndTheyCarryItsWeight) {
         EXPECT_GT(force[1], 0) << hinge.getName();
         sum += force;
     }
-    // The small displacements' static equilibrium leaves accelerations of second order: 1e-3 m/s²
-    // of 9.81.
+    // The linear static equilibrium leaves second-order accelerations: 1e-3 m/s² of 9.81.
     EXPECT_NEAR(sum[1], weight, 1e-4 * weight);
     EXPECT_NEAR(sum[0], 0, 1e-4 * weight);
     EXPECT_NEAR(sum[2], 0, 1e-4 * weight);
 
-    // And it stays: without unbalance nothing moves by more than a thousandth of the sag.
+    // It stays there: without unbalance nothing moves by more than a thousandth of the sag.
     StatorOptions still;
     still.frontUnbalance = still.rearUnbalance = 0;
     StatorModel resting(still, getParts());
@@ -254,8 +254,8 @@ TEST(Stator, RunUpThroughACriticalSpeedFollowsLinearTheory) {
         model.calcBearingDisplacement(integrator.getState(), StatorModel::FrontBearing),
         model.calcBearingDisplacement(integrator.getState(), StatorModel::RearBearing)};
 
-    // The same by the midpoint rule in the null space of the joints, 3000 steps a rotor turn's
-    // 1/160 s.
+    // The same by the midpoint rule in the null space of the joints, with 3000 steps per rotor turn
+    // of 1/160 s.
     const LinearStator stator(options.damping);
     const MatrixXd M = stator.Z.transpose() * stator.M * stator.Z,
                    K = stator.Z.transpose() * stator.K * stator.Z,
@@ -288,7 +288,7 @@ TEST(Stator, RunUpThroughACriticalSpeedFollowsLinearTheory) {
                          (expected - Eigen::Vector3d(found[0], found[1], found[2])).norm());
         }
     }
-    EXPECT_GT(largest, 5e-5);  // resonance has been there
+    EXPECT_GT(largest, 5e-5);  // resonance has occurred
     EXPECT_LT(largestDifference, 5e-3 * largest);
 }
 

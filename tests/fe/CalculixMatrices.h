@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-K and M as CalculiX assembles them of a deck's solids, for comparison. **/
+K and M of a deck's solids as assembled by CalculiX, for comparison. **/
 
 #include <Eigen/Dense>
 
@@ -10,13 +10,13 @@ K and M as CalculiX assembles them of a deck's solids, for comparison. **/
 namespace simflex {
 namespace testing {
 
-/** Rows 3·mesh index + axis; M one row a direction, too. The text they come from has 14 digits. **/
+/** Rows 3·mesh index + axis; M also has one row per direction. The source text has 14 digits. **/
 struct CalculixMatrices {
     Eigen::MatrixXd K, M;
 };
 
-/** Of the solids alone: writes nodes, elements, materials and sections in the folder, runs ccx with
-`*FREQUENCY, SOLVER=MATRIXSTORAGE` and reads what it stores. Solids of B32R and layers are left
+/** For solids only: writes nodes, elements, materials and sections to the folder, runs ccx with
+`*FREQUENCY, SOLVER=MATRIXSTORAGE` and reads the stored matrices. Solids of B32R and layers are left
 out. **/
 CalculixMatrices calcCalculixMatrices(const TestFolder& folder, const DeckModel& deck);
 

@@ -14,7 +14,7 @@ namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
 
-/** A ⊗ 1_copies of a symmetric matrix. **/
+/** Returns A ⊗ 1_copies of a symmetric matrix. **/
 Matrix toEigen(const SymmetricMatrix& A, int copies) {
     std::vector<Eigen::Triplet<double>> entries;
     for (int column = 0; column < A.size; ++column)
@@ -46,7 +46,7 @@ Matrix toEigen(const NodalConstraints& T, int numRows) {
 }  // namespace
 
 // Subspace iteration (Bathe, Finite Element Procedures, ch. 11.6): inverse iteration of a block
-// that is three times as wide as what is wanted, Rayleigh and Ritz in it.
+// three times as wide as the requested modes, with Rayleigh-Ritz projection.
 std::vector<double> calcFreeFrequencies(const FeModel& model, int numModes) {
     const int n = 3 * model.mesh.numNodes();
     const Matrix T = toEigen(model.constraints, n);

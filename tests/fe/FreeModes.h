@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Frequencies of a model straight from its matrices, the constraints among them: TᵀKT x = ω² TᵀMT x.
+Frequencies of a model directly from its matrices, including constraints: TᵀKT x = ω² TᵀMT x.
 **/
 
 #include <vector>
@@ -10,7 +10,7 @@ Frequencies of a model straight from its matrices, the constraints among them: T
 namespace simflex {
 namespace testing {
 
-/** The lowest frequencies [Hz] of the free part, the rigid modes (0) among them. **/
+/** Returns the lowest frequencies [Hz] of the free part, including the rigid modes (0). **/
 std::vector<double> calcFreeFrequencies(const FeModel& model, int numModes);
 
 }  // namespace testing

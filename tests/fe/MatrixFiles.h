@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The matrices of a model as the texts that other programs write. **/
+The matrices of a model in the text formats of other programs. **/
 
 #include <algorithm>
 #include <cstdio>
@@ -21,13 +21,13 @@ public:
         for (int dof = 0; dof < 3 * _mesh.numNodes(); ++dof) _rowOf.push_back(dof);
     }
 
-    /** Another order of the nodes in their table, and of the rows with them. **/
+    /** Shuffles the nodes in their table, and the rows with them. **/
     void shuffleNodes(unsigned seed) {
         std::shuffle(_nodes.begin(), _nodes.end(), std::mt19937(seed));
         for (size_t k = 0; k < _nodes.size(); ++k)
             for (size_t a = 0; a < 3; ++a) _rowOf[3 * size_t(_nodes[k]) + a] = int(3 * k + a);
     }
-    /** Another order of all rows. **/
+    /** Shuffles all rows. **/
     void shuffleDofs(unsigned seed) {
         std::shuffle(_rowOf.begin(), _rowOf.end(), std::mt19937(seed));
     }
@@ -69,7 +69,7 @@ public:
         return header("general", A.size * copies, count) + text;
     }
 
-    /** Node and direction, lower triangle, with commas. **/
+    /** Returns node and direction, lower triangle, comma-separated. **/
     std::string abaqus(const SymmetricMatrix& A, int copies) const {
         std::ostringstream text;
         char value[40];
@@ -80,7 +80,7 @@ public:
         });
         return text.str();
     }
-    /** Row, column, value; both triangles, with blanks. **/
+    /** Returns row, column, value; both triangles, separated by blanks. **/
     std::string coordinate(const SymmetricMatrix& A, int copies) const {
         std::string text;
         forEach(A, copies, [&](int row, int column, double value) {
@@ -89,7 +89,7 @@ public:
         });
         return text;
     }
-    /** Nodes, elements and sets with cards that only Abaqus knows. **/
+    /** Returns nodes, elements and sets with Abaqus-only cards. **/
     std::string abaqusDeck() const {
         std::string text = "*HEADING\n brick\n*PREPRINT, ECHO=NO\n*NODE\n";
         for (const int node : _nodes) text += nodeLine("%d, %.17g, %.17g, %.17g\n", node);
@@ -171,7 +171,7 @@ private:
              << size << " " << size << " " << count << "\n";
         return text.str();
     }
-    /** Entries of the lower triangle of A ⊗ 1 (copies 1 or 3), in dof numbers. **/
+    /** Visits the entries of the lower triangle of A ⊗ 1 (copies 1 or 3), in DOF numbers. **/
     template <class Visit>
     static void forEach(const SymmetricMatrix& A, int copies, Visit visit) {
         for (int column = 0; column < A.size; ++column)

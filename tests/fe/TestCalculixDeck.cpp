@@ -29,7 +29,7 @@ protected:
         return readCalculixDeck(folder / "deck.inp", options);
     }
 
-    /** The error that a deck gives; nothing may be left behind. **/
+    /** Returns the error for a deck and checks that no files remain. **/
     std::string errorOf(const std::string& text, CalculixOptions options = {}) {
         std::string message = "accepted";
         try {
@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Bricks, EverySolidElement,
                          ::testing::Values("C3D8", "C3D8I", "C3D8R", "C3D20", "C3D20R"));
 
 TEST_F(CalculixDeckTest, IncompatibleModesOfElementsInAnyOrderAreTheirOwn) {
-    // Numbers of elements do not ascend, so that neither do those of the internal nodes.
+    // Element numbers do not ascend, so those of the internal nodes do not either.
     read(
         "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1.1,0\n4,0,1,0\n5,0,0,1\n6,1,0.1,1\n7,1.2,1,1\n8,0,1,1.3\n"
         "21,2,0,0\n22,2,1,0\n23,2,0,1\n24,2,1,1\n31,3,0,0.1\n32,3,1.2,0\n33,3,0,1\n34,3,1,1\n"
@@ -73,7 +73,7 @@ TEST_F(CalculixDeckTest, IncompatibleModesOfElementsInAnyOrderAreTheirOwn) {
     const FeModel model = readCalculixDeck(folder / "deck.inp");
     EXPECT_EQ(model.mesh.numInternalNodes, 9);
     EXPECT_THROW(selectNodes(model.mesh, "sphere:0.5,0.5,0.5,0.2"), std::invalid_argument);
-    // Whichever nodes they are, K and M are those of the elements in another order.
+    // For any order of the nodes, K and M match those with the elements in another order.
     std::string text = testing::readText(folder / "deck.inp");
     const std::string second = "2,2,21,22,3,6,23,24,7\n";
     text.erase(text.find(second), second.size());
@@ -215,7 +215,7 @@ TEST_F(CalculixDeckTest, SurfaceElementsOfAMesherAreDropped) {
     EXPECT_EQ(model.mesh.elements.size(), 1u);
     EXPECT_EQ(model.mesh.elements[0].numElements(), 32);
     EXPECT_EQ(model.mesh.nodeSets.at("SEAT").size(), 4u);
-    // Sets of nothing else name their nodes, as Gmsh writes physical groups.
+    // Sets of other elements define node sets, as Gmsh writes physical groups.
     EXPECT_EQ(model.mesh.nodeSets.at("SKIN"), model.mesh.nodeSets.at("SEAT"));
     EXPECT_EQ(model.mesh.nodeSets.at("TWIN"), model.mesh.nodeSets.at("SEAT"));
     EXPECT_EQ(model.mesh.nodeSets.at("EDGE").size(), 2u);
@@ -223,7 +223,7 @@ TEST_F(CalculixDeckTest, SurfaceElementsOfAMesherAreDropped) {
 }
 
 TEST_F(CalculixDeckTest, LongNumbersKeepTheirExponent) {
-    // ccx reads 20 characters of a number: it would take these for 70 and 27.
+    // ccx reads 20 characters of a number, so it would read 70 and 27.
     const std::string longNumbers =
         "*MATERIAL, NAME=METAL\n*ELASTIC\n7.00000000000000000000E+10,0.3\n*DENSITY\n"
         "27.00000000000000000000E+02\n*SOLID SECTION, ELSET=BODY, MATERIAL=METAL\n";
@@ -335,7 +335,7 @@ TEST_F(CalculixDeckTest, AMaterialThatIsNotThereIsNamedWithItsSection) {
               folder / "deck.inp:" + std::to_string(line) + ": the deck has no material WOOD");
 }
 
-// CalculiX looks at the integration points alone: one of C3D8R, where swapped nodes may not show.
+// CalculiX only checks the integration points. C3D8R has one, where swapped nodes may not show.
 class SwappedNodes : public CalculixDeckTest, public ::testing::WithParamInterface<const char*> {};
 
 TEST_P(SwappedNodes, AreAnErrorThatNamesTheElement) {
@@ -454,7 +454,7 @@ TEST_F(CalculixDeckTest, AMaterialWithoutOneTemperatureIsRefused) {
               "accepted");
 }
 
-/** Keywords of CalculiX 2.20: its manual, chapter 7, and what `ccx` looks for. **/
+/** Keywords of CalculiX 2.20, from chapter 7 of its manual and from the `ccx` source. **/
 constexpr const char* kKeywords =
     "AMPLITUDE BASEMOTION BEAMGENERALSECTION BEAMSECTION BOUNDARY BOUNDARYF BUCKLE CFD CFLUX "
     "CHANGEFRICTION CHANGEMATERIAL CHANGEPLASTIC CHANGESOLIDSECTION CHANGESURFACEBEHAVIOR "
@@ -566,7 +566,7 @@ TEST_F(CalculixDeckTest, ElementsHaveTheAxesOfTheirDistribution) {
              "*SOLID SECTION, ELSET=SIX, MATERIAL=PLY, ORIENTATION=C\n");
     EXPECT_EQ(model.K.values, divided.K.values);
 
-    // CalculiX 2.20 turns by the angle what the first line gives, and nothing else.
+    // CalculiX 2.20 rotates only the first line by the angle.
     std::string straight = distributed;
     straight.erase(straight.find("3, 20.\n"), 7);
     const auto own = testing::calcFreeFrequencies(read(straight), 12);
@@ -598,7 +598,7 @@ TEST_F(CalculixDeckTest, ParametersStandForTheirValues) {
 
 TEST_F(CalculixDeckTest, NodesThatAreHeldByTheirEquationsAloneAreLeftOut) {
     const FeModel plain = read(brick.text());
-    // It follows the brick along x, another joins three nodes of it along z.
+    // One node follows the brick along x; another connects three of its nodes along z.
     const FeModel loose = read(brick.text() +
                                "*NODE\n9001,0.,0.,0.\n*EQUATION\n"
                                "3\n9001,1,1.,1,1,-.5,2,1,-.5\n");
@@ -627,7 +627,7 @@ TEST_F(CalculixDeckTest, OfMoreNodesThanATypeHasTheFirstAreTaken) {
     EXPECT_THAT(warnings, HasSubstr("as in CalculiX the first 8 are taken"));
 }
 
-/** What cards add to K and m of the brick. **/
+/** Contributions of cards to K and m of the brick. **/
 struct AddedMatrices {
     FeModel with, without;
 
@@ -655,7 +655,7 @@ class EveryMembrane : public CalculixDeckTest, public ::testing::WithParamInterf
 
 TEST_P(EveryMembrane, HasTheEnergyOfPlaneStressAndItsMass) {
     const std::string type = GetParam();
-    // A face of the brick at z = 0 of 0.02 × 0.01, its nodes given anew and tied to nothing else.
+    // A face of the brick at z = 0 of 0.02 × 0.01, with new nodes that are not tied to any others.
     constexpr double E = 70e9, nu = 0.3, t = 0.002, rho = 2700, a = 0.02, b = 0.01;
     const double x[8][2] = {{0, 0},     {a, 0},     {a, b},     {0, b},
                             {a / 2, 0}, {a, b / 2}, {a / 2, b}, {0, b / 2}};
@@ -673,7 +673,7 @@ TEST_P(EveryMembrane, HasTheEnergyOfPlaneStressAndItsMass) {
     if (!isTriangle && type[3] == '8') cards << "901,9001,9002,9003,9004,9005,9006,9007,9008\n";
     cards << "*MATERIAL, NAME=FOIL\n*ELASTIC\n70e9,.3\n*DENSITY\n2700.\n"
              "*MEMBRANE SECTION, ELSET=SKIN, MATERIAL=FOIL\n.002\n";
-    // Springs to the brick, so that all is one piece.
+    // Springs to the brick make it a single piece.
     for (int k = 0; k < 9; ++k)
         cards << "*ELEMENT, TYPE=SPRINGA, ELSET=JOIN\n" << 950 + k << ",27," << 9001 + k << "\n";
     cards << "*SPRING, ELSET=JOIN\n\n1e-9\n";
@@ -797,7 +797,7 @@ TEST_F(CalculixDeckTest, AMissingDeckOrIncludeIsAnError) {
 }
 
 TEST_F(CalculixDeckTest, NodesAndElementsAreGenerated) {
-    // 8×2×2 elements: a line, a face of lines, a body of faces.
+    // 8×2×2 elements: a line, then a face of lines, then a body of faces.
     const std::string made =
         "*NODE\n1,0,-.015,-.01\n9,.2,-.015,-.01\n19,0,.015,-.01\n27,.2,.015,-.01\n"
         "*NGEN,NSET=LOW\n1,9\n*NGEN,NSET=HIGH\n19,27,1\n*NFILL,NSET=FACE\nLOW,HIGH,2,9\n"
@@ -817,14 +817,14 @@ TEST_F(CalculixDeckTest, NodesAndElementsAreGenerated) {
     EXPECT_EQ(own.mesh.nodeSets.at("ALL"), plain.mesh.nodeSets.at("ALL"));
     EXPECT_EQ(own.mesh.nodeSets.at("LEFT"), plain.mesh.nodeSets.at("LEFT"));
     const double size = 70e9;
-    std::map<std::pair<int, int>, double> difference;  // either may leave a zero out
+    std::map<std::pair<int, int>, double> difference;  // either may omit a zero
     for (const auto& [model, sign] : {std::pair(&own, 1), std::pair(&plain, -1)})
         for (int column = 0; column < model->K.size; ++column)
             for (auto k = model->K.columnStarts[size_t(column)];
                  k < model->K.columnStarts[size_t(column) + 1]; ++k)
                 difference[{model->K.rows[size_t(k)], column}] += sign * model->K.values[size_t(k)];
     for (const auto& [entry, value] : difference) ASSERT_NEAR(value, 0, 1e-12 * size);
-    // Copies may turn, too: node 9 at (0.2, −0.015) about (0.2, 0) after a step along x.
+    // Copies may also be rotated: node 9 at (0.2, −0.015) about (0.2, 0) after a shift along x.
     const FeModel turned =
         read(brick.text() +
              "*NCOPY,OLD SET=ALL,CHANGE NUMBER=1000,SHIFT\n0.01,0,0\n0.2,0,0,0.2,0,1,90\n"

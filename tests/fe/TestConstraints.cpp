@@ -1,6 +1,6 @@
 /** @file
-Decks with equations, multi-point constraints and surface ties, against CalculiX's own frequencies
-of the same deck. **/
+Decks with equations, multi-point constraints and surface ties against CalculiX's frequencies of the
+same deck. **/
 
 #include <gmock/gmock.h>
 
@@ -52,8 +52,8 @@ protected:
             EXPECT_NEAR(own[i], reference[i], tolerance * reference[i]) << "mode " << i + 1;
     }
 
-    /** Two boxes end to end along x, of other meshes; the first ends and the second begins at x =
-    0.1, plus a gap. Numbers of the second from 1001. **/
+    /** Returns two boxes end to end along x with different meshes; the first ends and the second
+    begins at x = 0.1, plus a gap. The second is numbered from 1001. **/
     std::string twoBricks(const std::string& firstType, const std::string& secondType,
                           double gap = 0) {
         first.type = firstType;
@@ -83,7 +83,7 @@ protected:
         return first.meshText() + moved + first.materialText();
     }
 
-    /** Element surfaces on the facing ends: END of the first box, BEGIN of the second. **/
+    /** Returns element surfaces on the facing ends: END of the first box, BEGIN of the second. **/
     std::string facingSurfaces() const {
         std::ostringstream text;
         text << "*SURFACE, NAME=END, TYPE=ELEMENT\n";
@@ -116,7 +116,7 @@ TEST_F(ConstraintsTest, ANodeSetKeepsItsNameBesideASurface) {
 TEST_F(ConstraintsTest, BoxesJoinedByEquationsHaveCalculixFrequencies) {
     SIMFLEX_NEEDS_CALCULIX();
     std::string text = twoBricks("C3D8", "C3D8");
-    // Corners and the middle of the faces' edges coincide in no other node: join the four corners.
+    // Apart from corners and edge midpoints, no nodes of the faces coincide: join the four corners.
     const int end[4] = {5, 15, 35, 45}, begin[4] = {1001, 1013, 1049, 1061};
     text += "*EQUATION\n";
     for (int k = 0; k < 4; ++k)
@@ -152,7 +152,7 @@ TEST_F(ConstraintsTest, EquationsThatHoldThePartAreRefusedWithTheirLine) {
     const std::string where = "deck.inp:" + std::to_string(line) + ":";
     EXPECT_THAT(errorOf(text + "*EQUATION\n1\n1,1,1.\n"),
                 AllOf(HasSubstr(where), HasSubstr("translation along x")));
-    // Equal z of nodes apart along x: no rotation about y.
+    // Equal z of nodes separated along x: no rotation about y.
     EXPECT_THAT(errorOf(text + "*EQUATION\n2\n1,3,1.,9,3,-1.\n"),
                 AllOf(HasSubstr(where), HasSubstr("rotation about y")));
 }
@@ -173,8 +173,8 @@ TEST_F(ConstraintsTest, EquationsOfRotationsAndUnfinishedOnesAreRefused) {
     EXPECT_THAT(errorOf(Brick().text() + "*EQUATION\n1\n777,1,1.\n"), HasSubstr("node 777"));
 }
 
-// CalculiX itself takes *MPC for a nonlinear analysis, which it cannot do of a free part: compare
-// with the same written as equations.
+// CalculiX itself takes *MPC for a nonlinear analysis, which it cannot do for a free part: compare
+// with the equivalent equations.
 TEST_F(ConstraintsTest, MultiPointConstraintsAreTheirLinearEquations) {
     SIMFLEX_NEEDS_CALCULIX();
     std::ostringstream equations;
@@ -206,12 +206,12 @@ TEST_F(ConstraintsTest, NodesOffTheirLineOrUnknownKindsAreRefused) {
 
 TEST_F(ConstraintsTest, EquationsInTheAxesOfTheirNodesHaveCalculixFrequencies) {
     SIMFLEX_NEEDS_CALCULIX();
-    // Node 55 at (0, −0.015, 0.01), 81 at (0.2, 0.015, 0.01): their distance stays.
+    // Node 55 at (0, −0.015, 0.01), 81 at (0.2, 0.015, 0.01): their distance is constant.
     expectCalculixFrequencies(Brick().text() +
                               "*NSET,NSET=TURNED\n55,81\n"
                               "*TRANSFORM,NSET=TURNED,TYPE=R\n20.,3.,0.,-3.,20.,0.\n"
                               "*EQUATION\n2\n55,1,1.,81,1,-1.\n");
-    // About the line through 55 along z, 81 moves out as 55 along x and y.
+    // About the line through 55 along z, the radial motion of 81 equals that of 55 along x and y.
     expectCalculixFrequencies(
         Brick().text() +
         "*NSET,NSET=FAR\n81\n"
@@ -225,7 +225,7 @@ TEST_F(ConstraintsTest, EquationsAndPlanesOfSetsAreThoseOfTheirNodes) {
     const std::string sets = Brick().text() +
                              "*NSET,NSET=A\n1,2,3\n*NSET,NSET=B\n4\n"
                              "*NSET,NSET=FLAT\n28,29,30,36,38,46\n";
-    // Along x, on the same line: distances stay.
+    // Along x, on the same line: distances are constant.
     const FeModel model = read(sets + "*EQUATION\n2\nA,1,1.,B,1,-1.\n*MPC\nPLANE,FLAT\n");
     const FeModel plain = read(sets +
                                "*EQUATION\n2\n1,1,1.,4,1,-1.\n2\n2,1,1.,4,1,-1.\n2\n"
@@ -293,7 +293,7 @@ TEST_F(ConstraintsTest, ATieNamesASurfaceOrFaceThatIsNotThere) {
                 HasSubstr("'S7' is not a face"));
 }
 
-// Where CalculiX is compared with, the deck's own *RIGID BODY, *COUPLING are what it solves.
+// In comparisons with CalculiX, it solves the deck's own *RIGID BODY and *COUPLING.
 TEST_F(ConstraintsTest, ARigidBodyHasCalculixFrequencies) {
     SIMFLEX_NEEDS_CALCULIX();
     expectCalculixFrequencies(Brick().text() +
@@ -314,7 +314,7 @@ TEST_F(ConstraintsTest, BoxesJoinedByRigidBodiesOfOneReferenceHaveCalculixFreque
                               "*NODE\n5000,0.105,0,0\n5001,0.105,0,0\n5002,0.105,0,0\n"
                               "*RIGID BODY, NSET=RIGHT, REF NODE=5000, ROT NODE=5001\n";
     expectCalculixFrequencies(boxes + "*RIGID BODY, NSET=XLEFT, REF NODE=5000, ROT NODE=5001\n");
-    // The same turns by equations; 5001 and 5002 stand for rotations.
+    // The same rotations by equations; 5001 and 5002 stand for rotations.
     expectCalculixFrequencies(boxes +
                               "*RIGID BODY, NSET=XLEFT, REF NODE=5000, ROT NODE=5002\n"
                               "*EQUATION\n2\n5002,1,1.,5001,1,-1.\n2\n5002,2,1.,5001,2,-1.\n"
@@ -338,7 +338,7 @@ TEST_F(ConstraintsTest, AKinematicCouplingHasCalculixFrequencies) {
         "*ORIENTATION, NAME=TURNED\n1,1,0,-1,1,0\n";
     const std::string coupling = "*COUPLING, REF NODE=5000, SURFACE=TIP, CONSTRAINT NAME=C";
     expectCalculixFrequencies(Brick().text() + surface + coupling + "\n*KINEMATIC\n1,3\n");
-    // Held is what nothing stiffens in CalculiX's equations: the reference node's other motions.
+    // Held are the reference node's other motions, which have no stiffness in CalculiX's equations.
     const std::string held = "*BOUNDARY\n5000,2,4\n";
     expectCalculixFrequencies(Brick().text() + surface + coupling + "\n*KINEMATIC\n1\n" + held);
     expectCalculixFrequencies(Brick().text() + surface + coupling +
@@ -408,7 +408,7 @@ TEST_F(ConstraintsTest, AMaterialAtTheTemperatureOfItsNodesHasCalculixFrequencie
     expectCalculixFrequencies(text + "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 260\n");
 }
 
-/** The part of a deck that stands between *PART and *END PART, and the material behind. **/
+/** Returns the part of a deck between *PART and *END PART, and the material after it. **/
 std::pair<std::string, std::string> dividePart(const Brick& brick) {
     const std::string text = brick.materialText();
     const size_t section = text.find("*SOLID SECTION");
@@ -489,9 +489,9 @@ TEST_F(ConstraintsTest, ATurnedInstanceHasTheFrequenciesOfItsPart) {
                                    "0., 1., 0., 1., 3., 0.5, 70.\n*END INSTANCE\n*END ASSEMBLY\n" +
                                    wood);
         const auto turned = testing::calcFreeFrequencies(model, 16);
-        for (size_t i = 9; i < plain.size(); ++i)  // the arm turns on its node
+        for (size_t i = 9; i < plain.size(); ++i)  // the arm rotates about its node
             EXPECT_NEAR(turned[i], plain[i], 1e-8 * plain[i]) << "mode " << i + 1;
-        EXPECT_EQ(model.mesh.nodeSets.count("LEFT"), 1u);  // of one instance, as it is
+        EXPECT_EQ(model.mesh.nodeSets.count("LEFT"), 1u);  // of one instance, unchanged
     }
 }
 
@@ -508,14 +508,14 @@ TEST_F(ConstraintsTest, NodesOfASystemStandInTheAxesOfTheDeck) {
     };
     // Node 1 of the brick, without a system.
     const auto x = positionsOf("").position(0);
-    // x along the deck's y, y against its x.
+    // x along the deck's y, y along its −x.
     expectAt(positionsOf("*SYSTEM\n1., 2., 3., 1., 5., 3.\n0., 2., 3.\n"),
              {1 - x[1], 2 + x[0], 3 + x[2]});
     expectAt(positionsOf("*SYSTEM\n1., 2., 3., 1., 5., 3.\n"), {1 - x[1], 2 + x[0], 3 + x[2]});
     expectAt(positionsOf("*SYSTEM\n1., 2., 3.\n"), {1 + x[0], 2 + x[1], 3 + x[2]});
-    // z against the deck's.
+    // z along the deck's −z.
     expectAt(positionsOf("*SYSTEM\n0., 0., 0., 1., 0., 0.\n0., -1., 0.\n"), {x[0], -x[1], -x[2]});
-    // It ends.
+    // *SYSTEM without data ends it.
     expectAt(positionsOf("*SYSTEM\n1., 2., 3.\n*SYSTEM\n"), x);
     EXPECT_THAT(errorOf("*SYSTEM\n1., 2., 3., 1., 2., 3.\n" + Brick().text()),
                 HasSubstr("deck.inp:1: points a and b of *SYSTEM are the same"));
@@ -584,7 +584,7 @@ TEST_F(ConstraintsTest, ANodeOfNoElementMustBeHeldByWhatItIsTiedTo) {
                 AllOf(HasSubstr("node 500"), HasSubstr("leaves it free")));
 }
 
-/** Functions of any face: 1 at their node, 0 at the others, together 1, with their slopes. **/
+/** Face shape functions: 1 at their own node, 0 at the others, sum 1, and their derivatives. **/
 TEST(FaceShapes, InterpolateBetweenTheNodes) {
     for (const int numNodes : {3, 4, 6, 8}) {
         for (int node = 0; node < numNodes; ++node) {
@@ -602,7 +602,7 @@ TEST(FaceShapes, InterpolateBetweenTheNodes) {
         double sum = 0;
         for (size_t k = 0; k < size_t(numNodes); ++k) {
             sum += here.N[k];
-            // At most squares of ξ and of η: central differences are exact.
+            // At most quadratic in ξ and η: central differences are exact.
             EXPECT_NEAR(here.dXi[k],
                         (calcFaceShapes(numNodes, xi + h, eta).N[k] -
                          calcFaceShapes(numNodes, xi - h, eta).N[k]) /
@@ -618,8 +618,7 @@ TEST(FaceShapes, InterpolateBetweenTheNodes) {
     }
 }
 
-/** Corners as CalculiX's manual lists them for S1, S2, …; middles as on the skin of the element.
- * **/
+/** Corners as in CalculiX's manual for S1, S2, …; mid-edge nodes as on the skin of the element. **/
 TEST(FaceShapes, FacesOfSolidsAreThoseOfCalculixsManual) {
     struct Solid {
         ElementType linear, quadratic;

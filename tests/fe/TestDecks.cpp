@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr int kTieNode = 100001;  // beyond every mesh; ccx reserves room for all numbers
 
-/** Nodes REF and ROT of tie `index` and the *RIGID BODY card. **/
+/** Returns the nodes REF and ROT of tie `index` and the *RIGID BODY card. **/
 std::string tieText(int index, const std::string& set, const std::array<double, 3>& point) {
     std::ostringstream text;
     text << std::setprecision(12);
@@ -29,7 +29,7 @@ std::string tieText(int index, const std::string& set, const std::array<double, 
     return text.str();
 }
 
-/** CalculiX itself takes Gmsh's skin elements for a plane model: writes MESH_solid.inp without them
+/** CalculiX itself takes Gmsh's skin elements for a plane model. Writes MESH_solid.inp without them
 and DECK_solid.inp that includes it. @returns the name of that deck. **/
 std::string withoutSkin(const TestFolder& folder, const std::string& deck) {
     const std::string stem = fs::path(deck).stem().string(), mesh = stem + "_mesh.inp";
@@ -218,8 +218,8 @@ namespace {
 
 using Tie = std::pair<std::string, std::array<double, 3>>;
 
-/** Displacements of the nodes of `set` in a *STATIC step with the loads given as cards; the first
-tie is held. **/
+/** Returns the displacements of the nodes of `set` in a *STATIC step with the loads given as cards;
+the first tie is held. **/
 std::map<int, std::array<double, 3>> calcStaticDisplacements(const TestFolder& folder,
                                                              const std::string& deck,
                                                              const Tie& held, const Tie& other,
@@ -245,7 +245,7 @@ std::map<int, std::array<double, 3>> calcStaticDisplacements(const TestFolder& f
     return u;
 }
 
-/** Displacement and rotation of the second tie. **/
+/** Returns displacement and rotation of the second tie. **/
 std::array<double, 6> calcStaticMotion(const TestFolder& folder, const std::string& deck,
                                        const Tie& held, const Tie& watched,
                                        const std::string& loads) {
@@ -302,7 +302,7 @@ int getTieNode(int index) {
 
 namespace {
 
-/** The blocks of a .frd file by their names, numbers by node. **/
+/** Reads the blocks of a .frd file by name, with values by node number. **/
 std::map<std::string, std::map<int, std::vector<double>>> readFrd(const std::string& path) {
     constexpr size_t kFirst = 13, kWidth = 12;
     std::map<std::string, std::map<int, std::vector<double>>> blocks;
@@ -335,7 +335,7 @@ CalculixStress calcCalculixStress(const TestFolder& folder, const std::string& d
         const auto block = blocks.find(name);
         if (block == blocks.end()) throw std::runtime_error(readText(folder / "ccx.log"));
         for (const auto& [node, v] : block->second)
-            to[node] = {v[0], v[1], v[2], v[3], v[5], v[4]};  // there xy yz zx
+            to[node] = {v[0], v[1], v[2], v[3], v[5], v[4]};  // file order xy yz zx
     };
     take("STRESS", result.stress);
     take("TOSTRAIN", result.strain);

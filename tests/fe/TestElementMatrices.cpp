@@ -1,4 +1,5 @@
-// K and M of every element: CalculiX's to the digits of its text, patch tests, rigid motions.
+// K and M of every element: agreement with CalculiX to the digits of its text, patch tests, rigid
+// motions.
 
 #include <gmock/gmock.h>
 
@@ -38,7 +39,7 @@ MatrixXd perAxis(const MatrixXd& m) {
     return M;
 }
 
-/** A deck and its own matrices. **/
+/** A deck and the matrices that simflex assembles for it. **/
 struct Assembled {
     DeckModel deck;
     FeElements elements;
@@ -59,7 +60,7 @@ struct Assembled {
         return {x[0], x[1], x[2]};
     }
 
-    /** Values at all nodes of a field in space. **/
+    /** Samples a spatial field at all nodes. **/
     template <class Field>
     VectorXd sample(const Field& field) const {
         VectorXd u(3 * numNodes());
@@ -67,7 +68,7 @@ struct Assembled {
         return u;
     }
 
-    /** Unit rigid motions about the middle. **/
+    /** Returns unit rigid motions about the middle. **/
     MatrixXd rigidMotions() const {
         MatrixXd R(3 * numNodes(), 6);
         for (Index a = 0; a < 3; ++a) {
@@ -98,7 +99,7 @@ TEST_P(EveryElement, HasCalculixMatricesToTheDigitsOfItsText) {
     SIMFLEX_NEEDS_CALCULIX();
     const Assembled own(folder, text(), true);
     const auto reference = testing::calcCalculixMatrices(folder, own.deck);
-    // There the modes of C3D8I are displacements beyond the mean of the corners.
+    // In CalculiX the modes of C3D8I are displacements relative to the mean of the corners.
     MatrixXd T = MatrixXd::Identity(own.K.rows(), own.K.cols());
     for (int e = 0; e < own.elements.size(); ++e)
         for (int mode = 8; mode < own.elements.numNodesOf(e) && own.elements.numNodesOf(e) == 11;
@@ -123,7 +124,7 @@ TEST_P(EveryElement, LeavesRigidMotionsFree) {
         EXPECT_LT(std::abs(energy(a, a)), 1e-15 * highest * mass(a, a)) << "motion " << a;
 }
 
-/** Linear displacements load no inner node, and cost what the law says. **/
+/** Linear displacements load no inner node, and their energy follows the material law. **/
 TEST_P(EveryElement, PassesThePatchTest) {
     const Assembled own(folder, text());
     Eigen::Matrix3d H;
@@ -143,8 +144,7 @@ TEST_P(EveryElement, PassesThePatchTest) {
                 }
     }
     EXPECT_NEAR(u.dot(own.K * u), energy, 1e-13 * energy);
-    // The force on a node is what the stress makes of it, whatever hourglass modes and modes
-    // within.
+    // Nodal forces equal those of the stress, regardless of hourglass modes and incompatible modes.
     VectorXd force = VectorXd::Zero(u.size());
     for (int e = 0; e < own.elements.size(); ++e) {
         own.elements.calcPoints(e, own.deck.mesh, points);
@@ -162,7 +162,7 @@ TEST_P(EveryElement, PassesThePatchTest) {
         }
     }
     EXPECT_LT((own.K * u - force).cwiseAbs().maxCoeff(), 1e-13 * force.cwiseAbs().maxCoeff());
-    // Modes within and hourglasses are not loaded.
+    // Incompatible modes and hourglass modes are not loaded.
     for (int node = own.numNodes() - own.deck.mesh.numInternalNodes; node < own.numNodes(); ++node)
         EXPECT_LT((own.K * u).segment<3>(3 * node).norm(), 1e-13 * force.cwiseAbs().maxCoeff());
 }

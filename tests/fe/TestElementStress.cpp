@@ -1,4 +1,4 @@
-// Stress and strain of displacement fields against CalculiX's own for every element and material.
+// Stress and strain of displacement fields against CalculiX's for every element and material.
 
 #include <gmock/gmock.h>
 
@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 using testing::TestFolder;
 using Tensor = std::array<double, 6>;
 
-/** Displacements that no element has exactly. **/
+/** Returns displacements that no element represents exactly. **/
 std::vector<double> makeField(const Mesh& mesh) {
     std::vector<double> u;
     for (int node = 0; node < mesh.numNodes(); ++node) {
@@ -33,8 +33,8 @@ std::vector<double> makeField(const Mesh& mesh) {
     return u;
 }
 
-/** All nodes displaced by the field; CalculiX wants something to solve for, and gets a tetrahedron
-of its own with a free corner. **/
+/** Prescribes the field at all nodes. CalculiX needs something to solve for, so a separate
+tetrahedron has a free corner. **/
 CalculixStress runCalculix(const TestFolder& folder, const std::string& deck, const Mesh& mesh,
                            const std::vector<double>& field) {
     std::ostringstream step;
@@ -59,7 +59,8 @@ double largestEntry(const std::vector<Tensor>& tensors) {
     return largest;
 }
 
-/** Mean over the wedges of what is linear between their points at ±1/√3 of the height. **/
+/** Averages over the wedges the linear interpolation between their points at ±1/√3 of the
+height. **/
 void extrapolateWedges(const DistortedCube& cube, CalculixStress& stress) {
     std::map<int, int> numElements;
     for (auto& [node, tensor] : stress.stress) tensor.fill(0);
@@ -102,12 +103,12 @@ TEST_P(ElementStressTest, IsCalculixsOwnUnderTheSameDisplacements) {
                         2e-6 * size)
                 << "element " << point.element << " point " << point.point << " component " << c;
 
-    // CalculiX's table for C3D6 takes nodes 2 and 5 of a wedge for each other's end: linear along
-    // the height instead, from its values at the points.
+    // CalculiX's table for C3D6 swaps nodes 2 and 5 of a wedge: use linear interpolation along the
+    // height from its values at the points instead.
     if (std::string(type) == "C3D6") extrapolateWedges(DistortedCube(type), expected);
 
-    // At nodes to the digits of its extrapolation: 2.549, -0.683, 0.183, -0.04904 stand for
-    // (1 ± √3)³/8…, whose sum of errors is 1.5e-4.
+    // At nodes to the digits of its extrapolation: 2.549, -0.683, 0.183, -0.04904 stand for (1 ±
+    // √3)³/8…; their errors add up to 1.5e-4.
     std::vector<int> nodes;
     for (int node = 0; node < model.mesh.numNodes(); ++node) nodes.push_back(node);
     std::vector<float> stress(6 * nodes.size()), strain(6 * nodes.size());

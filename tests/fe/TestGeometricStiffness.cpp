@@ -15,11 +15,11 @@ namespace {
 using testing::DistortedCube;
 using testing::TestFolder;
 
-/** Forces without resultant force and moment. **/
+/** Returns self-equilibrated forces. **/
 std::vector<double> makeLoad(const Mesh& mesh) {
     std::mt19937 random(7);
     std::vector<double> force(3 * size_t(mesh.numNodes()), 0);
-    // Pairs of nodes pull at each other along the line between them.
+    // Pairs of nodes attract each other along their connecting line.
     for (int a = 0; a < mesh.numNodes(); ++a)
         for (int b = a + 1; b < mesh.numNodes(); ++b) {
             const double pull = std::uniform_real_distribution<double>(-1, 1)(random);
@@ -33,7 +33,7 @@ std::vector<double> makeLoad(const Mesh& mesh) {
     return force;
 }
 
-/** Each entry on the diagonal of a block of so many rows. **/
+/** Expands each entry to a diagonal block with `rows` rows. **/
 Eigen::MatrixXd toDense(const SymmetricMatrix& A, int rowsPerEntry) {
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(rowsPerEntry * A.size, rowsPerEntry * A.size);
     for (int column = 0; column < A.size; ++column)
@@ -50,7 +50,7 @@ class GeometricStiffness : public ::testing::TestWithParam<const char*> {};
 TEST_P(GeometricStiffness, TimesThePositionsIsTheLoad) {
     const TestFolder folder;
     const std::string type = GetParam();
-    // One element of reduced integration alone has mechanisms.
+    // A single element with reduced integration has mechanisms.
     testing::Brick brick;
     brick.elements = {3, 2, 2};
     brick.type = type;

@@ -28,7 +28,7 @@ using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using testing::MatrixText;
 
-/** A brick as CalculiX assembles it, and a folder to write its matrices to. **/
+/** A brick assembled by CalculiX, and a folder for its matrices. **/
 class MatrixFiles : public ::testing::Test {
 protected:
     static void SetUpTestSuite() {
@@ -58,7 +58,7 @@ protected:
         return "accepted";
     }
 
-    /** The same matrices, number by number, and the same nodes. **/
+    /** Compares matrices entry by entry, and nodes. **/
     static void expectSame(const FeModel& found, double tolerance = 0) {
         EXPECT_EQ(found.mesh.nodeNumbers, model->mesh.nodeNumbers);
         EXPECT_EQ(found.mesh.positions, model->mesh.positions);
@@ -225,7 +225,7 @@ TEST_F(MatrixFiles, NastranSmallFieldsAndNumbersWithoutAnEAreRead) {
         AllOf(ContainsRegex("small.pch:[0-9]+"), HasSubstr("node 9"), HasSubstr("not list")));
 }
 
-/** Every route gives the reduced part of the CalculiX route. **/
+/** Every route gives the same reduced part as the CalculiX route. **/
 TEST_F(MatrixFiles, EveryRouteGivesTheSameReducedBody) {
     ReductionOptions options;
     options.interfaces = {{"left", "LEFT"}, {"right", "RIGHT"}};
@@ -385,7 +385,7 @@ TEST_F(MatrixFiles, AModelWithoutElementsIsConnectedThroughItsStiffness) {
     writeMarket();
     EXPECT_TRUE(readMarket().mesh.elements.empty());
 
-    // The brick twice, side by side: free, but in two pieces.
+    // The brick twice, side by side: free, but two pieces.
     FeModel two = *model;
     const int n = model->mesh.numNodes();
     for (int node = 0; node < n; ++node) {
@@ -409,7 +409,7 @@ TEST_F(MatrixFiles, AModelWithoutElementsIsConnectedThroughItsStiffness) {
     EXPECT_THAT(errorOf([&] { two.validate(); }), HasSubstr("2 pieces"));
 }
 
-/** What is wrong with a Matrix Market file, and what the message must say. **/
+/** An error in a Matrix Market file and the expected message. **/
 struct BadLine {
     const char *from, *to, *file, *message;
 };
@@ -519,7 +519,7 @@ TEST_F(MatrixFiles, NastranSaysWhichMatricesAreThereAndRefusesOtherFrames) {
                 AllOf(HasSubstr("part.bdf:1"), HasSubstr("CD is 7"), HasSubstr("basic system")));
 }
 
-/** What is round-off is told by the largest entry: the same in tonnes as in milligrams. **/
+/** Round-off is judged relative to the largest entry: the same in tonnes as in milligrams. **/
 TEST(NodalMass, RoundOffIsMeasuredByTheLargestMass) {
     Mesh mesh;
     mesh.nodeNumbers = {1};

@@ -1,5 +1,5 @@
 /** @file
-Gmsh parts with a material, units, and the choice of a reader by the file's name. **/
+Gmsh parts with a material, units, and the choice of a reader by file name. **/
 
 #include <gmock/gmock.h>
 
@@ -30,7 +30,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/** A box of 60 × 20 × 10 with its ends as physical groups, in whatever unit. **/
+/** A box of 60 × 20 × 10 with its ends as physical groups, in any unit. **/
 constexpr const char* kBox =
     "SetFactory(\"OpenCASCADE\");\n"
     "Box(1) = {0, 0, 0, 60*u, 20*u, 10*u};\n"
@@ -87,7 +87,7 @@ TEST_F(ModelSource, LengthsInMillimetresAreConverted) {
 }
 
 TEST_F(ModelSource, ElementsThatGmshTurnsInsideOutAreUntangled) {
-    // A closed tube whose walls are thinner than its elements are long.
+    // A closed tube whose walls are thinner than the element size.
     testing::writeText(folder / "tube.geo",
                        "SetFactory(\"OpenCASCADE\");\n"
                        "Cylinder(1) = {0, 0, 0, 0, 0.4, 0, 0.014};\n"
@@ -102,7 +102,7 @@ TEST_F(ModelSource, ElementsThatGmshTurnsInsideOutAreUntangled) {
     const double volume = M_PI * (0.014 * 0.014 * 0.4 - 0.007 * 0.007 * 0.32);
     EXPECT_NEAR(model.calcMass(), 2700 * volume, 0.02 * 2700 * volume);
     EXPECT_THAT(model.notes, ::testing::Contains(HasSubstr("Mesh.HighOrderOptimize")));
-    // Who has set it otherwise is told of the element.
+    // With this setting changed, the error names the element.
     options.gmsh.settings = {{"Mesh.HighOrderOptimize", 0}};
     EXPECT_THAT([&] { readModelSource(options); },
                 ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("inside out")));
@@ -110,12 +110,12 @@ TEST_F(ModelSource, ElementsThatGmshTurnsInsideOutAreUntangled) {
 
 TEST_F(ModelSource, GeometryOfAStrangeSizeIsReportedWithTheCure) {
     EXPECT_THAT(readModelSource(box()).warnings, IsEmpty());
-    // 60 mm × 20 mm × 10 mm, taken in metres.
+    // 60 mm × 20 mm × 10 mm, read in metres.
     SourceOptions options = box("1");
     EXPECT_THAT(readModelSource(options).warnings,
                 ElementsAre(AllOf(HasSubstr("64 m long and has 3.24e+07 kg"),
                                   HasSubstr("--length-unit mm"), HasSubstr("length_unit: 1e-3"))));
-    options.gmsh.lengthUnit = 1;  // so it is meant
+    options.gmsh.lengthUnit = 1;  // explicitly metres
     EXPECT_THAT(readModelSource(options).warnings, IsEmpty());
     options = box();
     options.gmsh.meshSize = 10;
@@ -205,12 +205,12 @@ TEST_F(ModelSource, AStepFileIsReadInItsOwnUnit) {
     // OpenCASCADE writes millimetres.
     EXPECT_NEAR(readModelSource(options).calcMass(), 0.06 * 0.02 * 0.01 * 7850, 1e-9);
     EXPECT_THAT(readModelSource(options).warnings, IsEmpty());
-    options.gmsh.lengthUnit = 1;  // of the millimetres that they are read in
+    options.gmsh.lengthUnit = 1;  // relative to the millimetres of the file
     options.gmsh.meshSize = 10;
     EXPECT_THAT(readModelSource(options).warnings, ElementsAre(HasSubstr("or leave it out")));
 }
 
-// Six bilinear patches without a solid, as many programs write IGES: 100 × 20 × 30 mm.
+// Six bilinear patches without a solid, as many programs export to IGES: 100 × 20 × 30 mm.
 TEST_F(ModelSource, AnIgesFileOfSurfacesIsReadInItsOwnUnit) {
     const std::string text = testing::readText(SIMFLEX_SOURCE_DIR "/tests/data/box.iges");
     SourceOptions options;
@@ -268,7 +268,7 @@ TEST_F(ModelSource, EachKindOfFileAsksForWhatItNeeds) {
     EXPECT_THAT(errorOf(options), HasSubstr("--material belongs to Gmsh"));
 }
 
-/** An entry of bulk data in free field. **/
+/** Returns an entry of bulk data in free field. **/
 std::string bulkEntry(const std::string& name, const std::vector<std::string>& fields) {
     std::string text = name;
     for (size_t k = 0; k < fields.size(); ++k) text += (k && k % 8 == 0 ? "\n," : ",") + fields[k];
@@ -340,7 +340,7 @@ struct BadAnsys {
     const char *name, *text, *message;
 };
 
-/** A model as CDWRITE writes it. **/
+/** Writes a model in CDWRITE's format. **/
 class AnsysModel {
 public:
     explicit AnsysModel(const std::vector<std::array<double, 3>>& nodes) {
@@ -451,7 +451,7 @@ TEST_F(ModelSource, DegenerateTetrahedraOfAnsysAreThoseOfTheirDeck) {
     EXPECT_EQ(own.mesh.elements[0].nodes, plain.mesh.elements[0].nodes);
 }
 
-/** A plate of 4 × 2 SHELL181 of section 5 and more. **/
+/** Returns a plate of 4 × 2 SHELL181 of section 5 and additional commands. **/
 std::string ansysPlate(const std::string& more) {
     std::vector<std::array<double, 3>> nodes;
     for (int j = 0; j <= 2; ++j)
@@ -551,7 +551,7 @@ TEST_F(ModelSource, SurfacesWithAThicknessAreTheShellsOfADeck) {
     const FeModel model = readModelSource(options);
     EXPECT_NEAR(model.calcMass(), 0.2 * 0.15 * 0.002 * 7850, 1e-3 * 0.471);
     EXPECT_GT(model.mesh.nodeSets.at("EDGE").size(), 5u);
-    // The part is free and bends: CalculiX has the same frequencies.
+    // The part is free and flexible: CalculiX has the same frequencies.
     const auto own = testing::calcFreeFrequencies(model, 12),
                reference = testing::calcCalculixFrequencies(folder, folder / "kept.inp", {}, 12);
     for (size_t k = 6; k < own.size(); ++k)
@@ -604,7 +604,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadAnsys{"Compact", "EBLOCK,10,COMPACT\n", "CDWRITE"}),
     [](const auto& command) { return command.param.name; });
 
-/** A plate of 4 × 2 quadrilaterals, 0.2 × 0.1 m, in the plane z = 0. **/
+/** Returns a plate of 4 × 2 quadrilaterals, 0.2 × 0.1 m, in the plane z = 0. **/
 std::string bulkPlate(const std::string& more) {
     std::string data;
     std::vector<std::array<double, 3>> grids;
@@ -620,8 +620,8 @@ std::string bulkPlate(const std::string& more) {
     return bulkGrids(grids) + data + more;
 }
 
-/** The same as S4 of the set PLATE.
-@param nodes  more lines of *NODE **/
+/** Returns the same plate as S4 of the set PLATE.
+@param nodes  additional lines of *NODE **/
 std::string deckPlate(const std::string& nodes = "") {
     std::string text = "*NODE\n";
     for (int j = 0; j <= 2; ++j)
@@ -649,8 +649,8 @@ void expectSameMatrices(const FeModel& a, const FeModel& b) {
         ASSERT_NEAR(a.m.values[k], b.m.values[k], 1e-12 * b.m.values[0]);
 }
 
-/** The lowest frequencies [rad/s] of a model of linear shells, held along axes that `heldAt` names
-by the place of a node. **/
+/** Returns the lowest frequencies [rad/s] of a model of linear shells. `heldAt` returns the
+constrained axes for a node's position. **/
 std::vector<double> calcHeldOmegas(const FeModel& model,
                                    const std::function<std::string(double, double)>& heldAt,
                                    int count) {
@@ -699,7 +699,7 @@ std::vector<double> calcHeldOmegas(const FeModel& model,
     return omegas;
 }
 
-/** Σ m (x·x 1 − x xᵀ) about the origin. **/
+/** Returns Σ m (x·x 1 − x xᵀ) about the origin. **/
 std::array<std::array<double, 3>, 3> calcInertia(const FeModel& model) {
     std::array<std::array<double, 3>, 3> J{};
     for (int column = 0; column < model.m.size; ++column)
@@ -775,7 +775,7 @@ TEST_F(ModelSource, MassesOfNastranHaveTheirOffsetAndInertia) {
     const FeModel bare = read(""), heavy = read("CONM2,30,90,5,0.5,0.01,0.02,0.03," + inertia),
                   massless = read("CONM2,30,90,5,0.,0.01,0.02,0.03," + inertia),
                   absolute = read("CONM2,30,90,-1,0.5,-0.03,0.04,0.05");
-    // The node at the offset is no node of the interface.
+    // The node at the offset does not belong to the interface.
     const auto listPlaces = [](const FeModel& model) {
         std::vector<std::array<double, 3>> places;
         for (const int node : model.mesh.nodeSets.at("RBE2_17")) {
@@ -791,7 +791,7 @@ TEST_F(ModelSource, MassesOfNastranHaveTheirOffsetAndInertia) {
     const auto J0 = calcInertia(bare), J = calcInertia(heavy), J1 = calcInertia(massless),
                J2 = calcInertia(absolute);
     const double x[3] = {-0.05 + 0.02, 0.05 - 0.01, 0.02 + 0.03};
-    // Of the tensor in the mass's axes, with products turned to signs of a tensor.
+    // The tensor in the mass's axes, with products of inertia converted to tensor signs.
     const double own[3][3] = {{2e-4, 1e-5, 3e-5}, {1e-5, 3e-4, 2e-5}, {3e-5, 2e-5, 4e-4}};
     for (size_t a = 0; a < 3; ++a)
         for (size_t b = 0; b < 3; ++b) {
@@ -815,7 +815,7 @@ TEST_F(ModelSource, ShellsRigidBodiesAndMassesOfNastranAreThoseOfTheDeck) {
                                              "PARAM,POST,-1\nPARAM,WTMASS,2.\n"));
     const FeModel model = readModelSource(bulk);
     std::string text = deckPlate("90,-0.05,0.05,0.02\n91,-0.05,0.05,0.02\n");
-    // The middle of the shell lies 1 mm above its nodes: a quarter of its thickness.
+    // The middle of the shell is 1 mm above its nodes: a quarter of its thickness.
     text +=
         "*MATERIAL,NAME=M\n*ELASTIC\n2.1e11,.3\n*DENSITY\n18200.\n"
         "*SHELL SECTION,ELSET=PLATE,MATERIAL=M,OFFSET=-.25\n.004\n"
@@ -840,8 +840,7 @@ TEST_F(ModelSource, ShellsRigidBodiesAndMassesOfNastranAreThoseOfTheDeck) {
 constexpr const char* kPlyOfNastran = "MAT8,3,1.4+11,1.+10,.3,5.+9,4.+9,3.5+9,1600.\n";
 
 TEST_F(ModelSource, LayersOfNastranAreThoseOfADeck) {
-    // Six layers of 10 mm altogether, from 3 mm below the plane that ZOFFS puts 1 mm above the
-    // grids.
+    // Six layers of 10 mm in total, from 3 mm below the plane that ZOFFS puts 1 mm above the grids.
     SourceOptions deck;
     deck.path =
         write("plate.inp", deckPlate() +
@@ -905,8 +904,8 @@ TEST_F(ModelSource, AxesOfAMaterialOfNastranAreTheElementsOrASystems) {
     expectSameMatrices(read("30.", "PSHELL,7,3,.002,3\n"), read("10.", "PCOMP,7\n,3,.002,20.\n"));
 }
 
-/** Stiffnesses A, B, D of layers of one material at 0° or 90°, and what Navier's series makes of
-them (R. M. Jones, Mechanics of Composite Materials, 2nd ed., 5.3 and 5.4). **/
+/** Stiffnesses A, B, D of layers of one material at 0° or 90°, and frequencies by Navier's series
+(R. M. Jones, Mechanics of Composite Materials, 2nd ed., 5.3 and 5.4). **/
 class CrossPly {
 public:
     CrossPly(const std::vector<double>& angles, double thickness) {
@@ -926,7 +925,7 @@ public:
         }
     }
 
-    /** ω √(ρh) of m × n half waves in a square of 1 m. **/
+    /** Returns ω √(ρh) of m × n half waves in a square of 1 m. **/
     double calcFactor(int m, int n) const {
         const double a = m * M_PI, b = n * M_PI;
         Eigen::Matrix2d T;
@@ -1012,7 +1011,8 @@ TEST_F(ModelSource, GridsOfNastranStandWhereTheirSystemsSay) {
         "GRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nGRID,5,,0.,0.,1.\n"
         "GRID,6,,1.,0.,1.\nGRID,8,,0.,1.,1.\n";
     SourceOptions bulk;
-    // A cylinder about y through (0, 0, 2), and a sphere in the axes that grids 2, 5 and 3 give.
+    // A cylindrical system about y through (0, 0, 2), and a spherical one in the axes of grids 2, 5
+    // and 3.
     bulk.path =
         write("brick.bdf",
               brick +
@@ -1023,7 +1023,7 @@ TEST_F(ModelSource, GridsOfNastranStandWhereTheirSystemsSay) {
         for (size_t a = 0; a < 3; ++a)
             EXPECT_NEAR(mesh.position(mesh.indexOf(number))[a], x[a], 1e-12) << number;
     };
-    expectAt(1, {0, 0, 0});  // θ from z on, 180° back
+    expectAt(1, {0, 0, 0});  // θ from z, then back by 180°
     // e3 from 2 to 5: (−1, 0, 1)/√2; e2 = e3 × (0, 1, 0), e1 = (0, 1, 0).
     expectAt(7, {1 - std::sqrt(0.5), 1, std::sqrt(0.5)});
 }
@@ -1169,7 +1169,7 @@ TEST(Materials, AreFoundByNameOrGivenByNumbers) {
     EXPECT_THAT(errorOf("E=2e9,G=1,rho=1"), HasSubstr("'G=1'"));
 }
 
-/** A steel brick written in another system of units. **/
+/** Writes a steel brick in another system of units. **/
 class Units : public ModelSource, public ::testing::WithParamInterface<const char*> {
 protected:
     std::string deckIn(const UnitSystem& units) {
@@ -1199,7 +1199,7 @@ TEST_P(Units, AreConvertedToTheSameModelAndNamedWhereTheyWereForgotten) {
     EXPECT_NEAR(converted.calcMass() / metres.calcMass(), 1, 1e-10);
     for (size_t k = 0; k < metres.mesh.positions.size(); ++k)
         EXPECT_NEAR(converted.mesh.positions[k], metres.mesh.positions[k], 1e-12);
-    // Round-off decides which entries are exact zeros: compare products with a vector.
+    // Round-off decides which entries are exact zeros, so compare products with a vector.
     const auto multiply = [](const SymmetricMatrix& A) {
         std::vector<double> product(size_t(A.size), 0.0);
         for (int column = 0; column < A.size; ++column)
@@ -1219,7 +1219,7 @@ TEST_P(Units, AreConvertedToTheSameModelAndNamedWhereTheyWereForgotten) {
     EXPECT_THAT(readModelSource(options).warnings,
                 Contains(AllOf(HasSubstr("hardly"), HasSubstr("--units " + units.name))));
 
-    // While it reads it tells what the model says afterwards, once.
+    // Messages while reading are the model's notes and warnings, each once.
     std::vector<std::string> notes, warnings;
     options.calculix.note = [&](const std::string& text) { notes.push_back(text); };
     options.calculix.warn = [&](const std::string& text) { warnings.push_back(text); };
@@ -1255,7 +1255,7 @@ TEST_F(ModelSource, FiguresOfABrickAreItsOwn) {
     PartFigures figures = calcFigures(model);
     EXPECT_NEAR(figures.size, std::hypot(0.2, 0.03, 0.02), 1e-12);
     EXPECT_NEAR(figures.density, brick.rho, 1e-6);
-    // A rough figure: within a factor of three.
+    // A rough estimate: within a factor of three.
     EXPECT_NEAR(std::log(figures.waveSpeed / std::sqrt(brick.E / brick.rho)), 0, std::log(3));
 }
 

@@ -1,5 +1,5 @@
 /** @file
-What scripts of Gmsh can do, and that meshes and CAD files are none. **/
+Capabilities of Gmsh scripts; meshes and CAD files must not act as scripts. **/
 
 #include <gmock/gmock.h>
 #include <linux/audit.h>
@@ -54,7 +54,7 @@ protected:
         return options;
     }
 
-    /** What reading it says. **/
+    /** Returns the error or result of reading. **/
     std::string read(const SourceOptions& options) {
         std::string message = "accepted";
         try {
@@ -66,7 +66,7 @@ protected:
         return message;
     }
 
-    /** What a box says whose script goes on like this. **/
+    /** Reads a box whose script continues with `more`. **/
     std::string readScript(const std::string& more) {
         return read(optionsOf(write("box.geo", kBox + more)));
     }
@@ -76,7 +76,7 @@ protected:
     testing::TestFolder folder;
 };
 
-/** Where there is a sandbox. **/
+/** Tests that need the sandbox. **/
 class ShieldedScripts : public Scripts {
 protected:
     void SetUp() override {
@@ -190,7 +190,7 @@ TEST_F(Scripts, AnyNameIsANameAndNothingElse) {
     EXPECT_THAT(listModel(), ElementsAre(odd));
 }
 
-/** In a process whose system refuses Landlock. **/
+/** Reads in a process whose system refuses Landlock. **/
 void readWithoutSandbox(const SourceOptions& options) {
     constexpr unsigned kCreateRuleset = 444;
     sock_filter filter[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
@@ -230,7 +230,7 @@ TEST_F(Scripts, WithoutASandboxAreRefusedUnlessThatIsOptional) {
     unsetenv("SIMFLEX_SANDBOX");
 }
 
-/** Files that are data, whatever is in them and beside them. **/
+/** Data files, whatever their content and neighbours. **/
 class DataFiles : public Scripts {
 protected:
     void mesh(const std::string& result, const std::vector<std::string>& arguments) {
@@ -276,7 +276,7 @@ TEST_F(DataFiles, ScriptsUnderOtherNamesAreNotRun) {
         EXPECT_EQ(read(optionsOf(write("a.msh", text))),
                   "'" + folder / "model/a.msh" +
                       "' is not a mesh of Gmsh: it does not begin with $MeshFormat");
-    // Gmsh compares raw bytes: what is blank before the word makes the file a script.
+    // Gmsh compares raw bytes: white space before the word turns the file into a script.
     const std::string header = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
     for (const std::string blank : {"\n", " ", "\t", "\r\n", "\v", "\f"})
         EXPECT_THAT(read(optionsOf(write("a.msh", blank + header + evil))),

@@ -1,5 +1,5 @@
 // Linear shells: patch tests, and the problems of MacNeal and Harder (Finite Elements in Analysis
-// and Design 1, 1985, 3–20), whose answers do not depend on E and ρ but by scale.
+// and Design 1, 1985, 3–20), whose results depend on E and ρ by scale only.
 
 #include <gtest/gtest.h>
 
@@ -25,10 +25,11 @@ using Map = std::function<Vector3d(double, double)>;
 
 constexpr double E = 70e9, Rho = 2700;  // of METAL
 
-/** A patch of shells between its low and top nodes: the displacements of the others follow. **/
+/** A patch of shells between its low and top nodes, which determine the displacements of the
+others. **/
 class Shell {
 public:
-    /** n×m shells over 0…1 × 0…1, inner nodes off by up to a share of an edge. **/
+    /** n×m shells over 0…1 × 0…1; inner nodes are displaced by up to a share of an edge. **/
     Shell(const std::string& type, int n, int m, double thickness, double nu, double skew,
           const Map& at) {
         ThinDeck deck;
@@ -58,7 +59,7 @@ public:
     Vector3d at(int node) const {
         return Eigen::Map<const Vector3d>(&model.mesh.positions[3 * size_t(node)]);
     }
-    /** Calls visit(low, top, place of the middle) for each node. **/
+    /** Calls visit(low, top, midpoint) for each node. **/
     template <class Visit>
     void forNodes(const Visit& visit) const {
         for (const auto& [number, nodes] : model.mesh.expandedNodes)
@@ -79,7 +80,7 @@ public:
             for (const int node : {low, top}) force.segment<3>(3 * node) += 0.5 * f;
         });
     }
-    /** Acceleration as weight [m/s²]. **/
+    /** Applies an acceleration as weight [m/s²]. **/
     void accelerate(const Vector3d& g) {
         for (int column = 0; column < model.m.size; ++column)
             for (auto k = model.m.columnStarts[size_t(column)];
@@ -94,7 +95,7 @@ public:
         return matrix().selfadjointView<Eigen::Lower>() * u;
     }
 
-    /** Displacement of the middle at a place under the loads. **/
+    /** Returns the midsurface displacement at a position under the loads. **/
     Vector3d solve(const Vector3d& where) const {
         std::vector<int> place(fixed.size(), -1);
         int count = 0;
@@ -150,15 +151,15 @@ private:
 
 class LinearShell : public ::testing::TestWithParam<const char*> {
 protected:
-    /** The membrane of triangles is constant in each, and needs more of them. **/
+    /** Triangles have constant membrane strain and need finer meshes. **/
     bool isTriangle() const { return GetParam() == std::string("S3"); }
     int chooseMesh(int ofQuadrilaterals) const {
         return isTriangle() ? 2 * ofQuadrilaterals : ofQuadrilaterals;
     }
 };
 
-/** Constant strains of the plane, curvatures and shears load no inner node and cost what the theory
-of plates says. **/
+/** Constant membrane strains, curvatures and shears load no inner node and have the energy of plate
+theory. **/
 TEST_P(LinearShell, PassesThePatchTests) {
     const double t = 0.05, nu = 0.3, a = 1.2, b = 0.8;
     const Shell shell(GetParam(), 4, 3, t, nu, 0.3,
@@ -166,8 +167,8 @@ TEST_P(LinearShell, PassesThePatchTests) {
     const double plane = E / (1 - nu * nu), G = E / (2 * (1 + nu));
     struct Case {
         const char* name;
-        std::function<Vector3d(const Vector3d&)> u;  // z is the place in the thickness
-        double energy;                               // twice, of an area
+        std::function<Vector3d(const Vector3d&)> u;  // z is the position in the thickness
+        double energy;                               // twice, per area
     };
     const double D = plane * t * t * t / 12;
     const std::vector<Case> cases = {
@@ -198,8 +199,8 @@ TEST_P(LinearShell, PassesThePatchTests) {
     }
 }
 
-/** Sections that stay upright under a slope: shear alone, whose forces on the middles vanish and
-whose couples bend what they like. Triangles bend at their bubbles. **/
+/** Sections that stay upright under a slope: pure shear, whose forces on the midsurface vanish; the
+couples may cause bending. Triangles bend at their bubbles. **/
 TEST_P(LinearShell, ShearsAsMindlinFound) {
     if (isTriangle()) GTEST_SKIP() << "triangles bend within";
     const double t = 0.05, nu = 0.3, a = 1.2, b = 0.8, G = E / (2 * (1 + nu));
@@ -222,7 +223,7 @@ TEST_P(LinearShell, ShearsAsMindlinFound) {
     }
 }
 
-/** Bent to curvatures, and pulled, it has the stress of plates above and below. **/
+/** Under curvature and tension it has the stress of plate theory on both sides. **/
 TEST_P(LinearShell, HasTheStressOfBendingOnBothSides) {
     const double t = 0.05, nu = 0.3, plane = E / (1 - nu * nu);
     const Shell shell(GetParam(), 4, 3, t, nu, 0.3,
@@ -249,7 +250,7 @@ TEST_P(LinearShell, HasTheStressOfBendingOnBothSides) {
     }
 }
 
-/** A tension resists slopes by N w'². **/
+/** Tension resists slopes with energy N w'². **/
 TEST_P(LinearShell, ThatIsPulledResistsSlopes) {
     const double t = 0.05, nu = 0.3, a = 1.2, b = 0.8, plane = E / (1 - nu * nu);
     const Shell shell(GetParam(), 4, 3, t, nu, 0.3,
@@ -294,7 +295,7 @@ TEST_P(LinearShell, OfATwistedBeamBendsBothWays) {
         const double angle = 0.5 * M_PI * u, y = w * (v - 0.5);
         return Vector3d(L * u, y * std::cos(angle), y * std::sin(angle));
     };
-    // Loads in the plane of the tip's width, which stands along z, and across.
+    // Loads in the plane of the tip's width, which is along z, and across it.
     for (const auto& [axis, expected] : {std::pair(2, 0.005424), std::pair(1, 0.001754)}) {
         Shell beam(GetParam(), isTriangle() ? 72 : 24, isTriangle() ? 12 : 4, t, 0.22, 0, at);
         beam.hold("xyz", [](const Vector3d& x) { return x[0] < 1e-6; });
@@ -318,7 +319,7 @@ TEST_P(LinearShell, OfAHemisphereIsPulledOpen) {
     const auto isAt = [](const Vector3d& where) {
         return [where](const Vector3d& x) { return (x - where).norm() < 1e-6; };
     };
-    // It may not rise; one node of the two, so that its edge turns freely.
+    // Vertical motion is fixed at one node of the two, so that its edge can rotate.
     dome.forNodes([&](int low, int, const Vector3d& x) {
         if (isAt({R, 0, 0})(x)) dome.fixed[size_t(3 * low + 2)] = 1;
     });

@@ -1,5 +1,5 @@
 /** @file
-Assemblies of STEP files: names, places and materials of their solids. **/
+Assemblies in STEP files: names, positions and materials of their solids. **/
 
 #include <gmock/gmock.h>
 
@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 constexpr double kInch = 0.0254;
 
 TEST(StepSolids, StandWhereTheirOccurrencesPutThem) {
-    // One tetrahedron twice; the second relation is written the other way round.
+    // One tetrahedron twice; the second relation is written in the opposite order.
     const auto solids =
         readStepSolids(SIMFLEX_SOURCE_DIR "/tests/fuzz/corpus/step_solids/two_occurrences.step");
     ASSERT_EQ(solids.size(), 2u);
@@ -108,7 +108,7 @@ TEST_F(StepAssembly, SolidsThatTouchAreOnePartOfTheirMaterials) {
                                       "kg/m³"));
     for (const int node : model.mesh.nodeSets.at("PIN_ONE"))
         EXPECT_GE(model.mesh.position(node)[0], 0.1 - 1e-9);
-    // The same of a script whose volumes have these names.
+    // The same for a script whose volumes have these names.
     testing::writeText(folder / "named.geo",
                        "SetFactory(\"OpenCASCADE\");\n"
                        "Box(1) = {0, 0, 0, .1, .02, .01};\nBox(2) = {.1, 0, 0, .1, .02, .01};\n"

@@ -1,5 +1,5 @@
 /** @file
-Decks of shells and beams, against CalculiX's own frequencies of the same deck. **/
+Decks of shells and beams against CalculiX's frequencies of the same deck. **/
 
 #include <gmock/gmock.h>
 
@@ -27,7 +27,7 @@ Point flat(double u, double v) {
 
 class ThinDecks : public ::testing::Test {
 protected:
-    /** Linear shells are CalculiX's solids unless they are asked for. **/
+    /** By default, linear shells become CalculiX's solids. **/
     FeModel read(const std::string& text, bool hasCalculixShells = true) {
         testing::writeText(folder / "deck.inp", text);
         CalculixOptions options;
@@ -146,7 +146,7 @@ TEST_F(ThinDecks, NodalThicknessHasCalculixFrequencies) {
     expectCalculixFrequencies();
 }
 
-/** An orthotropic material and axes that lie askew to everything. **/
+/** An orthotropic material and axes aligned with nothing else. **/
 const char* kPly =
     "*MATERIAL, NAME=PLY\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
     "140e9,10e9,9e9,.3,.25,.4,5e9,4e9,\n3e9\n*DENSITY\n1600\n"
@@ -159,7 +159,7 @@ Point bowl(double u, double v) {
 
 TEST_P(EveryShell, OfPlyHasCalculixFrequencies) {
     SIMFLEX_NEEDS_CALCULIX();
-    const bool isLinear = GetParam()[1] == '4' || GetParam()[1] == '3';  // S4R must lie flat
+    const bool isLinear = GetParam()[1] == '4' || GetParam()[1] == '3';  // S4R must be flat
     deck.addPatch(GetParam(), "PLATE", 6, 4, isLinear ? flat : bowl);
     deck.add(kPly);
     deck.add("*SHELL SECTION, ELSET=PLATE, MATERIAL=PLY, ORIENTATION=ASKEW\n.004\n");
@@ -222,7 +222,7 @@ INSTANTIATE_TEST_SUITE_P(Types, LayeredShell, ::testing::Values("S8R", "S6"));
 TEST_F(ThinDecks, LayersOfOneMaterialAreAPlate) {
     deck.addPatch("S6", "PLATE", 4, 3, bowl);
     const std::string layers = "*SHELL SECTION, ELSET=PLATE, COMPOSITE\n.001,,METAL\n.003,,METAL\n";
-    // Of second-order elements two points a layer, three of a plate, integrate bending exactly.
+    // For second-order elements two points per layer, three for a plate, integrate bending exactly.
     const FeModel layered = read(deck.text() + layers);
     deck.addShellSection("PLATE", 0.004);
     const auto a = testing::calcFreeFrequencies(layered, 10),
@@ -408,7 +408,7 @@ TEST_F(ThinDecks, PlatesWhoseNormalsDifferByTheirDigitsMeetInAKnotOnALine) {
 
 TEST_F(ThinDecks, FoldedPlatesOfTwoThicknessesHaveCalculixFrequencies) {
     SIMFLEX_NEEDS_CALCULIX();
-    // Up to half a degree CalculiX takes the fold for smooth.
+    // Up to half a degree CalculiX treats the fold as smooth.
     for (const double degrees : {0.02, 0.1, 0.4, 0.7, 5.0}) {
         SCOPED_TRACE(degrees);
         const double angle = degrees * M_PI / 180;

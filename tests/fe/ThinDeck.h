@@ -13,18 +13,18 @@ Decks of shells, beams and solids for tests, written node by node. **/
 namespace simflex {
 namespace testing {
 
-/** Patches of shells, chains of beams and boxes of solids; nodes at the same place are one.
-Materials METAL (70 GPa, 2700 kg/m³) and HEAVY (200 GPa, 7800 kg/m³); node set ALL. **/
+/** Patches of shells, chains of beams and boxes of solids; coincident nodes are merged. Materials
+METAL (70 GPa, 2700 kg/m³) and HEAVY (200 GPa, 7800 kg/m³); node set ALL. **/
 class ThinDeck {
 public:
     using Point = std::array<double, 3>;
 
     double nu = 0.3;  ///< of METAL
 
-    /** n × m shells over 0…1 × 0…1, mapped into space. **/
+    /** Adds n × m shells over 0…1 × 0…1, mapped into space. **/
     void addPatch(const std::string& type, const std::string& set, int n, int m,
                   const std::function<Point(double, double)>& at);
-    /** n beams from a to b, or along a curve over 0…1. **/
+    /** Adds n beams from a to b, or along a curve over 0…1. **/
     void addBeam(const std::string& type, const std::string& set, int n, const Point& a,
                  const Point& b);
     void addCurvedBeam(const std::string& type, const std::string& set, int n,
@@ -40,12 +40,12 @@ public:
     void addBeamSection(const std::string& set, const std::string& shape, double a, double b,
                         const std::string& n1);
     void addNodeSet(const std::string& set, const std::function<bool(const Point&)>& isIn);
-    /** More cards, after the materials. **/
+    /** Adds cards after the materials. **/
     void add(const std::string& cards) { _cards += cards; }
 
-    /** From here on no node is shared with what was before. **/
+    /** Starts a piece that shares no nodes with the previous ones. **/
     void startPiece() { ++_piece; }
-    /** Number of the node at this place. **/
+    /** Returns the number of the node at this position, adding it if necessary. **/
     int addNode(const Point& x);
 
     std::string text() const;

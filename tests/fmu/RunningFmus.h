@@ -1,5 +1,5 @@
 #pragma once
-/** @file Where FMUs of a test run. **/
+/** @file Choice of the process in which FMUs run in tests. **/
 
 #include "simflex/model/Session.h"
 

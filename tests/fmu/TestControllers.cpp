@@ -17,7 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 using Values = std::vector<double>;
 
-/** Puts out gain·(0.5 − angle), and an integral of it. **/
+/** Outputs gain·(0.5 − angle), and an integral of it. **/
 const char* const kController =
     "simflex: 1\n"
     "parameters: {gain: 30}\n"
@@ -100,7 +100,7 @@ TEST_F(ControllerTest, SessionsAndRunsGoBackAndOnWithTheSameBits) {
     session.restore(saved);
     session.runTo(0.5, 0.1);
     EXPECT_EQ(session.get("turned")[0], end);
-    // In a Session of its own, whose unit has done nothing yet.
+    // In a separate Session, whose FMU is in its initial state.
     Session other(session.getText(), allow(inChildProcess()));
     other.restore(other.unpack(session.pack(saved)));
     other.runTo(0.5, 0.1);
@@ -110,7 +110,7 @@ TEST_F(ControllerTest, SessionsAndRunsGoBackAndOnWithTheSameBits) {
     session.runTo(0.5, 0.01);
     ASSERT_EQ(runModel("--allow-fmus"), 0) << err;
     EXPECT_EQ(find(read("run"), "turned").rows.back()[0], session.get("turned")[0]);
-    session.set("joints.pivot.angle", {0.1});  // the controller stays as it was
+    session.set("joints.pivot.angle", {0.1});  // the controller is unchanged
     session.runTo(0.6, 0.1);
 }
 

@@ -1,5 +1,5 @@
 /** @file
-Descriptions of FMUs: what is written, and what is refused. **/
+Descriptions of FMUs: written and refused ones. **/
 
 #include <gmock/gmock.h>
 
@@ -89,7 +89,7 @@ TEST_F(FmuFileTest, DescriptionsSayWhatTheModelHas) {
         EXPECT_THAT(read.find("push")->start, Optional(0.25));
         EXPECT_EQ(read.find("push")->unit, "kN");
         EXPECT_EQ(read.find("acceleration")->unit, "m/s^2");
-        // Positions depend on no input at once, accelerations on all, formulas on what they name.
+        // Positions depend directly on no input, accelerations on all, formulas on those they name.
         const std::string key = version == 3 ? "<Output valueReference=\"" : "<Unknown index=\"";
         const auto number = [&](int index) {
             return std::to_string(version == 3 ? index : index + 1);

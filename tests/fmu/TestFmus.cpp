@@ -1,6 +1,6 @@
 /** @file
-Models as FMUs, moved by simflex's own importer, by a program that knows nothing of simflex, and by
-the standard's reference importer where it is there. **/
+Models as FMUs, run by simflex's importer, by a program independent of simflex, and by the
+standard's reference importer if available. **/
 
 #include <filesystem>
 #include <sstream>
@@ -40,7 +40,7 @@ const char* const kCart =
 
 class FmuTest : public RunTest {
 protected:
-    /** @returns path of the unit **/
+    /** @returns path of the FMU **/
     std::string make(const std::string& text, int version, const std::string& name = "model") {
         writeModel(text);
         FmuExportOptions options;
@@ -58,7 +58,7 @@ protected:
         return slave;
     }
 
-    /** k % 3 − 0.7 for each hundredth of a second. **/
+    /** Sets k % 3 − 0.7 for each hundredth of a second. **/
     static Values drive(FmuSlave& slave, int from, int to) {
         Values xs;
         for (int k = from; k < to; ++k) {
@@ -130,7 +130,7 @@ TEST_F(FmuTest, ParametersAndInputsAreThoseThatWereSetBeforeTheStart) {
         EXPECT_EQ(slave.get("parameters.twice"), 2. / 3);
         EXPECT_NEAR(slave.get("a.x"), 0.05, 1e-12);
         slave.doStep(0.25, 0.5);
-        // x = p/k (1 − …): against the Session with the same numbers.
+        // x = p/k (1 − …): compared with a Session with the same numbers.
         Session session(
             loadModelText(folder / "model.yaml",
                           {"parameters.stiffness=0.33333333333333331", "inputs.push=0.1"}));
@@ -154,7 +154,7 @@ TEST_F(FmuTest, WhatIsDoneAgainFromAKeptStateHasTheSameBits) {
         const std::string path = make(kCart, version);
         const auto slave = begin(path);
         drive(*slave, 0, 20);
-        slave->set("push", 5);  // which it has to remember
+        slave->set("push", 5);  // must be restored
         const std::string kept = slave->save();
         const auto goOn = [](FmuSlave& one) {
             one.doStep(0.2, 0.01);
@@ -164,7 +164,7 @@ TEST_F(FmuTest, WhatIsDoneAgainFromAKeptStateHasTheSameBits) {
         slave->restore(kept);
         EXPECT_EQ(slave->get("push"), 5);
         EXPECT_EQ(goOn(*slave), first);
-        // In another instance, and one that has other parameters.
+        // In another instance, and in one with other parameters.
         const auto other = begin(path);
         other->restore(kept);
         EXPECT_EQ(goOn(*other), first);
@@ -175,7 +175,7 @@ TEST_F(FmuTest, WhatIsDoneAgainFromAKeptStateHasTheSameBits) {
         soft.restore(kept);
         EXPECT_EQ(soft.get("parameters.stiffness"), 50);
         EXPECT_EQ(goOn(soft), first);
-        // Damaged ones are refused, and the instance goes on.
+        // Corrupt states are refused, and the instance continues.
         std::string damaged = kept;
         damaged.resize(kept.size() / 2);
         EXPECT_THROW(other->restore(damaged), std::runtime_error);
@@ -286,8 +286,8 @@ TEST_F(FmuTest, NumbersAreThoseOfAnyLanguage) {
     EXPECT_EQ(testing::readText(path), testing::readText(before));
 }
 
-/** Plant and controller in step with each other, each with what the other had at the step's begin:
- * the error is of first order in the step. **/
+/** Plant and controller in co-simulation, each with the other's outputs at the start of the step:
+the error is first order in the step. **/
 TEST_F(FmuTest, PlantAndControllerAgreeWithTheWholeToTheCouplingsOrder) {
     const std::string arm =
         "simflex: 1\ngravity: [0, -9.81, 0]\n"
@@ -314,7 +314,7 @@ TEST_F(FmuTest, PlantAndControllerAgreeWithTheWholeToTheCouplingsOrder) {
     const ProbeRecord& expected = session.getRecord();
     const std::string plantFile = make(plant, 2, "plant"),
                       controllerFile = make(controller, 3, "controller");
-    // The largest of those at all times that both have.
+    // Returns the largest error over all common times.
     const auto calcError = [&](int stepsEach) {
         const auto body = begin(plantFile), brain = begin(controllerFile);
         double largest = 0;
@@ -337,7 +337,7 @@ TEST_F(FmuTest, PlantAndControllerAgreeWithTheWholeToTheCouplingsOrder) {
 }
 
 #ifdef SIMFLEX_DRIVER
-/** The unit's own copy of all libraries, in a folder that nobody writes into. **/
+/** Uses the copies of all libraries in the unpacked FMU. **/
 TEST_F(FmuTest, AProgramThatKnowsNothingOfSimflexMovesTheUnit) {
     writeModel(kCart);
     ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "fmu model.yaml -o model.fmu -q"), 0) << err;
@@ -358,7 +358,7 @@ TEST_F(FmuTest, AProgramThatKnowsNothingOfSimflexMovesTheUnit) {
     ASSERT_EQ(runProgram("'" SIMFLEX_DRIVER "'", tail + others), 0) << out << err;
     std::istringstream lines(out);
     std::string first, second, line;
-    // By 2·push: a = push/m − …, power = push·v. The instance that was asked moves as the other.
+    // By 2·push: a = push/m − …, power = push·v. The queried instance moves like the other.
     Values derivatives(3);
     for (double& derivative : derivatives) {
         std::getline(lines, line);

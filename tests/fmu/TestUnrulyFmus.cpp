@@ -1,5 +1,5 @@
 /** @file
-FMUs of strangers: none runs unasked, and none that fails takes a run along. **/
+Untrusted FMUs: none runs without permission, and a failing one does not crash the run. **/
 
 #include <chrono>
 #include <filesystem>
@@ -54,7 +54,7 @@ protected:
         return runProgram("SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'", arguments);
     }
 
-    /** Since the last call. **/
+    /** Whether it was loaded since the last call. **/
     bool wasLoaded() { return std::filesystem::remove(folder / "library_was_loaded"); }
 };
 
@@ -102,7 +102,7 @@ TEST_F(UnrulyFmuTest, WhateverAnFmuDoesTheRunEndsAndKeepsWhatWasFinished) {
         {"crash", "its process was ended by signal 11"},
         {"abort", "its process was ended by signal 6"},
         {"exit", "its process left with exit status 0; it had been asked for a step"},
-        {"close", ""},  // which does no harm
+        {"close", ""},  // harmless
         {"loop", "a step has taken longer than 0.5 s; --fmu-timeout"},
         {"nan", "controller 'pid' gives no finite 'torque' at t = 0.0"},
         {"discard", "instance 'pid': a step has failed"},
@@ -120,7 +120,7 @@ TEST_F(UnrulyFmuTest, WhateverAnFmuDoesTheRunEndsAndKeepsWhatWasFinished) {
         EXPECT_TRUE(early.isComplete) << fault;
         EXPECT_EQ(early.time.size(), 5u) << fault;
         EXPECT_EQ(late.isComplete, isHarmless) << fault;
-        // Up to the sample that failed.
+        // Up to the failed sample.
         ASSERT_GE(late.time.size(), 5u) << fault;
         EXPECT_EQ(late.time.size() == 21, isHarmless) << fault;
         EXPECT_EQ(find(late, "turned").rows[4], find(early, "turned").rows[4]) << fault;
@@ -205,7 +205,7 @@ TEST_F(UnrulyFmuTest, WhatWouldCrashReadersIsRefused) {
         pack("none", deep);
         EXPECT_EQ(call("run model.yaml --check"), 1) << trick;
     }
-    // What lies beside one another may be as much as it likes.
+    // Breadth is not limited.
     deep = kUnruly;
     std::string flat;
     for (int i = 0; i < 2000; ++i) flat += "<a b=\"</\"><!-- <c> --></a>";

@@ -1,5 +1,6 @@
 /** @file
-Forces on attachment frames: their power in the system is that of the force on the moving frame. **/
+Forces on attachment frames: their power in the system equals that of the force on the moving
+frame. **/
 
 #include <gtest/gtest.h>
 

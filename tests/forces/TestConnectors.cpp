@@ -1,6 +1,6 @@
 /** @file
-Springs, bushings and stops between attachment frames: energy, Jacobian, Simbody's own elements,
-closed forms, and their limit, the joint. **/
+Springs, bushings and stops between attachment frames: energy, Jacobian, comparison with Simbody's
+elements, closed forms, and their stiff limit, the joint. **/
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ Mat66 makeCoupledMatrix(Real scale) {
 using Maker = std::function<void(FlexibleBodySubsystem&, const Attachment&, const Attachment&,
                                  Real dampingFactor)>;
 
-/** Time 0, and a torsion spring that has made no turns. **/
+/** Time 0, and a torsion spring without counted turns. **/
 const Real noTurns = 0;
 const ElementInputs unturned(0, &noTurns);
 
@@ -108,7 +108,7 @@ protected:
         return state;
     }
 
-    /** Rate of a function of the State along q̇. **/
+    /** Returns the rate of a function of the State along q̇. **/
     Real differentiate(const State& state, const std::function<Real(const State&)>& function) {
         const Vector q = state.getQ(), qDot = state.getQDot();
         const auto at = [&](Real t) {
@@ -174,7 +174,7 @@ TEST_P(ConnectorTest, DampersOnlyTakeEnergyAndTheirPowerIsReported) {
     const Real lost = element.calcPower(unturned, frames, forces);
     EXPECT_LE(lost, 0);
     EXPECT_NEAR(power + rate, lost, 1e-7 * std::max(1.0, std::abs(power)));
-    // Action and reaction: no force and, about the origin, no torque is left over.
+    // Action and reaction: zero total force and torque about the origin.
     Vec3 force(0), torque(0);
     for (unsigned k = 0; k < 2; ++k) {
         force += forces[k][1];
@@ -189,9 +189,9 @@ TEST_P(ConnectorTest, DampersOnlyTakeEnergyAndTheirPowerIsReported) {
 struct JacobianCase {
     const char* name;
     Maker make;
-    /** Motions of the frames: a state in which no term is left out. **/
+    /** Frame motions that exercise every term. **/
     FrameMotion F, M;
-    /** Twists for which the Jacobian is exact there: of F's rotation, F's translation, M's … **/
+    /** Twists for which the Jacobian is exact here: F's rotation, F's translation, M's … **/
     bool isExact[4];
 };
 void PrintTo(const JacobianCase& jacobian, std::ostream* stream) {
@@ -216,13 +216,13 @@ const JacobianCase jacobianCases[] = {
      makeMotion(Transform(Vec3(1, 2, 3)), atRest),
      makeMotion(Transform(Vec3(1.4, 2.2, 3.1)), {Vec3(0), Vec3(0.8, 0.4, 0.2)}),
      {true, true, true, true}},
-    // The same, pressed together: the line's stiffness across it is negative.
+    // The same under compression: the line's transverse stiffness is negative.
     {"CompressedSpring",
      connectors[0].make,
      makeMotion(Transform(Vec3(1, 2, 3)), atRest),
      makeMotion(Transform(Vec3(1.04, 2.02, 3.01)), {Vec3(0), Vec3(-0.8, -0.4, -0.2)}),
      {true, true, true, true}},
-    // A bushing at rest, its frames one upon the other.
+    // A bushing at rest with coincident frames.
     {"BushingAtRest",
      connectors[1].make,
      makeMotion(Transform(someAxes, Vec3(1, 2, 3)), atRest),
@@ -297,8 +297,8 @@ TEST_P(ConnectorJacobianTest, TermsAddUpToTheDerivativeOfTheForces) {
     EXPECT_GT(largest, 0.5);
 }
 
-//-------------------------------------------------------------------------------------------------
-// against Simbody's elements on rigid bodies
+// -------------------------------------------------------------------------------------------------
+// comparison with Simbody's elements on rigid bodies
 
 class RigidPair {
 public:
@@ -340,7 +340,7 @@ TEST(TwoPointSpringDamper, AgreesWithSimbodysSpringAndDamper) {
     EXPECT_LT((own.calcUDot() - expected).normInf(), 1e-12 * expected.normInf());
 }
 
-/** Turned about one axis, the rotation vector and Simbody's body-fixed angles are the same. **/
+/** For rotation about one axis, the rotation vector equals Simbody's body-fixed angles. **/
 TEST(Bushing, AgreesWithSimbodysLinearBushingTurnedAboutOneAxis) {
     const Vec6 stiffness(10, 20, 30, 400, 500, 600);
     const Transform X(Vec3(0.1, 0.2, 0)), Y(Vec3(0, 0.1, -0.1));
@@ -354,7 +354,7 @@ TEST(Bushing, AgreesWithSimbodysLinearBushingTurnedAboutOneAxis) {
     EXPECT_LT((own.calcUDot() - expected).normInf(), 1e-11 * expected.normInf());
 }
 
-/** On a mobilizer's coordinate Simbody has the same, by names of its own. **/
+/** On a mobilizer's coordinate Simbody has the same elements under other names. **/
 TEST(CoordinateForces, AgreeWithSimbodysOnMobilities) {
     const Real k = 40, c = 3, rest = 0.2, low = -0.5, high = 0.7, a = 0.4;
     for (const bool turns : {true, false}) {
@@ -397,7 +397,7 @@ TEST(CoordinateForces, AgreeWithSimbodysOnMobilities) {
     }
 }
 
-/** Wound up over turns, energy is that of the whole angle; what a damper takes is lost. **/
+/** Wound up over several turns, the energy is that of the whole angle; the damper dissipates. **/
 TEST(CoordinateForces, KeepTheEnergyOverTurnsAndAtStops) {
     for (const bool damped : {false, true}) {
         MultibodySystem system;
@@ -451,13 +451,13 @@ TEST(CoordinateForces, WrongParametersAreNamed) {
 //-------------------------------------------------------------------------------------------------
 // in time
 
-/** x(t) of a damped oscillator let go at x₀. **/
+/** Returns x(t) of a damped oscillator released at x₀. **/
 Real dampedOscillation(Real x0, Real omega, Real ratio, Real t) {
     const Real slower = omega * std::sqrt(1 - ratio * ratio), rate = ratio * omega;
     return x0 * std::exp(-rate * t) * (std::cos(slower * t) + rate / slower * std::sin(slower * t));
 }
 
-/** Errors of one coordinate at a time, at accuracies 1e-6 and 1e-8. **/
+/** Compares the errors of one coordinate at accuracies 1e-6 and 1e-8. **/
 void expectConvergence(const MultibodySystem& system, const State& state,
                        const MobilizedBody& mobod, Real time, Real expected, Real scale) {
     Real errors[2];
@@ -468,7 +468,7 @@ void expectConvergence(const MultibodySystem& system, const State& state,
         integrator.stepTo(time);
         errors[k] = std::abs(mobod.getOneQ(integrator.getState(), 0) - expected) / scale;
     }
-    // Order 2: as accuracy to the power 2/3, a factor of 21.
+    // Order 2: accuracy^(2/3), a factor of 21.
     EXPECT_LT(errors[1], errors[0] / 10);
     EXPECT_LT(errors[1], 1e-3);
 }
@@ -487,8 +487,8 @@ TEST(TwoPointSpringDamper, MassOnASpringSwingsAsInClosedForm) {
     expectConvergence(system, state, slider, 0.7, dampedOscillation(0.1, omega, ratio, 0.7), 0.1);
 }
 
-/** Where its points coincide a spring has no direction: thrown from there, a mass swings as
- * v/ω sin ωt, let fall as g/ω² (1 − cos ωt), whichever side it is on. **/
+/** A spring has no direction where its points coincide: thrown from there, a mass swings as v/ω sin
+ωt; dropped, as g/ω² (1 − cos ωt), on either side. **/
 TEST(TwoPointSpringDamper, WithoutLengthSwingsThroughCoincidingPoints) {
     const Real mass = 2, stiffness = 800, omega = std::sqrt(stiffness / mass), time = 0.7;
     const Real speed = 3, gravity = 9.81, fall = gravity / (omega * omega);
@@ -516,7 +516,7 @@ TEST(TwoPointSpringDamper, WithoutLengthSwingsThroughCoincidingPoints) {
     }
 }
 
-/** Its pull is −k times the way, so that it is as stiff whichever way the points part. **/
+/** Its pull is −k times the displacement, so it is equally stiff in all directions. **/
 TEST(TwoPointSpringDamper, WithoutLengthIsAsStiffInEveryDirection) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -533,7 +533,7 @@ TEST(TwoPointSpringDamper, WithoutLengthIsAsStiffInEveryDirection) {
         for (const Eigenmode& mode : modes)
             EXPECT_NEAR(2 * Pi * mode.frequency, std::sqrt(stiffness / mass), 1e-6);
     }
-    // There it also stays at rest.
+    // It also stays at rest there.
     point.setQ(state, Vec3(0));
     BdfIntegrator integrator(system);
     integrator.initialize(state);
@@ -556,8 +556,8 @@ TEST(TorsionSpring, LidOnAPinSwingsAsInClosedForm) {
                       2.5);
 }
 
-/** A ball let fall on a stop: without dissipation it comes back as high, with it it loses
- * energy. **/
+/** A ball dropped on a stop: without dissipation it returns to the same height, with dissipation it
+loses energy. **/
 TEST(ContactStop, UndampedBallComesBackAndEnergyIsKept) {
     for (const Real dissipation : {0.0, 0.1}) {
         MultibodySystem system;
@@ -588,8 +588,8 @@ TEST(ContactStop, UndampedBallComesBackAndEnergyIsKept) {
     }
 }
 
-/** Two flexible bodies held together by an ever stiffer bushing move as if by a joint; Newton's
- * iteration knows the stiffness. **/
+/** Two flexible bodies connected by an ever stiffer bushing move as if by a joint; Newton's
+iteration uses the stiffness. **/
 TEST(Bushing, StiffOnesTendToTheBallJoint) {
     const auto endOf = [](Real stiffness, long* iterations = nullptr) {
         MultibodySystem system;
@@ -610,7 +610,7 @@ TEST(Bushing, StiffOnesTendToTheBallJoint) {
         system.realize(state, Stage::Velocity);
         second.setPoseByInterface(state, "A", first.interface("B").calcMotion(state).X);
         BdfIntegrator integrator(system);
-        // Without projection: what the stiff limit of a force tends to.
+        // Without projection, to match the stiff limit of a force.
         integrator.setFormulation(BdfIntegrator::Formulation::Index3);
         integrator.setFixedStep(1e-3);
         integrator.initialize(state);
@@ -624,7 +624,7 @@ TEST(Bushing, StiffOnesTendToTheBallJoint) {
     const Real stiff = (endOf(1e8, &iterations[1]) - joint).norm();
     EXPECT_GT(soft, 1e-6);
     EXPECT_LT(stiff, 0.04 * soft);  // 1/k is 0.01; both swing about their gap, up to twice it
-    // 200 steps; without the stiffness in the matrix they could not be taken at all.
+    // 200 steps, which would be impossible without the stiffness in the matrix.
     for (const long count : iterations) EXPECT_LT(count, 3 * 200);
 }
 
@@ -653,7 +653,7 @@ TEST(Connectors, BadParametersAreNamed) {
 /** Connectors between Ground and a free body. **/
 class ElementRange : public ::testing::Test {
 protected:
-    /** What is said with the body in a pose, of all elements. **/
+    /** Returns the messages of all elements for a body pose. **/
     std::map<int, std::string> find(const Transform& X, const Vec3& omega = Vec3(0),
                                     Real elapsed = 0) {
         state = system.realizeTopology();
@@ -703,7 +703,7 @@ TEST_F(ElementRange, OfABushingsDampingDependsOnHowItTurns) {
     for (const Real angle : {0.5, 2.3, 2.4, 3.1, 3.2, 4.0}) {
         const bool isOutside = angle > 2.36 && angle < 2 * Pi - 2.36;
         const Transform X(Rotation(angle, ZAxis));
-        // About the axis it is a damper, whatever the angle.
+        // About the axis it is a damper at any angle.
         EXPECT_TRUE(find(X, Vec3(0, 0, 7)).empty()) << angle;
         const Vec3 torque = body.getBodyAngularAcceleration(accelerate());
         EXPECT_NEAR(torque[2], -4 * 7., 1e-9) << angle;

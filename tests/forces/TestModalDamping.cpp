@@ -40,14 +40,14 @@ TEST_F(ModalDampingTest, CoefficientsAreTwiceRatioTimesFrequencyAndAddUp) {
     EXPECT_TRUE(flexible.getGuts().body(other.getIndex()).damping.isZero(0));
 }
 
-/** One mode vibrates alone on a body whose frame is held: ξ = e^(−ζΩt)(cos Ω_d t + ζΩ/Ω_d sin Ω_d
- * t). **/
+/** One mode vibrates alone on a body with a fixed frame: ξ = e^(−ζΩt)(cos Ω_d t + ζΩ/Ω_d sin Ω_d
+t). **/
 TEST_F(ModalDampingTest, FreeOscillationDecaysAsInClosedForm) {
     const double ratio = 0.04;
     const ModalDamping damping(flexible, body, ratio);
     State state = system.realizeTopology();
     body.getFrame().lock(state);
-    const double xi0 = 1;  // linear however large, as the frame does not turn
+    const double xi0 = 1;  // linear at any size, since the frame does not rotate
     Vector xi(part->numModes, Real(0));
     xi[4] = xi0;
     body.setModalCoordinates(state, xi);
@@ -80,7 +80,7 @@ TEST_F(ModalDampingTest, RayleighAndFrequencyBandsFollowTheirFormulas) {
     EXPECT_TRUE(hasBand[0] && hasBand[1]);
 }
 
-/** Free decay of coupled modes on a held frame, natively and by BDF, against e^(At). **/
+/** Free decay of coupled modes on a fixed frame, natively and by BDF, against e^(At). **/
 TEST_F(ModalDampingTest, FullMatrixDecaysAsTheMatrixExponential) {
     const int n = part->numModes;
     Eigen::MatrixXd root(n, n);
@@ -135,7 +135,7 @@ TEST_F(ModalDampingTest, FullMatrixDecaysAsTheMatrixExponential) {
     for (int k = 0; k < 2; ++k) {
         BdfIntegrator bdf(system);
         bdf.setAccuracy(k ? 1e-8 : 1e-6);
-        bdf.setProjectInitialState(false);  // modes of unit size, as they come
+        bdf.setProjectInitialState(false);  // modes of unit size
         bdf.initialize(state);
         bdf.stepTo(end);
         differences[k] = differenceOf(bdf.getState());

@@ -1,5 +1,6 @@
 /** @file
-What FlexibleBodySubsystem applies when Simbody realizes Stage::Dynamics, against the point masses.
+Forces applied by FlexibleBodySubsystem when Simbody realizes Stage::Dynamics, against the point
+masses.
 **/
 
 #include <gtest/gtest.h>
@@ -43,8 +44,8 @@ protected:
         return state;
     }
 
-    /** Applied forces for each Simbody mobility: those on bodies brought to the mobilities, and
-     * those on them. **/
+    /** Returns the applied forces per Simbody mobility: body forces mapped to the mobilities, plus
+    mobility forces. **/
     Vector calcGeneralizedForces(const State& state) const {
         Vector generalized;
         matter.multiplyBySystemJacobianTranspose(
@@ -60,7 +61,7 @@ protected:
         return modes;
     }
 
-    /** Simbody's accelerations of the body. **/
+    /** Sets the body's accelerations from Simbody. **/
     void putAccelerations(const State& state, PointMassMotion& motion) const {
         const SpatialVec A = body.getFrame().getBodyAcceleration(state);
         motion.omegaDot_B = motion.R_GB.transpose() * toEigen(A[0]);
@@ -83,7 +84,7 @@ TEST_F(NativeForcesTest, AppliedForcesAreWhatSimbodysInertiaLacks) {
     system.realize(state, Stage::Acceleration);
     putAccelerations(state, motion);
 
-    // Simbody has I₀ω̇ + ω×I₀ω and ξ̈ of the masses' inertia forces.
+    // Simbody already includes I₀ω̇ + ω×I₀ω and ξ̈ of the masses' inertia forces.
     const Eigen::VectorXd inertia = calcInertiaForces(part, motion);
     const auto& I = part.body->inertia;
     Eigen::Matrix3d I0;
@@ -117,8 +118,8 @@ TEST_F(NativeForcesTest, DeformedBodyMovesAsItsMassesDo) {
     system.realize(state, Stage::Acceleration);
     putAccelerations(state, motion);
 
-    // d'Alembert: virtual power of inertia, weight, elasticity and load, for each speed. What a
-    // mode moves at the interface is its velocity for ξ̇_i = 1.
+    // d'Alembert: virtual power of inertia, weight, elasticity and load, for each speed. A mode's
+    // motion at the interface is its velocity for ξ̇_i = 1.
     const Eigen::Vector3d g(1, -9, 2);
     const Eigen::Map<const Eigen::VectorXd> omegaSquared(part.body->omegaSquared.data(),
                                                          numModes());

@@ -1,9 +1,9 @@
 #pragma once
 /** @file
-What the fuzz targets share: a folder for the files they read, and what a reader may throw.
+Support for fuzz targets: a folder for their input files, and permitted exceptions of a reader.
 
-A target is LLVMFuzzerTestOneInput in a file of its own. The preset `fuzz` links libFuzzer to it;
-elsewhere FuzzDriver.cpp runs it over its corpus and a few thousand mutations of it. **/
+A target is LLVMFuzzerTestOneInput in a separate file. The preset `fuzz` links libFuzzer to it;
+otherwise FuzzDriver.cpp runs it over its corpus and a few thousand mutations. **/
 
 #include <unistd.h>
 #include <cstdint>
@@ -18,7 +18,7 @@ elsewhere FuzzDriver.cpp runs it over its corpus and a few thousand mutations of
 namespace simflex {
 namespace fuzz {
 
-/** A folder that lives as long as the program, in memory where there is /dev/shm. **/
+/** A folder for the lifetime of the program, in memory if /dev/shm exists. **/
 class Folder {
 public:
     Folder() {
@@ -51,7 +51,7 @@ inline const Folder& getFolder() {
     return folder;
 }
 
-/** The files of one input, which lines of "====" divide. **/
+/** Splits one input into files at lines of "====". **/
 inline std::vector<std::string> splitFiles(const uint8_t* data, size_t size, size_t count) {
     const std::string text(reinterpret_cast<const char*>(data), size), mark = "====\n";
     std::vector<std::string> files;
@@ -67,17 +67,17 @@ inline std::vector<std::string> splitFiles(const uint8_t* data, size_t size, siz
     return files;
 }
 
-/** Ends the program: the reader is wrong. **/
+/** Ends the program because of an error in the reader. **/
 [[noreturn]] inline void fail(const std::string& what) {
     std::fprintf(stderr, "fuzz: %s\n", what.c_str());
     std::abort();
 }
 
-/** What a refusal must name. **/
+/** Required content of a refusal's message. **/
 enum class Names { AFile, Anything };
 
-/** Runs a reader. It may refuse, with a message that names one of its files; all else that it
-throws ends the program. @returns whether it accepted. **/
+/** Runs a reader. It may refuse with a message that names one of its files; any other exception
+ends the program. @returns whether it accepted. **/
 template <class Read>
 bool accepts(Read read, Names names = Names::AFile) {
     std::string message;

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Files of archives (base/Archive.h) that were changed. **/
+Modified archive files (base/Archive.h). **/
 
 #include <cstring>
 #include <string>
@@ -10,7 +10,7 @@ Files of archives (base/Archive.h) that were changed. **/
 namespace simflex {
 namespace fuzz {
 
-/** Makes the length and the checksum in the header fit the bytes behind it. **/
+/** Repairs the length and checksum in the header to match the bytes after it. **/
 inline void mendArchive(std::string& bytes) {
     const size_t header = bytes.find('\n') + 1, payload = header + 24;
     if (header == 0 || bytes.size() < payload) return;

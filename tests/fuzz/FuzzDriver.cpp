@@ -1,7 +1,7 @@
 /** @file
-Runs a fuzz target without libFuzzer: `fuzz_X CORPUS [MUTATIONS]` over every file of the corpus and
-a number of mutations of them, always the same ones. Memory is limited, so that a small file that
-asks for a lot of it is found out; but not for sanitizers, which reserve terabytes of addresses. **/
+Runs a fuzz target without libFuzzer: `fuzz_X CORPUS [MUTATIONS]` runs every file of the corpus and
+a fixed sequence of mutations. Memory is limited to detect small files that request large
+allocations, except under sanitizers, which reserve terabytes of address space. **/
 
 #include <sys/resource.h>
 
@@ -39,7 +39,7 @@ size_t pick(Random& random, size_t count) {
     return count == 0 ? 0 : size_t(random()) % count;
 }
 
-/** Begin and end of the field (letters, digits, signs) at or behind a place. **/
+/** Returns the start and end of the field (letters, digits, signs) at or after a position. **/
 std::pair<size_t, size_t> findField(const std::string& text, size_t at) {
     const char* const separators = " ,\t\n=";
     const size_t begin = std::min(text.find_first_not_of(separators, at), text.size());
@@ -90,7 +90,7 @@ void mutate(std::string& text, const std::vector<std::string>& corpus, Random& r
         case 5:
             text.resize(at);
             break;
-        case 6: {  // a line of another place or file
+        case 6: {  // a line from another position or file
             const std::string& other = corpus[pick(random, corpus.size())];
             if (other.empty()) break;
             const auto [begin, end] = findLine(other, pick(random, other.size()));

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What another program may do to an HDF5 file. **/
+Modifications of an HDF5 file by another program. **/
 
 #include <hdf5.h>
 
@@ -13,9 +13,9 @@ What another program may do to an HDF5 file. **/
 namespace simflex {
 namespace fuzz {
 
-constexpr size_t kTrailer = 16;  ///< bytes of the checksum at a file's end
+constexpr size_t kTrailer = 16;  ///< bytes of the final checksum
 
-/** Takes numbers from the input; zeros when it is used up. **/
+/** Reads numbers from the input; zeros after its end. **/
 class Input {
 public:
     Input(const uint8_t* data, size_t size) : _data(data), _size(size) {}
@@ -35,7 +35,7 @@ inline void removeObject(hid_t file, const char* name) {
     if (std::strcmp(name, ".") != 0) H5Ldelete(file, name, H5P_DEFAULT);
 }
 
-/** Another data set in the place of one object, of up to three extents. **/
+/** Replaces one object by another data set of up to three extents. **/
 inline void replaceData(hid_t file, const char* name, Input& input) {
     removeObject(file, name);
     static const hid_t types[] = {H5T_NATIVE_DOUBLE, H5T_NATIVE_INT, H5T_NATIVE_FLOAT,
@@ -55,7 +55,7 @@ inline void replaceData(hid_t file, const char* name, Input& input) {
     H5Sclose(space);
 }
 
-/** One number of a data set. **/
+/** Changes one number of a data set. **/
 inline void changeValue(hid_t file, const char* name, Input& input) {
     static const double values[] = {0, -1, 1e300, -1e300, 1e9, 2147483647.0, NAN, INFINITY, 0.5, 7};
     const hid_t data = H5Dopen2(file, name, H5P_DEFAULT);
@@ -72,7 +72,7 @@ inline void changeValue(hid_t file, const char* name, Input& input) {
     H5Dclose(data);
 }
 
-/** Another value of an attribute, or none. **/
+/** Changes or removes an attribute. **/
 template <size_t count>
 void changeAttribute(hid_t file, const char* name, const char* const (&names)[count],
                      Input& input) {
@@ -99,7 +99,7 @@ void changeAttribute(hid_t file, const char* name, const char* const (&names)[co
     H5Oclose(object);
 }
 
-/** Changes up to six objects of a file, as the input says. **/
+/** Changes up to six objects of a file according to the input. **/
 template <size_t numObjects, size_t numAttributes>
 void changeHdf5(const std::string& path, const char* const (&objects)[numObjects],
                 const char* const (&attributes)[numAttributes], Input& input) {
@@ -114,11 +114,11 @@ void changeHdf5(const std::string& path, const char* const (&objects)[numObjects
         if (operation == 2) changeValue(file, name, input);
         if (operation == 3) changeAttribute(file, name, attributes, input);
     }
-    H5Fclose(file);  // which drops the checksum
+    H5Fclose(file);  // drops the checksum
 }
 
-/** Changes bytes but those of the checksum's mark: without that, the file would be one that another
-program has changed. @returns whether any are changed. **/
+/** Changes bytes other than the checksum's mark, without which the file would count as changed by
+another program. @returns whether any are changed. **/
 inline bool changeBytes(std::string& bytes, Input& input) {
     const std::string before = bytes;
     while (!input.empty()) bytes[input.take2() * 7 % bytes.size()] ^= char(input.take());

@@ -1,5 +1,5 @@
 /** @file
-Arrays of MATLAB and NumPy as a model. What is accepted can be written and reads back the same. **/
+Arrays of MATLAB and NumPy as a model. Accepted data survive a round trip. **/
 
 #include "Fuzz.h"
 #include "simflex/fe/ArrayMatrices.h"

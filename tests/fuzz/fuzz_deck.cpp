@@ -1,6 +1,5 @@
 /** @file
-CalculiX decks: cards and what they mean. The elements of an accepted deck have matrices of finite
-numbers, or are refused. **/
+CalculiX decks. The elements of an accepted deck have finite matrices or are refused. **/
 
 #include <algorithm>
 #include <cmath>

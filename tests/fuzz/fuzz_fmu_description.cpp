@@ -1,5 +1,5 @@
 /** @file
-Descriptions of FMUs: each variable of one that is accepted is found by its name. **/
+Descriptions of FMUs: each variable of an accepted one is found by name. **/
 
 #include "../../plugin/fmi/FmuDescription.h"
 #include "Fuzz.h"

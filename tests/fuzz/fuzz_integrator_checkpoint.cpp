@@ -1,6 +1,6 @@
 /** @file
-Checkpoints of integrators: bytes that are changed, with the checksum that fits them or without.
-What is accepted is written the same again, and the integration goes on or says why it cannot. **/
+Integrator checkpoints: changed bytes, with or without a matching checksum. An accepted one is
+written back identically, and the integration continues or reports why it cannot. **/
 
 #include <sstream>
 
@@ -95,8 +95,8 @@ void read(ImplicitIntegrator& integrator, const std::string& bytes, const State&
 
 }  // namespace
 
-/** A byte of choices: method (bits 1 and 8), whether the header is mended (2), whether it is cut
-(4); then places (2 bytes) and values. **/
+/** A byte of choices: method (bits 1 and 8), header repaired (2), file truncated (4); then
+positions (2 bytes) and values. **/
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     static const Model model;
     const auto run = [](Model::Method method) {

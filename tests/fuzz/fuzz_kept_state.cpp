@@ -1,6 +1,5 @@
 /** @file
-States that the prompt keeps. What is accepted is finite, and reads back the same when it is
-written. **/
+States kept by the prompt. An accepted one is finite and survives a round trip. **/
 
 #include <cmath>
 

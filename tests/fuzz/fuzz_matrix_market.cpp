@@ -1,5 +1,5 @@
 /** @file
-Matrix Market: K, M and the node table. What is accepted can be written and reads back the same. **/
+Matrix Market: K, M and the node table. Accepted data survive a round trip. **/
 
 #include "Fuzz.h"
 #include "simflex/fe/MatrixMarket.h"

@@ -1,5 +1,5 @@
 /** @file
-MBDyn's modal data. What is accepted is a valid part, which can be written and read again. **/
+MBDyn's modal data. An accepted file is a valid part, which can be written and read again. **/
 
 #include "Fuzz.h"
 #include "simflex/part/MbdynFem.h"

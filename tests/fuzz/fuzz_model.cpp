@@ -1,6 +1,6 @@
 /** @file
-Model files: YAML, the schema, formulas and tables. Every value of an accepted model can be had, and
-its functions of time have finite values and derivatives or say where they have none. **/
+Model files: YAML, the schema, formulas and tables. Every value of an accepted model is readable,
+and its functions of time have finite values and derivatives or report where they are undefined. **/
 
 #include <cmath>
 

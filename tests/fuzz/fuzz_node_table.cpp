@@ -1,6 +1,6 @@
 /** @file
-Node tables, decks and grids as sources of nodes. Accepted nodes have ascending numbers, finite
-positions, and elements and sets that name them. **/
+Node tables, decks and grids as sources of nodes. Accepted nodes have ascending numbers and finite
+positions, and elements and sets refer to them. **/
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 /** @file
-Part files: bytes changed behind the checksum must be found out; objects changed by another program
-(data sets of other sizes, types and values, other attributes, objects that are missing) give a
-valid part or a refusal. **/
+Part files: bytes changed despite the checksum must be detected; objects changed by another program
+(data sets of other sizes, types and values, other attributes, missing objects) give a valid part or
+a refusal. **/
 
 #include "FuzzHdf5.h"
 #include "simflex/part/ReducedBodyFile.h"
@@ -11,7 +11,7 @@ using namespace simflex;
 
 namespace {
 
-/** A part with something of everything; its file. **/
+/** Returns the file of a part with every kind of content. **/
 const std::string& getFile() {
     static const std::string bytes = [] {
         test::PointMassPartOptions options;

@@ -1,5 +1,5 @@
 /** @file
-The prompt's text. A word that is quoted comes back as it was, alone and among others. **/
+Prompt text. Quoting a word and parsing it again returns the same word, alone and among others. **/
 
 #include "Fuzz.h"
 #include "simflex/cli/shell/CommandTable.h"

@@ -1,5 +1,5 @@
 /** @file
-Result files: bytes changed behind the checksum must be found out; objects changed by another
+Result files: bytes changed despite the checksum must be detected; objects changed by another
 program give results or a refusal; a damaged journal gives rows that were written, or none. **/
 
 #include "FuzzHdf5.h"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kRows = 12;
 
-/** A result of everything, and its journal as a kill would leave it. **/
+/** Results with every kind of content, and their journal as left by a kill. **/
 struct Files {
     std::string results, journal;
 };
@@ -89,7 +89,7 @@ const char* const kAttributes[] = {"simflex_results", "version", "title",   "pat
                                    "bodies",          "type",    "columns", "unit", "index",
                                    "complete",        "steps"};
 
-/** Rows that can be read must be those that were written. **/
+/** Readable rows must match written ones. **/
 void checkRows(const Results& data) {
     for (const auto& analysis : data.analyses) {
         if (analysis.name != "run") continue;

@@ -1,6 +1,6 @@
 /** @file
-What an interrupted reduction keeps. A file that is damaged or cut off counts as none: the part
-comes out with the same bits. **/
+Files kept by an interrupted reduction. A damaged or truncated file is ignored: the part is
+bit-identical. **/
 
 #include "Fuzz.h"
 #include "simflex/fe/CalculixDeck.h"
@@ -56,8 +56,8 @@ const Base& getBase() {
 
 }  // namespace
 
-/** One byte chooses the file, one says whether it is cut; then places (2 bytes) and values. Every
-second place is near the beginning, where the sizes are. **/
+/** One byte chooses the file, one whether it is truncated; then positions (2 bytes) and values.
+Every second position is near the beginning, where the sizes are. **/
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const Base& base = getBase();
     if (size < 2) return 0;

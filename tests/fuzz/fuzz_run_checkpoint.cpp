@@ -1,6 +1,6 @@
 /** @file
-Checkpoints of a run: bytes that are changed, with the checksum that fits them or without. What is
-accepted can be written and reads back the same. **/
+Checkpoints of a run: changed bytes, with or without a matching checksum. An accepted one survives a
+round trip. **/
 
 #include <cstring>
 

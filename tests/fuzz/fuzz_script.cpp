@@ -1,5 +1,5 @@
 /** @file
-Scripts of Gmsh: the names of the files that they read. **/
+Gmsh scripts: the names of the files that they read. **/
 
 #include <set>
 

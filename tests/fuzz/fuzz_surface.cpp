@@ -1,6 +1,6 @@
 /** @file
-Surfaces of rigid bodies: the ending of the file's name, then the file. The mass of a body of such a
-shape is positive and finite. **/
+Surfaces of rigid bodies: the file name's extension, then the file. A body of such a shape has a
+positive, finite mass. **/
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 /** @file
-Cases of a sweep: a table of values, and the command line's `NAME=VALUES`. Every case has its
-values, and a folder of its own, in the sweep's. **/
+Cases of a sweep: a table of values, and the command line's `NAME=VALUES`. Every case has its values
+and its own folder in the sweep's. **/
 
 #include <set>
 

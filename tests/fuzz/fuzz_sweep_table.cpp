@@ -1,6 +1,6 @@
 /** @file
-What a sweep keeps: how its cases stand, and its table. Bytes of the table changed behind the
-checksum must be found out; objects changed by another program give curves or a refusal. **/
+Stored sweep data: the state of its cases, and its table. Bytes of the table changed despite the
+checksum must be detected; objects changed by another program give curves or a refusal. **/
 
 #include <cmath>
 
@@ -69,7 +69,7 @@ void checkCurves(const model::SweepResults& sweep) {
     }
 }
 
-/** One case's file: what it becomes has a name, and the table can be made of it. **/
+/** Checks one case's file: its state has a name, and it can enter the table. **/
 void checkCase(fuzz::Input& input) {
     const Sweep& sweep = getSweep();
     const model::SweepCase& one = sweep.plan.cases[0];

@@ -1,6 +1,6 @@
 /** @file
-Time histories, in CSV and in HDF5. What is accepted has a value for every time and column, and
-reads back the same when it is written. **/
+Time histories in CSV and HDF5. An accepted one has a value for every time and column, and survives
+a round trip. **/
 
 #include <cstring>
 
@@ -58,7 +58,7 @@ void check(const std::string& path) {
             fuzz::fail("a table that was written reads back as another");
         for (size_t k = 0; k < numColumns; ++k) {
             const TableColumn &column = table.columns[k], &written = same.columns[k];
-            // A text ends at a zero, and a head at its last " [".
+            // A text ends at a zero, and a header at its last " [".
             const std::string text = column.name + column.unit;
             const bool isPlain =
                 text.find('\0') == std::string::npos && column.unit.find('[') == std::string::npos;
@@ -70,7 +70,7 @@ void check(const std::string& path) {
 
 }  // namespace
 
-/** Begins with "h5": changes of objects of the HDF5 file; else: the CSV file. **/
+/** With prefix "h5": changes to objects of the HDF5 file; otherwise the CSV file. **/
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (size >= 2 && std::memcmp(data, "h5", 2) == 0) {
         fuzz::Input input(data + 2, size - 2);

@@ -1,5 +1,5 @@
 /** @file
-Pictures of the example models: whatever is exaggerated, joints stay together. **/
+Pictures of the example models: joints stay closed at any exaggeration. **/
 
 #include <gtest/gtest.h>
 

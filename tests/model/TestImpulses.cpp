@@ -1,6 +1,6 @@
 /** @file
-Speeds that jump, by events of model files: an impulse acts through joints alone, whatever forces
-act on the bodies besides. **/
+Speed jumps by events of model files: an impulse acts through joints alone, regardless of the forces
+on the bodies. **/
 
 #include <cmath>
 #include <sstream>
@@ -15,14 +15,14 @@ const std::string kMethods[] = {"radau", "bdf", "generalized_alpha"};
 
 class ImpulseTest : public RunTest {
 protected:
-    /** Where the motion ends by its events. **/
+    /** Runs to the end set by the model's events. **/
     Session runToStop(const std::string& text) {
         writeModel("simflex: 1\n" + text);
         Session session(loadModelText(folder / "model.yaml"));
         EXPECT_EQ(session.runTo(3, 3), Session::Outcome::Terminated) << text;
         return session;
     }
-    /** Speeds and energies right before what an event does, and after. **/
+    /** Stores speeds and energies just before an event's actions, and after. **/
     void run(const std::string& text, const std::string& when, const std::string& action) {
         const std::string actions = m_atStart.empty() ? "" : ", do: [" + m_atStart + "]";
         const std::string events = "events: {start: {when: t > 1e-3, once: true" + actions +
@@ -39,8 +39,8 @@ protected:
         read(first, m_before);
         read(second, m_after);
     }
-    /** Momentum that nothing but the second pin can change: rod b's about it, and by the gear the
-    wheel's. **/
+    /** Returns the momentum that only the second pin can change: rod b's about it, plus the wheel's
+    through the gear. **/
     static double calcMomentum(std::map<std::string, double>& at, double wheel) {
         return (at["w1"] + at["w2"]) / 3 + 0.5 * std::cos(at["bend"]) * at["w1"] -
                0.5 * wheel * at["w3"];
@@ -73,7 +73,7 @@ std::string makeRodJoints(const std::string& more = "", const std::string& frict
 }
 const std::string kFirst = "[ground, {on: a, position: [-0.5, 0, 0]}]",
                   kSecond = "[{on: a, position: [0.5, 0, 0]}, {on: b, position: [-0.5, 0, 0]}]";
-/** All kinds of what acts between bodies, and on them. **/
+/** All kinds of forces on bodies and between them. **/
 const std::string kForces[] = {
     "",
     "connectors: {k: {type: bushing, between: " + kSecond + ", stiffness: [0, 0, 50, 0, 0, 0]}}\n",
@@ -126,7 +126,7 @@ TEST_F(ImpulseTest, FrictionAndGearsHaveTheirPartAsJointsOnly) {
 }
 
 TEST_F(ImpulseTest, AMotionThatIsEngagedWorksAsItMoves) {
-    // The double pendulum falls ahead of it and swings back to it.
+    // The double pendulum falls before it and swings back to it.
     m_atStart = "{release: drive}";
     for (const std::string& method : kMethods)
         for (const std::string& forces : {kForces[0], kForces[2], kForces[11]}) {
@@ -134,7 +134,7 @@ TEST_F(ImpulseTest, AMotionThatIsEngagedWorksAsItMoves) {
                     "motions: {drive: {joint: first, position: -1.5*t}}\n",
                 "turn > -1.5*t && t > 0.1", "{engage: drive}");
             EXPECT_NEAR(m_after["w1"], -1.5, 1e-9) << method << forces;
-            // It is engaged where it is 1e-9 rad open.
+            // It is engaged with a gap of 1e-9 rad.
             EXPECT_NEAR(calcMomentum(m_after, 0), calcMomentum(m_before, 0), 1e-8)
                 << method << forces;
             EXPECT_NEAR(m_after["balance"], m_before["balance"], 1e-9);
@@ -193,8 +193,8 @@ TEST_F(ImpulseTest, CartsThatAreHookedTogetherKeepTheirMomentum) {
         }
 }
 
-/** A bar turns about its end like a rigid one; where the end is stopped, all of it but the end goes
-on at its speed. **/
+/** A bar rotates rigidly about its end; when the end is stopped, the rest continues at its
+speed. **/
 TEST_F(ImpulseTest, BendingPartsSwingOnWhereTheirEndIsStopped) {
     testing::Brick brick;
     brick.type = "C3D20R";
@@ -218,15 +218,14 @@ TEST_F(ImpulseTest, BendingPartsSwingOnWhereTheirEndIsStopped) {
             EXPECT_NEAR(m_before["w2"], 3 * brick.size[0] * std::cos(0.15), 1e-3);
             EXPECT_NEAR(m_after["w1"], 0, 1e-10);
             EXPECT_NEAR(m_after["w2"], m_before["w2"], 0.02 * m_before["w2"]);
-            // Less is lost, the more modes there are.
+            // More modes lose less energy.
             EXPECT_LT(m_after["T"], m_before["T"] - hub);
             EXPECT_GT(m_after["T"], 0.98 * (m_before["T"] - hub));
             EXPECT_NEAR(m_after["balance"], m_before["balance"], 1e-9);
         }
 }
 
-/** What is engaged is closed: where it was not, that is told with the energy it takes, or refused.
- * **/
+/** Engaging a joint closes it. A gap is reported with the energy it takes, or refused. **/
 TEST_F(ImpulseTest, GapsThatAreEngagedAreToldOrRefused) {
     const auto engage = [&](double size, double gap) {
         std::ostringstream text;
@@ -255,7 +254,7 @@ TEST_F(ImpulseTest, GapsThatAreEngagedAreToldOrRefused) {
     EXPECT_TRUE(engage(1, 0).empty());
     const std::vector<std::string> told = engage(1, 2e-4);
     ASSERT_EQ(told.size(), 1u);
-    // Both go half of the way: k g²/4.
+    // Each moves half of the gap: k g²/4.
     EXPECT_THAT(told[0], ::testing::HasSubstr("event 'e' engages joint 'hook'"));
     EXPECT_THAT(told[0], ::testing::HasSubstr("0.0002 m"));
     EXPECT_THAT(told[0], ::testing::HasSubstr("changes the potential energy by 0.01 J"));
@@ -284,13 +283,13 @@ TEST_F(ImpulseTest, MotionsThatCannotBeEngagedAreCalledMotions) {
 }
 
 TEST_F(ImpulseTest, SpeedsThatJointsDoNotAllowAreThoseOfAnImpactAtTheStart) {
-    // Rod b free, then caught by its pin: the same projection as after an event.
+    // Rod b is free, then caught by its pin: the same projection as after an event.
     for (const std::string& forces : kForces) {
         writeModel("simflex: 1\n" + kRods + makeRodJoints() + forces +
                    "initial: {bodies: {b: {velocity: [0, 2, 0]}}}\n");
         const Session session(loadModelText(folder / "model.yaml"));
         // (1/3 + 1)w₁ + w₁/2 + … = impulses of the pins: M = [[5/3 + cos, …]] of the double
-        // pendulum on M⁻¹ of 2 m/s times the moments it has about both pins, 1.5 and 0.5 m.
+        // pendulum; M⁻¹ times 2 m/s times the moments about both pins, 1.5 and 0.5 m.
         const double m11 = 8.0 / 3, m12 = 5.0 / 6, m22 = 1.0 / 3;  // straight
         const double p1 = 1.5 * 2, p2 = 0.5 * 2, det = m11 * m22 - m12 * m12;
         EXPECT_NEAR(session.get("w1")[0], (m22 * p1 - m12 * p2) / det, 1e-9) << forces;

@@ -22,7 +22,7 @@ protected:
         writeModel("simflex: 1\nsolver: {accuracy: 1e-8}\n" + text);
         return Session(loadModelText(folder / "model.yaml"));
     }
-    /** What is wrong with it. **/
+    /** Returns the error message for a model. **/
     std::string findMistake(const std::string& text) {
         try {
             start(text);
@@ -79,7 +79,8 @@ std::array<double, N> integrate(
 }
 
 TEST_F(LawsTest, RowsHaveTheForcesOfTheirTimeHoweverFarApart) {
-    // A block on a slope, held by a motion, or by friction: nothing moves, and no step ends there.
+    // A block on a slope, held by a motion or by friction: nothing moves, and no step ends at the
+    // switch.
     const std::string block =
         "gravity: [0, -9.81, 0]\n"
         "bodies: {block: {mass: 2, inertia: [0.01, 0.01, 0.01]}}\n"
@@ -163,7 +164,7 @@ TEST_F(LawsTest, AControlledArmMovesAsItsEquationsSay) {
         };
     for (const double time : {0.05, 0.3, 2.}) {
         session.runTo(time, 0.05);
-        // The derivative's filter begins at the error: no kick.
+        // The derivative's filter starts at the error: no kick.
         const auto y = integrate<4>({0, 0, 0, 0.5}, time, 20000, f);
         EXPECT_NEAR(get(session, "angle"), y[0], 2e-7) << time;
         EXPECT_NEAR(get(session, "torque"), calcTorque(y), 2e-3) << time;
@@ -171,7 +172,7 @@ TEST_F(LawsTest, AControlledArmMovesAsItsEquationsSay) {
 }
 
 TEST_F(LawsTest, TorqueOverTheAngleDoesItsWorkInEveryTurn) {
-    // 12 N m over half of every turn: 12π J a turn.
+    // 12 N m over half of every turn: 12π J per turn.
     Session session = start(kWheel +
                             "initial: {rates: {axle: 10}}\n"
                             "connectors: {drive: {type: motor, joint: axle,\n"
@@ -213,7 +214,7 @@ TEST_F(LawsTest, AMapOfTwoVariablesIsReadFromAFile) {
 }
 
 TEST_F(LawsTest, ATableTakesAnyQuantity) {
-    // 20 N/m to one side, 10 N/m to the other.
+    // 20 N/m on one side, 10 N/m on the other.
     Session session = start(
         "tables: {pull: {x: [-2, 0, 2], y: [-20, 0, 40], interpolation: linear}}\n"
         "initial: {bodies: {mass: {rates: [1]}}}\n" +
@@ -226,7 +227,7 @@ TEST_F(LawsTest, ATableTakesAnyQuantity) {
 }
 
 TEST_F(LawsTest, TimesInALawAreKnown) {
-    // At rest, steps would grow over it.
+    // At rest, steps would grow beyond it.
     Session session = start(kSlide +
                             "loads: {push: {on: mass, force: [\"20*pulse(t, 5, 5.1) - "
                             "1e-12*x\", 0, 0]}}\n");
@@ -241,7 +242,7 @@ TEST_F(LawsTest, AOneSidedSpringBouncesWithoutLoss) {
                             "connectors: {rope: {type: spring,\n"
                             "  between: [{on: ground, position: [1, 0, 0]}, mass],\n"
                             "  law: '1e4*max(0, length - 2)'}}\n");
-    // Falls 1 m, is stopped, and comes back.
+    // Falls 1 m, is stopped, and rebounds.
     const double stretch = (10 + std::sqrt(100 + 4 * 0.5e4 * 10)) / 1e4;
     double lowest = 0;
     while (session.getTime() < 0.8) {
@@ -256,7 +257,7 @@ TEST_F(LawsTest, AOneSidedSpringBouncesWithoutLoss) {
 }
 
 TEST_F(LawsTest, WheelsWithBacklashHitEachOtherAsInClosedForm) {
-    // Between flanks they fly; on one, half a period of 1 and 2 kg m² on 1000 N m/rad.
+    // Between flanks they move freely; in contact, half a period of 1 and 2 kg m² on 1000 N m/rad.
     Session session = start(
         "bodies:\n"
         "  a: {mass: 1, inertia: [1, 1, 1]}\n"
@@ -273,7 +274,7 @@ TEST_F(LawsTest, WheelsWithBacklashHitEachOtherAsInClosedForm) {
         "  on_a: {on: a, torque: [0, 0, -teeth]}\n"
         "  on_b: {on: b, torque: [0, 0, teeth]}\n");
     const double omega = std::sqrt(1000 * 1.5), contact = M_PI / omega, flight = 0.02 / 3;
-    const auto calcAngle = [&](double t) {  // of a against b
+    const auto calcAngle = [&](double t) {  // of a relative to b
         if (t < flight / 2) return 3 * t;
         t -= flight / 2;
         const double period = contact + flight;
@@ -290,8 +291,7 @@ TEST_F(LawsTest, WheelsWithBacklashHitEachOtherAsInClosedForm) {
 }
 
 TEST_F(LawsTest, ARopeAroundAPostHoldsByItsFriction) {
-    // 1 kg on a rope, half a turn around a post, held with 4 N: first it is thrown up, then it
-    // sinks.
+    // 1 kg on a rope with half a turn around a post, held with 4 N: it moves up first, then sinks.
     Session session =
         start(kSlide +
               "gravity: [10, 0, 0]\n"
@@ -306,7 +306,7 @@ TEST_F(LawsTest, ARopeAroundAPostHoldsByItsFriction) {
     EXPECT_NEAR(get(session, "v"), down * (1 - turn), 2e-6);
 }
 
-/** A controller as Simbody has it: torques and an integral of the error, about the z axis. **/
+/** A controller by Simbody's means: torques and an integral of the error, about the z axis. **/
 class PidOfSimbody : public SimTK::Force::Custom::Implementation {
 public:
     PidOfSimbody(const SimTK::GeneralForceSubsystem& forces, SimTK::MobilizedBody body)
@@ -447,7 +447,7 @@ TEST_F(LawsTest, ASampledControllerIsItsDifferenceEquation) {
         if (k > 0) session.runTo(k * T, 0.01);
         EXPECT_NEAR(get(session, "x"), x, 1e-8) << k;
         EXPECT_NEAR(get(session, "v"), v, 1e-7) << k;
-        // The sum of before: both are sampled at once.
+        // The previous sum: both are sampled at once.
         force = 20 * (1 - x) - 6 * v + sum;
         sum += 0.5 * (1 - x);
         session.runTo(k * T + 0.02, 0.01);
@@ -479,8 +479,8 @@ TEST_F(LawsTest, ARelaySwitchesAtItsThresholds) {
 }
 
 TEST_F(LawsTest, SamplesRelaysAndEventsSetEachOtherOff) {
-    // x is seen at 0.25, 0.5 … s: 0.7 has been passed at 0.75 s, −0.2 never. An event then sets
-    // what another relay watches.
+    // x is sampled at 0.25, 0.5 … s: 0.7 is passed at 0.75 s, −0.2 never. An event then sets a
+    // signal watched by another relay.
     Session session = start("initial: {bodies: {mass: {rates: [1]}}}\n" + kSlide +
                             "states:\n"
                             "  seen: {sample_and_hold: {input: x, period: 0.25}}\n"
@@ -515,7 +515,7 @@ TEST_F(LawsTest, ARelayThatSwitchesItselfBackIsRefused) {
 TEST_F(LawsTest, ASampledRunGoesOnFromACheckpointBitForBit) {
     const auto run = [&](bool stops) {
         Session session = start(kSampled);
-        session.runTo(0.2, 0.01);  // a sample's own time
+        session.runTo(0.2, 0.01);  // a sampling time
         if (stops) {
             const SavedState saved = session.save();
             session.runTo(0.33, 0.01);
@@ -563,7 +563,7 @@ TEST_F(LawsTest, EventsHappenWhereTheirConditionBeginsToHold) {
 }
 
 TEST_F(LawsTest, EventsReleaseJointsAndSwitchLoads) {
-    // A wheel is driven until it has made a turn, then held by nothing and braked; counted.
+    // A wheel is driven for one turn, then released and braked; counted.
     Session session =
         start(kWheel +
               "states: {turns: {rate: 0}}\n"
@@ -587,15 +587,15 @@ TEST_F(LawsTest, EventsReleaseJointsAndSwitchLoads) {
     EXPECT_NEAR(occurrences[0].second, free, 1e-7);
     EXPECT_NEAR(occurrences[1].second, back, 1e-7);
     EXPECT_NEAR(get(session, "states.turns"), 7, 1e-13);
-    // Nothing holds the wheel up any more.
+    // The wheel is unsupported now.
     const Vec3 place =
         session.getModel().getBodies()[0].mobod.getBodyOriginLocation(session.getState());
     EXPECT_NEAR(place[2], -5, 1e-5);
 }
 
 TEST_F(LawsTest, EventsSetEachOtherOffAndWaitForTheEndOfWhatTheyWaitedFor) {
-    // A charge that leaks in full at 1, 40 times a second: each leak is counted by another event,
-    // which a third one knows. Twice held by a threshold, of round-off and exactly.
+    // A charge that leaks completely at 1, 40 times a second: each leak is counted by another
+    // event, which triggers a third one. The threshold is held twice, by round-off and exactly.
     Session session = start(kSlide +
                             "states: {charge: {rate: 40}, still: {rate: 0, initial: 2}}\n"
                             "events:\n"
@@ -750,7 +750,7 @@ TEST_F(LawsTest, WhatEngagesKeepsItsMomentumAndLosesEnergy) {
     // θ̈ = 3 for 1 s, then 3 rad/s: 2π at 1 + (2π − 1.5)/3.
     EXPECT_THAT(out, HasSubstr("event 'caught' at t = 2.59439"));
     EXPECT_THAT(out, HasSubstr("event 'slow' at t = 2.59439")) << "speeds after the impact";
-    // Turns are kept from one analysis to another.
+    // Turns persist from one analysis to another.
     const double end = find(run, "a").rows.back()[0];
     EXPECT_GT(end, 2 * M_PI);
     EXPECT_NEAR(find(more, "a").rows.front()[0], end, 1e-9);
@@ -767,7 +767,7 @@ TEST_F(LawsTest, TurnsBeginAsTheFileSays) {
 }
 
 TEST_F(LawsTest, SpeedsThatJointsDoNotLetBeAreNotLostInSilence) {
-    // 0.1 kg m² at 50 rad/s has 0.5 kg welded on at 0.5 m, at rest.
+    // 0.1 kg m² at 50 rad/s, with 0.5 kg at rest welded on at 0.5 m.
     writeModel(
         "simflex: 1\n"
         "bodies:\n"
@@ -802,7 +802,7 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
                 HasSubstr("loads.push.force.0: 'y' is not a parameter, table or function"));
     EXPECT_THAT(findMistake(withForce("place", "  place: {position: mass}\n")),
                 HasSubstr("probe 'place' has 3 columns; say which, as place.x"));
-    // Columns are named, and refused, as expressions of probes do: at the law.
+    // Columns are named, and refused, as in probe expressions, at the law's place.
     const std::string at = "loads.push.force.0: ";
     EXPECT_THAT(findMistake(withForce("place.0", "  place: {position: mass}\n")),
                 HasSubstr(at + "there is no column of probe 'place' '0'"));
@@ -864,7 +864,7 @@ TEST_F(LawsTest, WhatNoForceCanDependOnIsRefused) {
                 HasSubstr("there is no joint or motion 'pivot'"));
 }
 
-/** 1 kg on a joint at 1 m/s or rad/s, under the law of a connector, which stands at the end. **/
+/** 1 kg on a joint at 1 m/s or rad/s, under a connector's law, which is at the end. **/
 struct LawOfItsOwn {
     std::string connector, joint;
     std::vector<std::string> own;
@@ -917,7 +917,7 @@ TEST_F(LawsTest, OwnQuantitiesOfALawWinOverEveryOtherName) {
                 EXPECT_THAT(notes, ::testing::ElementsAre(HasSubstr(
                                        "connectors.c.law: '" + word +
                                        "' is the connector's own; write " + section + "." + word)));
-                // What other connectors have for their own is the other's here.
+                // Names specific to one connector are specific to the other here.
                 if (word != of.own[0]) continue;
                 const std::string foreign = word == "length" ? "speed" : "rate";
                 EXPECT_NEAR(move(foreign, "-20*" + word + " + 10*" + foreign), right, 1e-12);
@@ -964,7 +964,7 @@ TEST_F(LawsTest, AJointOfAFileRubsByItsOwnReaction) {
     EXPECT_NEAR(reaction[1], across, 1e-9);
     for (size_t k = 0; k < 3; ++k) EXPECT_NEAR(back[k], -reaction[k], 1e-9) << k;
     EXPECT_NEAR(get(session, "balance"), 0, 1e-6);
-    // It sticks where it may.
+    // It sticks where possible.
     Session held = start(makeIncline(", friction: {coulomb: 0.3, static: 0.41}", kRubbing));
     held.runTo(10, 1);
     EXPECT_LT(std::abs(get(held, "x")), 1e-12);
@@ -973,7 +973,7 @@ TEST_F(LawsTest, AJointOfAFileRubsByItsOwnReaction) {
 }
 
 TEST_F(LawsTest, WhatStuckAgainTearsOffWhereItsLoadSays) {
-    // Slides where 3 sin 2t exceeds μ m g, until the impulses are in balance: 0.436953 m each way.
+    // Slides where 3 sin 2t exceeds μ m g, until the impulses balance: 0.436953 m each way.
     for (const char* interval : {"0.2", "0.1"}) {
         writeModel(
             "simflex: 1\n"
@@ -993,8 +993,8 @@ TEST_F(LawsTest, WhatStuckAgainTearsOffWhereItsLoadSays) {
 }
 
 TEST_F(LawsTest, FrictionOfADrivenMechanismFollowsTheLoadItMakes) {
-    // A crank that a motion turns moves a slider against 1000 N; all but no mass. Once with joints
-    // that are redundant out of the plane.
+    // A motion-driven crank moves a slider against 1000 N; nearly massless. Once with joints that
+    // are redundant out of the plane.
     const std::pair<const char*, const char*> joints[] = {{"pin, axis: z", "pin, axis: z"},
                                                           {"cylinder, axis: z", "ball"}};
     for (const auto& [crankPin, gudgeonPin] : joints) {
@@ -1028,7 +1028,7 @@ TEST_F(LawsTest, FrictionOfADrivenMechanismFollowsTheLoadItMakes) {
         for (size_t k = 1; k < n.size(); ++k) {
             const double q = 0.1 * double(k), sine = std::sin(q) / 3,
                          slope = sine / std::sqrt(1 - sine * sine);
-            // Back, friction helps against the load; forth it does not.
+            // On the return, friction acts against the load; on the way out, with it.
             EXPECT_NEAR(n[k][0], 1000 * std::abs(slope) / (1 + slope), 1) << gudgeonPin << q;
             EXPECT_NEAR(std::abs(f[k][0]), n[k][0], 1e-3 * n[k][0]) << gudgeonPin << q;
         }
@@ -1075,7 +1075,7 @@ TEST_F(LawsTest, WhereNothingCanVibrateOtherAnalysesAreDone) {
 }
 
 TEST_F(LawsTest, WhatIsArbitraryAtTheStartIsToldThoughAnEventEndsIt) {
-    // Two rubbing pins carry a welded pair together, until it is parted.
+    // Friction in two pins moves a welded pair together until it is separated.
     writeModel(
         "simflex: 1\n"
         "bodies:\n"
@@ -1148,7 +1148,7 @@ TEST_F(LawsTest, WrongFrictionIsRefusedByName) {
                 HasSubstr("a Pin with dry friction needs that of its bearing"));
 }
 
-/** `count` probes, each made of the two before. **/
+/** Returns `count` probes, each made of the previous two. **/
 std::string makeChain(int count) {
     std::string text = "probes:\n  p0: {expression: f(t)}\n  p1: {expression: p0}\n";
     for (int k = 2; k < count; ++k)

@@ -1,5 +1,5 @@
 /** @file
-Events of model files: how often they happen, and what a law sees of that. **/
+Events of model files: their counts, and the use of counts in laws. **/
 
 #include <cmath>
 #include <cstdio>

@@ -1,5 +1,5 @@
 /** @file
-Models that a program moves by Session alone. **/
+Models moved by a program through Session alone. **/
 
 #include "simflex/model/Session.h"
 
@@ -31,7 +31,7 @@ protected:
     }
 };
 
-/** Holds the record to the results of `simflex run`, bit by bit. **/
+/** Compares the record with the results of `simflex run`, bit by bit. **/
 void expectSameRows(const ProbeRecord& record, const Results::Analysis& run) {
     ASSERT_GT(record.time.size(), 10u);
     EXPECT_EQ(record.time, run.time);
@@ -50,7 +50,7 @@ TEST_F(SessionTest, AFileMovesAsSimflexRunMovesItToTheLastBit) {
     expectSameRows(session.getRecord(), read("run"));
 }
 
-/** A torsion spring is wound as far as the angle that is set says, and back. **/
+/** Winds a torsion spring to the set angle and back. **/
 TEST_F(SessionTest, AnglesThatAreSetAreWholeOnes) {
     writeModel(
         "simflex: 1\n"
@@ -68,7 +68,7 @@ TEST_F(SessionTest, AnglesThatAreSetAreWholeOnes) {
         EXPECT_NEAR(session.get("angle")[0], angle, 1e-9);
         EXPECT_NEAR(session.get("stored")[0], 5 * angle * angle, 1e-6);
     }
-    // It swings about zero, with ω² = k/I, and speeds that are set leave the turns alone.
+    // It swings about zero, with ω² = k/I; set speeds leave the turns unchanged.
     session.set("joints.A.angle", {9});
     session.runTo(0.1, 0.01);
     EXPECT_NEAR(session.get("angle")[0], 9 * std::cos(1), 1e-5);
@@ -120,7 +120,7 @@ TEST_F(SessionTest, AnalysesRunFromCppLeaveTheResultsThatSimflexRunLeaves) {
     EXPECT_EQ(run.findProbe("tip").rows, other.findProbe("tip").rows);
     EXPECT_EQ(run.q, other.q);
     EXPECT_THROW(run.findProbe("tipp"), std::out_of_range);
-    // A listener that says no stops it; what was done stays.
+    // A listener that returns false stops it; completed results stay.
     options.listener.progress = [](const std::string&, double fraction, const auto&) {
         return fraction < 0.5;
     };
@@ -218,7 +218,7 @@ TEST_F(SessionTest, AChangedParameterRestartsAndAnInputDoesNot) {
     EXPECT_EQ(session.getTime(), 0);
     EXPECT_EQ(session.get("parameters.angle"), Values{0.1});
     EXPECT_NEAR(session.get("tip")[0], std::sin(0.1), 1e-9);
-    // What cannot be built leaves the Session as it was.
+    // A failed build leaves the Session unchanged.
     EXPECT_THROW(session.change("bodies.rod.mass", "heavy"), ModelError);
     EXPECT_NEAR(session.get("tip")[0], std::sin(0.1), 1e-9);
 }
@@ -358,7 +358,7 @@ TEST_F(SessionTest, DrawsWhereItIs) {
     EXPECT_NE(session.draw(), before);
 }
 
-// ---- linearised
+// ---- linearized
 
 using SimTK::Complex;
 using SimTK::Matrix_;
@@ -418,7 +418,7 @@ protected:
 };
 
 TEST_F(LinearModelTest, OfADrivenMassHasItsTransferFunctions) {
-    Session session = readShaker();  // placed where the push stretches the spring by 0.1 m
+    Session session = readShaker();  // the placed push stretches the spring by 0.1 m
     const LinearSystem linear = session.linearize(
         {"motions.shake.position", "loads.push.force.x", "parameters.k"}, {"place.x"});
     ASSERT_EQ(linear.A.nrow(), 2);
@@ -444,14 +444,13 @@ TEST_F(LinearModelTest, TellsSpeedsAccelerationsAndReactions) {
     const auto transfer = calcTransfer(linear, s);
     expectNear(transfer(0, 0), s / stiffness);
     expectNear(transfer(1, 0), s * s / stiffness);
-    expectNear(transfer(3, 1), -1.0);  // the rail holds what pushes across it
+    expectNear(transfer(3, 1), -1.0);  // the rail carries lateral forces
     expectNear(transfer(3, 3), -2.0);  // and the weight
     expectNear(transfer(4, 2), -1.0);
     EXPECT_LT(std::abs(transfer(0, 3)), 1e-12);
 }
 
-/** m ẍ = kp (w − x) + ki z − c ẋ, ż = w − x: what is wanted, w, acts on the controller's state,
- *too.
+/** m ẍ = kp (w − x) + ki z − c ẋ, ż = w − x: the set point w also acts on the controller's state.
  **/
 TEST_F(LinearModelTest, InputsActOnStatesOfTheModel) {
     writeModel(R"(simflex: 1
@@ -471,7 +470,7 @@ probes:
 )");
     Session session(loadModelText(folder / "model.yaml"));
     const LinearSystem linear = session.linearize({"wanted", "parameters.target"}, {"place.x"});
-    ASSERT_EQ(linear.A.nrow(), 3);  // no state of the input's own
+    ASSERT_EQ(linear.A.nrow(), 3);  // no separate state for the input
     EXPECT_EQ(linear.inputs[0].name, "wanted");
     EXPECT_EQ(linear.inputs[0].unit, "m");
     for (const double omega : {0.3, 2.0, 9.0}) {
@@ -504,7 +503,7 @@ TEST_F(LinearModelTest, SaysWhatCannotBe) {
     refuse(session, {"loads.push.force.x"}, {"place.w"}, "place.x");
     refuse(session, {"motions.shake.position"}, {"acceleration.x"}, "follows the speed");
     refuse(session, {"solver.accuracy"}, {"place.x"}, "changes nothing");
-    // 20 N more than the spring holds there.
+    // 20 N more than the spring's force there.
     session.change("loads.push.force", "[50, 0, 0]");
     refuse(session, {"loads.push.force.x"}, {},
            "this is not an equilibrium: forces of up to 20 N on 'mass'");
@@ -527,7 +526,7 @@ TEST_F(LinearModelTest, HasThePolesOfTheEigenAnalysis) {
     const double omega = 2 * SimTK::Pi * modes.frequency[0][0];
     EXPECT_NEAR(determinant, omega * omega, 1e-9 * determinant);
     EXPECT_NEAR(trace, -2 * modes.dampingRatio[0][0] * omega, 1e-9);
-    // And what control engineers load.
+    // The format that control engineers load.
     ASSERT_EQ(runProgram("/usr/bin/python3",
                          "-c \"import scipy.io; m = scipy.io.loadmat('model.results.linear.mat'); "
                          "print(m['A'][1, 0], m['B'].shape, m['inputs'][2][0][0], "
@@ -578,7 +577,7 @@ analyses:
         EXPECT_NEAR(std::abs(A[2 * k][2 * k + 1]), omega * std::sqrt(1 - zeta * zeta), 1e-9 * omega)
             << k;
     }
-    // Control engineers' programs see the same, and static gains stay.
+    // Control engineering programs get the same system, and static gains are preserved.
     const std::string compare = R"(
 import numpy, scipy.io, scipy.signal
 def response(name, w):
@@ -670,7 +669,7 @@ probes:
     EXPECT_THAT(refusal("loads.turning.force.y", "still.y"),
                 HasSubstr("'still.y' is another output when the system has rotated"));
     EXPECT_THAT(refusal("loads.still.force.y", "still.y"), HasSubstr("rotated by a radian"));
-    // In axes that turn: m (s + iΩ)² + c (s + iΩ) + k for y + iz.
+    // In co-rotating axes: m (s + iΩ)² + c (s + iΩ) + k for y + iz.
     const LinearSystem linear = session.linearize({"loads.turning.force.y"}, {"turning"});
     const Complex s(0, 25);
     const double Omega = 60, m = 3, c = 10, k = 12000;
@@ -679,7 +678,7 @@ probes:
 }
 
 TEST_F(LinearModelTest, CampbellDiagramsSayWhoSeesTheirFrequencies) {
-    // √(k/m) from rest, less the speed for who turns along.
+    // √(k/m) from rest, minus the speed in co-rotating axes.
     const double own = std::sqrt(4000.0), speed = 60;
     const std::string begin = "simflex: 1\nparameters: {speed: 60}\n",
                       spring = "stiffness: [0, 0, 0, 0, 12000, 12000]",
@@ -729,7 +728,7 @@ TEST_F(LinearModelTest, FrequencyResponseIsWhatAForcedMotionSettlesTo) {
     ASSERT_EQ(shake.frequency.at(0), Values{1.5});
     const double magnitude = shake.matrices.at("magnitude")[0][0],
                  phase = shake.matrices.at("phase")[0][0] * SimTK::Pi / 180;
-    double sine = 0, cosine = 0;  // of the last 10 periods: 0.02·e⁻²⁰ of the start is left
+    double sine = 0, cosine = 0;  // over the last 10 periods: 0.02·e⁻²⁰ of the start remains
     int count = 0;
     for (size_t i = 0; i + 1 < run.time.size(); ++i) {
         const double t = run.time[i];
@@ -784,7 +783,7 @@ TEST_F(LinearModelTest, RefusesFrequenciesThatCannotBe) {
 }
 
 TEST_F(LinearModelTest, UnbalanceWhirlsASpinningRotorAsInClosedForm) {
-    // Jeffcott's rotor, the unbalance 0.2 m beside its middle, so that gyroscopic moments count.
+    // A Jeffcott rotor with its unbalance 0.2 m from the middle, so that gyroscopic moments matter.
     writeModel(R"(simflex: 1
 parameters: {speed: 10}
 bodies:
@@ -820,7 +819,7 @@ analyses:
         expectNear(found(0), expected, 1e-6);
         expectNear(found(1), Complex(0, -1) * expected, 1e-6);  // a quarter turn later
     }
-    // A frame may stand in place of its name.
+    // A frame can replace its name.
     ASSERT_EQ(runModel("--set 'analyses.runup.unbalance.on={on: rotor, position: [0.1 + 0.1, 0, "
                        "0], rotation: [0, 90*deg, 0]}'"),
               0)
@@ -897,7 +896,7 @@ TEST_F(LinearModelTest, RandomForcesGiveTheEffectiveValuesOfTheClosedForm) {
     ASSERT_EQ(runModel("--csv"), 0) << err;
     EXPECT_THAT(out, HasSubstr("effective value"));
     const Results::Analysis shake = read("shake");
-    // Of white noise, one-sided: W/(4ck) and W/(4cm).
+    // For white noise, one-sided: W/(4ck) and W/(4cm).
     EXPECT_NEAR(shake.statistics.at("rms of place.x"), std::sqrt(0.01 / (4 * 2 * 300)),
                 2e-3 * std::sqrt(0.01 / (4 * 2 * 300)));
     EXPECT_NEAR(shake.statistics.at("rms of speed.x"), std::sqrt(0.01 / (4 * 2 * 2)),

@@ -1,6 +1,6 @@
 /** @file
-Parts in the formats of other programs: MBDyn's .fem, read and written; SID, MATLAB's and NumPy's
-arrays, written. **/
+Parts in other programs' formats: MBDyn's .fem, read and written; SID, MATLAB and NumPy arrays,
+written. **/
 
 #include <gmock/gmock.h>
 
@@ -61,7 +61,7 @@ protected:
             ASSERT_NEAR(found[k], expected[k], tolerance * std::max(largest, 1e-3)) << what << k;
     }
 
-    /** All that the equations of motion use. **/
+    /** Compares everything that the equations of motion use. **/
     static void expectSameMechanics(const ReducedBody& found, const ReducedBody& expected,
                                     double tolerance) {
         ASSERT_EQ(found.numModes, expected.numModes);
@@ -103,7 +103,7 @@ TEST_F(Exchange, MbdynFemReadsBackToRoundOff) {
     writeMbdynFem(path("part.fem"), *part.body);
     const ReducedBody same = readMbdynFem(path("part.fem"));
     expectSameMechanics(same, *part.body, 1e-14);
-    // The mesh nodes come first, the masters behind them.
+    // The mesh nodes come first, then the masters.
     const size_t numNodes = part.body->mesh.nodeNumbers.size();
     ASSERT_EQ(same.mesh.nodeNumbers.size(), numNodes + 2);
     for (size_t i = 0; i < 9; ++i)
@@ -119,8 +119,9 @@ TEST_F(Exchange, MbdynFemOfInterfacesAloneHasTheSameMechanics) {
     expectSameMechanics(same, *part.body, 1e-14);
 }
 
-/** The text of a .fem file with lumped masses, modes Ψ = Φ A + rigid motions, M and K of any kind.
- **/
+/** Returns the text of a .fem file with lumped masses, modes Ψ = Φ A + rigid motions, and general M
+and K.
+**/
 std::string lumpedFem(const test::PointMassPart& part, const MatrixXd& A, const MatrixXd& rigid) {
     const ReducedBody& body = *part.body;
     const int numNodes = body.mesh.numNodes(), n = int(A.cols());
@@ -182,7 +183,7 @@ TEST_F(Exchange, ModesOfAnyFrameAndNormAreBroughtToTheMeanAxes) {
     expectNear({found.inertia.begin(), found.inertia.end()},
                {body.inertia.begin(), body.inertia.end()}, 1e-11, "I0");
     expectNear(found.omegaSquared, body.omegaSquared, 1e-8, "omega2");
-    // Modes may come with the other sign.
+    // Modes may have the opposite sign.
     const size_t rows = 3 * size_t(body.mesh.numNodes());
     std::vector<double> sign(9);
     for (size_t i = 0; i < 9; ++i) {
@@ -222,7 +223,7 @@ TEST_F(Exchange, RotationsOfAnInterfaceNodeLoseTheRigidRotation) {
     MbdynFemOptions options;
     options.interfaces = {{"seat", part.body->mesh.nodeNumbers[2]}};
     const ReducedBody found = readMbdynFem(path("part.fem"), options);
-    // The nodes of that file turn with the rigid motion alone.
+    // The nodes of that file rotate with the rigid motion alone.
     for (const double psi : found.getInterface("seat").Psi) EXPECT_NEAR(psi, 0, 1e-7);
 }
 
@@ -294,7 +295,7 @@ TEST_F(Exchange, LumpedMassesThatDifferOrTurnAreRefused) {
 
 // SID
 
-/** A SID file taken apart: every assignment under its path, "modal/J/m1( 1, 2, 1)". **/
+/** Parses a SID file: every assignment by its path, "modal/J/m1( 1, 2, 1)". **/
 std::map<std::string, std::string> parseSid(const std::string& text) {
     std::map<std::string, std::string> values;
     std::vector<std::string> levels;
@@ -341,7 +342,7 @@ protected:
         writeSid(path("part.SID_FEM"), body, nodes);
         values = parseSid(read("part.SID_FEM"));
     }
-    /** An entry; zeros are left out of the file. **/
+    /** Returns an entry; zeros are omitted in the file. **/
     double get(const std::string& matrix, const char* series, std::vector<int> indices) const {
         std::string name = "part/modal/" + matrix + "/" + series + "(";
         for (size_t k = 0; k < indices.size(); ++k)
@@ -449,7 +450,7 @@ TEST_F(Sid, NodesAreTheInterfacesWithTheirAttitude) {
                 EXPECT_NEAR(m0(node + "/phi", a, i), phi, 1e-10);
                 EXPECT_NEAR(m1(node + "/origin", a, i, 0), phi, 1e-10);
                 EXPECT_NEAR(m0(node + "/psi", a, i), psi[a], 1e-10);
-                // AP e_b turns by psi: its change is psi × e_b.
+                // AP e_b rotates by psi: its change is psi × e_b.
                 for (int b = 0; b < 3; ++b)
                     EXPECT_NEAR(m1(node + "/AP", a, i, b), psi.cross(Vector3d::Unit(b))[a], 1e-10);
             }

@@ -18,7 +18,7 @@ using testing::TestFolder;
 
 constexpr int kThreads = 6, kTurns = 8;
 
-/** Calls a function with the number of each thread, in all at once. **/
+/** Calls a function with each thread's number, in all threads at once. **/
 template <class Function>
 void inThreads(const Function& function) {
     std::vector<std::thread> threads;
@@ -47,7 +47,7 @@ TEST(FilesInThreads, PartsAreWrittenAndReadWithTheBytesOfOneThread) {
         const std::string own = folder / ("together" + std::to_string(k));
         for (int turn = 0; turn < kTurns; ++turn) {
             writeReducedBody(own, *parts[size_t(k)]);
-            const int other = (k + turn) % kThreads;  // the same file in several threads, too
+            const int other = (k + turn) % kThreads;  // several threads also share a file
             const ReducedBody read = readReducedBody(folder / ("alone" + std::to_string(other)));
             failures[size_t(k)] += read.Phi != parts[size_t(other)]->Phi ||
                                    read.mesh.positions != parts[size_t(other)]->mesh.positions;

@@ -1,4 +1,4 @@
-// Which faces of a part a load per area acts on.
+// Selection of a part's faces for a load per area.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ protected:
         mesh.elements.push_back(block);
     }
 
-    /** Mean heights of the faces with nodes from first to last. **/
+    /** Returns the mean heights of the faces with nodes from first to last. **/
     std::vector<double> listHeights(int first, int last) const {
         std::vector<char> isChosen(12, 0);
         std::fill(isChosen.begin() + first, isChosen.begin() + last + 1, char(1));

@@ -1,4 +1,4 @@
-// A part with some of its modes is made of the numbers of those modes.
+// A part with selected modes has exactly the data of those modes.
 
 #include <gmock/gmock.h>
 
@@ -20,7 +20,7 @@ double entryOf(int what, int i, int j) {
     return 100 * what + 10 * i + j + 0.25;
 }
 
-/** Column j of a matrix holds what, row i and j in its digits. **/
+/** Returns a column of numbers whose digits encode `what`, row and column. **/
 std::vector<double> makeColumns(int what, int rows) {
     std::vector<double> values;
     for (int j = 0; j < NumModes; ++j)
@@ -28,7 +28,7 @@ std::vector<double> makeColumns(int what, int rows) {
     return values;
 }
 
-/** The same, (anti)symmetric. **/
+/** The same for a symmetric or antisymmetric matrix. **/
 std::vector<double> makeSquare(int what, int sign) {
     std::vector<double> values = makeColumns(what, NumModes);
     for (int j = 0; j < NumModes; ++j)

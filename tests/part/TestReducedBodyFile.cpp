@@ -17,7 +17,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::TestFolder;
 
-/** A part with two modes on a tetrahedron, every number different. **/
+/** Returns a part with two modes on a tetrahedron, with all numbers different. **/
 ReducedBody makePart() {
     double next = 0.1;
     auto fill = [&next](size_t count) {
@@ -209,7 +209,7 @@ TEST_F(ReducedBodyFileTest, DerivativesComeBackAndAreSymmetricOfEachParameterOne
     EXPECT_THROW(body.validate(), std::invalid_argument);
 }
 
-/** What reading says of a part file that was changed in place. **/
+/** Returns the message of reading a part file changed in place. **/
 template <class Change>
 std::string readChanged(const Change& change) {
     const TestFolder folder;
@@ -271,7 +271,7 @@ TEST_F(ReducedBodyFileTest, TruncatedAtAnyLengthIsAnError) {
     writeReducedBody(file, makePart());
     const std::string whole = testing::readText(file);
     const std::string cut = folder / "cut.h5";
-    const size_t data = whole.size() - 16;  // the trailer holds nothing of the part
+    const size_t data = whole.size() - 16;  // the trailer contains no part data
     for (size_t length = 0; length < data; length += 1 + data / 400) {
         testing::writeText(cut, whole.substr(0, length));
         ASSERT_THAT(errorOf(cut), HasSubstr("cannot be used"))
@@ -399,7 +399,7 @@ TEST_F(ReducedBodyFileTest, AnInvalidPartIsNotWrittenAndLeavesNoFile) {
 }
 
 TEST_F(ReducedBodyFileTest, AFailedWriteLeavesTheOldFileAndNothingElse) {
-    // The name is taken by a folder that is not empty: the last step, renaming, fails.
+    // The name belongs to a nonempty folder: the final rename fails.
     std::filesystem::create_directories(file + "/inside");
     EXPECT_THROW(writeReducedBody(file, makePart()), std::runtime_error);
     EXPECT_THAT(testing::listFiles(folder.path()), ElementsAre("part.h5", "tmp"));

@@ -50,7 +50,7 @@ TEST_P(TableFileTest, WhatWasFlushedStaysIfTheProgramEndsThere) {
     const double row[2] = {1, 2};
     for (int k = 0; k < 3; ++k) table.append(k, row);
     table.flush();
-    // A copy made now is what a killed program leaves behind.
+    // A copy made now equals the file left by a killed program.
     const std::string copy = folder / ("copy" + std::string(GetParam()));
     std::filesystem::copy_file(path, copy);
     EXPECT_EQ(readTable(copy).times, (std::vector<double>{0, 1, 2}));

@@ -1,5 +1,5 @@
 /** @file
-.vtu files, read back by rules of VTK's own file format document. tests/part/read_vtu.py reads them
+.vtu files, read back according to VTK's file format document. tests/part/read_vtu.py reads them
 with an XML parser and numpy. **/
 
 #include <gmock/gmock.h>
@@ -27,7 +27,7 @@ struct Shape {
     std::vector<Point> corners;
     std::vector<std::array<int, 2>> edges;
     int vtkLinear, vtkQuadratic;               // cell types of VTK
-    std::vector<std::array<int, 2>> vtkEdges;  // whose middles follow the corners in VTK
+    std::vector<std::array<int, 2>> vtkEdges;  // their midpoints follow the corners in VTK
 };
 
 const Shape kTetrahedron = {ElementType::Tet4,
@@ -75,7 +75,7 @@ const Shape kWedge = {ElementType::Wedge6,
                       26,
                       {{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}}};
 
-/** One element, bent out of every symmetry by an affine map, its edges straight. **/
+/** Returns one element, made asymmetric by an affine map, with straight edges. **/
 Mesh makeElement(const Shape& shape, bool isQuadratic) {
     std::vector<Point> points = shape.corners;
     for (const auto& [a, b] : shape.edges)
@@ -144,7 +144,7 @@ TEST_P(VtuElements, HaveTheNodeOrderAndTypeOfVtk) {
                 ((b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i])) * (d[k] - a[k]);
         }
         EXPECT_EQ(volume > 0, corners != 6);
-        // Vertical edges of hexahedra and wedges join corners of the same place.
+        // Vertical edges of hexahedra and wedges join corners at the same position.
         for (size_t k = 0; corners > 4 && k < corners / 2; ++k)
             for (size_t axis = 0; axis < 3; ++axis)
                 EXPECT_NEAR(at(corners / 2 + k)[axis] - at(k)[axis], d[axis] - a[axis], 1e-15);
@@ -172,7 +172,7 @@ TEST_F(VtuFileTest, NamesWithMarkupControlCharactersAndBrokenUtf8AreLegalXml) {
     EXPECT_EQ(escapeXml("\xC0\x80 \xED\xA0\x80 \xF4\x90\x80\x80"), "?? ??? ????");
 }
 
-/** A wedge as a part with two modes, everything different. **/
+/** Returns a wedge as a part with two modes and all data different. **/
 ReducedBody makePart() {
     ReducedBody part;
     part.name = "Pleuel <größer> & \"Co\"";
@@ -227,7 +227,7 @@ TEST_F(VtuFileTest, ModalStressIsInVtksTensorOrderAndNotANumberWhereThereIsNone)
     // Mode 2, node 7: xx yy zz xy xz yz.
     const std::array<float, 6> tensor = {5, -2, 3, 7, 11, 13};
     std::copy(tensor.begin(), tensor.end(), part.modalStress->stress.begin() + 18);
-    // Mode 1, node 4: pure shear, whose von Mises stress is √3 times as large.
+    // Mode 1, node 4: pure shear, whose von Mises stress is larger by √3.
     part.modalStress->stress[3] = 100;
     writeVtu(file, part);
     const VtuContent found = readVtu(file);

@@ -1,4 +1,4 @@
-// Handlers and reporters: what they change, when they are called.
+// Handlers and reporters: their changes and call times.
 
 #include "programs/Program.h"
 
@@ -7,7 +7,7 @@ namespace {
 
 using namespace SimTK;
 
-/** A bar on a pin under gravity, with a force that handlers set. **/
+/** A bar on a pin under gravity, with a force set by handlers. **/
 struct Pendulum : Basics {
     explicit Pendulum(Model& model)
         : Basics(model),
@@ -19,7 +19,7 @@ struct Pendulum : Basics {
     Force::MobilityDiscreteForce motor;
 };
 
-/** Samples angle and speed every 0.05 s and holds the torque until the next time. **/
+/** Samples angle and speed every 0.05 s and holds the torque until the next sample. **/
 class DigitalControl : public PeriodicEventHandler {
 public:
     DigitalControl(Model& model, const Pendulum& pendulum)
@@ -44,7 +44,7 @@ std::unique_ptr<Model> makeDigitalControl() {
     Pendulum& pendulum = model->make<Pendulum>();
     model->system.addEventHandler(new DigitalControl(*model, pendulum));
     model->state = model->system.realizeTopology();
-    model->duration = 2;  // where a sample is due: the next call of stepTo() takes it
+    model->duration = 2;  // a sample is due here: the next call of stepTo() takes it
     return model;
 }
 
@@ -81,7 +81,7 @@ private:
     Action m_action;
 };
 
-// The motor pushes from the first passage of 0.3 rad on, and lets go at −0.4 rad.
+// The motor pushes from the first passage of 0.3 rad, and stops at −0.4 rad.
 std::unique_ptr<Model> makeSwitchedMotor() {
     auto model = std::make_unique<Model>();
     Pendulum& pendulum = model->make<Pendulum>();
@@ -106,7 +106,7 @@ std::unique_ptr<Model> makeSwitchedMotor() {
     return model;
 }
 
-// Heats below 20 degrees, cools above 22: z is the temperature. Many events, one after another.
+// Heats below 20 degrees, cools above 22; z is the temperature. Many events in sequence.
 struct Heated : Basics {
     explicit Heated(Model& model)
         : Basics(model), mass(matter.Ground(), ball(1)), heater(forces, mass, MobilizerUIndex(0)) {}
@@ -135,7 +135,7 @@ std::unique_ptr<Model> makeTwoPointControl() {
     return model;
 }
 
-// A ball that bounces ever lower, until it is slow enough to stay.
+// A ball that bounces lower and lower until it is slow enough to stay.
 std::unique_ptr<Model> makeBouncingBall() {
     auto model = std::make_unique<Model>();
     struct Fall : Basics {
@@ -159,11 +159,11 @@ std::unique_ptr<Model> makeBouncingBall() {
             ->onlyFalling());
     model->state = model->system.realizeTopology();
     fall.mass.setLength(model->state, 1);
-    model->longestStep = 0.02;  // to see where it rises above the floor
+    model->longestStep = 0.02;  // resolves where it rises above the floor
     return model;
 }
 
-/** A block that is drawn along a floor, pressed to it and lifted off: u in x, y. **/
+/** A block pulled along a floor, pressed onto it and lifted off: u in x, y. **/
 struct Block : Basics {
     explicit Block(Model& model)
         : Basics(model),
@@ -192,7 +192,7 @@ private:
     MobilizedBody m_body;
 };
 
-// As Simbody's unilateral examples do: a constraint that is enabled at contact, disabled when its
+// As in Simbody's unilateral examples: a constraint enabled at contact and disabled when its
 // multiplier would pull.
 std::unique_ptr<Model> makeUnilateralContact() {
     auto model = std::make_unique<Model>();
@@ -226,7 +226,7 @@ std::unique_ptr<Model> makeUnilateralContact() {
     return model;
 }
 
-// A bar is held until its lock carries more than 3 N m, and is caught where it turns round.
+// A bar is locked until its lock carries more than 3 N m, and is caught where it reverses.
 std::unique_ptr<Model> makeUnlockingByForce() {
     auto model = std::make_unique<Model>();
     Pendulum& pendulum = model->make<Pendulum>();
@@ -256,7 +256,7 @@ std::unique_ptr<Model> makeUnlockingByForce() {
     model->system.addEventHandler(new Trigger(
         *model, "is caught", Stage::Velocity,
         [bar](const State& s) {
-            // Not where it has just begun to slip, from rest.
+            // Not where it has just started to slip from rest.
             return bar.isLocked(s) ? Real(1) : bar.getRate(s);
         },
         [bar](State& s) { bar.lock(s); }));
@@ -266,7 +266,7 @@ std::unique_ptr<Model> makeUnlockingByForce() {
     return model;
 }
 
-/** Notes the time, and the sign of the torque that it finds. **/
+/** Records the time and the current sign of the torque. **/
 class TorqueReport : public PeriodicEventReporter {
 public:
     TorqueReport(Model& model, const Pendulum& pendulum, Real interval)
@@ -281,7 +281,7 @@ private:
     Force::MobilityDiscreteForce m_motor;
 };
 
-/** Turns the torque round every 0.3 s, which is not three times 0.1 s in binary. **/
+/** Reverses the torque every 0.3 s, which is not three times 0.1 s in binary. **/
 class Turning : public PeriodicEventHandler {
 public:
     Turning(Model& model, const Pendulum& pendulum)
@@ -306,7 +306,7 @@ std::unique_ptr<Model> makeReportsAtHandlers() {
     return model;
 }
 
-/** Kicks the bar once, at a time that the kick before decides. **/
+/** Kicks the bar once, at a time set by the previous kick. **/
 class Kick : public ScheduledEventHandler {
 public:
     Kick(Model& model, const Pendulum& pendulum) : m_model(model), m_bar(pendulum.bar) {}

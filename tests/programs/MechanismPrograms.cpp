@@ -1,4 +1,4 @@
-// What bodies are moved and held by: custom and native mobilizers, constraints, contact, cables.
+// Means of motion and constraint: custom and native mobilizers, constraints, contact, cables.
 
 #include "programs/Program.h"
 
@@ -7,7 +7,7 @@ namespace {
 
 using namespace SimTK;
 
-/** A bead in the plane x, y under gravity. **/
+/** A bead in the x-y plane under gravity. **/
 struct Plane : Basics {
     explicit Plane(Model& model)
         : Basics(model), bead(matter.Ground(), Vec3(0), ball(1), Vec3(0)) {}
@@ -15,7 +15,7 @@ struct Plane : Basics {
     MobilizedBody::Planar bead;  ///< q = (angle, x, y)
 };
 
-/** Holds the bead on y = x²/2. **/
+/** Constrains the bead to y = x²/2. **/
 class Parabola : public Constraint::Custom::Implementation {
 public:
     explicit Parabola(Plane& plane) : Implementation(plane.matter, 1, 0, 0) {
@@ -69,7 +69,7 @@ std::unique_ptr<Model> makeHolonomicConstraint() {
     return model;
 }
 
-/** A skate: no speed across its blade. **/
+/** A skate: no velocity across its blade. **/
 class Blade : public Constraint::Custom::Implementation {
 public:
     explicit Blade(Plane& plane) : Implementation(plane.matter, 0, 1, 0) {
@@ -116,7 +116,7 @@ std::unique_ptr<Model> makeNonholonomicConstraint() {
     return model;
 }
 
-/** A bead that falls half as fast as it speeds up to the side: ẍ = 1 − ÿ/2. **/
+/** A bead whose fall depends on its sideways acceleration: ẍ = 1 − ÿ/2. **/
 class TiedAccelerations : public Constraint::Custom::Implementation {
 public:
     explicit TiedAccelerations(Plane& plane) : Implementation(plane.matter, 0, 0, 1) {
@@ -151,7 +151,8 @@ std::unique_ptr<Model> makeAccelerationConstraint() {
     return model;
 }
 
-/** One turn about z per 0.4 m along it at first, ever steeper: p = 0.4 q/2π + 0.05 q². **/
+/** Initially one turn about z per 0.4 m along it, then steeper and steeper: p = 0.4 q/2π + 0.05
+q². **/
 class Thread : public MobilizedBody::Custom::Implementation {
 public:
     explicit Thread(SimbodyMatterSubsystem& matter) : Implementation(matter, 1, 1, 1) {}
@@ -193,7 +194,7 @@ std::unique_ptr<Model> makeCustomMobilizer() {
     return model;
 }
 
-// Two coordinates, of which the position follows functions: an ellipse in a leaning plane.
+// Two coordinates, with positions given by functions: an ellipse in an inclined plane.
 std::unique_ptr<Model> makeFunctionBasedMobilizer() {
     auto model = std::make_unique<Model>();
     Basics& basics = model->make<Basics>();
@@ -223,7 +224,7 @@ std::unique_ptr<Model> makeFunctionBasedMobilizer() {
     return model;
 }
 
-/** Two bars on pins whose tips a rod joins. **/
+/** Two pinned bars with tips connected by a rod. **/
 struct FourBar : Basics {
     explicit FourBar(Model& model)
         : Basics(model),
@@ -238,7 +239,7 @@ struct FourBar : Basics {
     Constraint::Rod rod;
 };
 
-// Neither positions nor speeds agree with the rod: both are brought there before the first step.
+// Neither positions nor speeds satisfy the rod: both are projected before the first step.
 std::unique_ptr<Model> makeInconsistentStart() {
     auto model = std::make_unique<Model>();
     FourBar& bars = model->make<FourBar>();
@@ -249,7 +250,7 @@ std::unique_ptr<Model> makeInconsistentStart() {
     return model;
 }
 
-// The same on bodies of which one is light and free, with a quaternion that is not of length 1.
+// The same with bodies of which one is light and free, with a quaternion not of unit length.
 std::unique_ptr<Model> makeInconsistentFreeBody() {
     auto model = std::make_unique<Model>();
     Basics& basics = model->make<Basics>();
@@ -265,7 +266,7 @@ std::unique_ptr<Model> makeInconsistentFreeBody() {
     return model;
 }
 
-// A motor that a Motion turns, its speed coupled to a wheel that drives a bar by a rod.
+// A motor driven by a Motion, with its speed coupled to a wheel that drives a bar through a rod.
 std::unique_ptr<Model> makePrescribedMotion() {
     auto model = std::make_unique<Model>();
     FourBar& bars = model->make<FourBar>();
@@ -284,7 +285,7 @@ std::unique_ptr<Model> makePrescribedMotion() {
     return model;
 }
 
-// A ball falls on the floor with spin: elastic contact with friction, as tracked by Simbody.
+// A ball falls on the floor with spin: elastic contact with friction, tracked by Simbody.
 std::unique_ptr<Model> makeCompliantContact() {
     struct Contact : Basics {
         explicit Contact(Model& model)
@@ -311,7 +312,7 @@ std::unique_ptr<Model> makeCompliantContact() {
     return model;
 }
 
-// The same by Simbody's older contact subsystem.
+// The same with Simbody's older contact subsystem.
 std::unique_ptr<Model> makeHuntCrossleyContact() {
     struct Contact : Basics {
         explicit Contact(Model& model)
@@ -344,7 +345,7 @@ struct WithCables : Basics {
     Force::Gravity gravity{forces, matter, -YAxis, 9.81};
 };
 
-// A weight swings on a cable that runs over a drum.
+// A weight swings on a cable over a drum.
 std::unique_ptr<Model> makeCableOverADrum() {
     auto model = std::make_unique<Model>();
     WithCables& parts = model->make<WithCables>();
@@ -360,8 +361,8 @@ std::unique_ptr<Model> makeCableOverADrum() {
     return model;
 }
 
-// A pendulum's cord swings against a ball, from where it swings on, and off again: the subsystem of
-// cables has events of its own for that.
+// A pendulum's cord swings against a ball, wraps around it, and leaves it again: the cable
+// subsystem has its own events for that.
 std::unique_ptr<Model> makeCableAgainstABall() {
     auto model = std::make_unique<Model>();
     WithCables& parts = model->make<WithCables>();

@@ -1,4 +1,4 @@
-// Forces that remember: discrete, auto-update and auxiliary variables, Measures.
+// Forces with memory: discrete, auto-update and auxiliary variables, Measures.
 
 #include "programs/Program.h"
 
@@ -7,13 +7,13 @@ namespace {
 
 using namespace SimTK;
 
-/** A mass on a line with a force that is a function of what it was. **/
+/** A mass on a line with a force that depends on its history. **/
 struct Line : Basics {
     explicit Line(Model& model) : Basics(model), mass(matter.Ground(), ball(1)) {}
     MobilizedBody::Slider mass;
 };
 
-/** What forces on the mass of a Line have in common. **/
+/** Base of forces on the mass of a Line. **/
 class LineForce : public Force::Custom::Implementation {
 public:
     LineForce(const Model& model, const Line& line)
@@ -38,7 +38,7 @@ private:
     const Subsystem& m_forces;
 };
 
-/** A force with one auto-update variable of numbers, whose next value depends on positions. **/
+/** A force with one numeric auto-update variable, whose next value depends on positions. **/
 class RememberingForce : public LineForce {
 public:
     RememberingForce(const Model& model, const Line& line, Real first)
@@ -50,11 +50,11 @@ public:
     void realizeVelocity(const State& state) const override { getNext(state); }
 
 protected:
-    /** The value that the last step left. **/
+    /** Returns the value from the previous step. **/
     Real getMemory(const State& state) const {
         return Value<Real>::downcast(getForces().getDiscreteVariable(state, m_memory)).get();
     }
-    /** The value that this step leaves if it ends here. **/
+    /** Returns the value stored if the step ends here. **/
     Real getNext(const State& state) const {
         if (!getForces().isDiscreteVarUpdateValueRealized(state, m_memory)) {
             Value<Real>::updDowncast(getForces().updDiscreteVarUpdateValue(state, m_memory)) =
@@ -70,7 +70,7 @@ private:
     mutable DiscreteVariableIndex m_memory;
 };
 
-/** A second spring that hooks for good where the mass passes 0.2 m, unstretched there. **/
+/** A second spring that hooks permanently where the mass passes 0.2 m, unstretched there. **/
 class HookForce : public RememberingForce {
 public:
     HookForce(const Model& model, const Line& line) : RememberingForce(model, line, 0) {}
@@ -93,7 +93,7 @@ std::unique_ptr<Model> makeLatch() {
     return model;
 }
 
-/** An ideally plastic spring: k = 100 N/m up to 8 N; the memory is where it holds on. **/
+/** An ideally plastic spring: k = 100 N/m up to 8 N; the memory is its anchor position. **/
 class YieldingForce : public RememberingForce {
 public:
     YieldingForce(const Model& model, const Line& line) : RememberingForce(model, line, 0) {}
@@ -116,7 +116,7 @@ std::unique_ptr<Model> makeYieldingSpring() {
     return model;
 }
 
-/** LuGre's bristles between the mass and a belt that moves at 0.3 m/s: z is their bending. **/
+/** LuGre bristles between the mass and a belt moving at 0.3 m/s: z is their deflection. **/
 class BristleForce : public LineForce {
 public:
     using LineForce::LineForce;
@@ -171,7 +171,7 @@ struct PositionMeasure : Measure {
         : Measure(line.forces, new Position(line.mass), SetHandle()) {}
 };
 
-/** A force in proportion to a Measure's value. **/
+/** A force proportional to a Measure's value. **/
 class MeasuredForce : public LineForce {
 public:
     MeasuredForce(const Model& model, const Line& line, const Measure& measure, Real factor)
@@ -200,7 +200,7 @@ std::unique_ptr<Model> makeDelayedFeedback() {
     return model;
 }
 
-// Pulled back by a spring that is unstretched 0.3 m before the farthest place it has been.
+// Pulled back by a spring that is unstretched 0.3 m before the farthest position so far.
 std::unique_ptr<Model> makeExtremeFeedback() {
     auto model = std::make_unique<Model>();
     Line& line = model->make<Line>();
@@ -230,7 +230,7 @@ std::unique_ptr<Model> makeIntegralControl() {
     return model;
 }
 
-/** Three bars, in a bath: its chain of z acts on all of them. **/
+/** Three bars in a heat bath, whose chain of z acts on all of them. **/
 struct Chain : Basics {
     explicit Chain(Model& model) : Basics(model) {
         const Body::Rigid bar(MassProperties(1, Vec3(0, -0.5, 0), Inertia(0.34, 0.01, 0.34)));
@@ -255,7 +255,7 @@ std::unique_ptr<Model> makeThermostat() {
     return model;
 }
 
-/** A subsystem of the user's own, with a z of its own that is what its name says. **/
+/** A user-defined subsystem with its own named z. **/
 class Tank : public Subsystem {
 public:
     class Guts;
@@ -314,7 +314,7 @@ std::unique_ptr<Model> makeCustomSubsystem() {
     return model;
 }
 
-/** Knows its value on [−2, 2] m only. **/
+/** Defined on [−2, 2] m only. **/
 class TableForce : public LineForce {
 public:
     using LineForce::LineForce;
@@ -324,7 +324,7 @@ public:
     }
 };
 
-// Of its forces, none refers to the handle of their subsystem: that may go, too.
+// None of its forces refers to the handle of their subsystem, so the handle may go, too.
 std::unique_ptr<Model> makeForceOfLimitedRange() {
     struct LooseLine {
         explicit LooseLine(Model& model)

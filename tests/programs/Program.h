@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Small Simbody programs, each about one mechanism that its author may build on: what they make with
-SimTK's own classes must move the same under SimTK::Integrator and under ours. **/
+Small Simbody programs, each about one mechanism that users may rely on. Models made with SimTK's
+own classes must move the same under SimTK::Integrator and under ours. **/
 
 #include <functional>
 #include <iosfwd>
@@ -13,23 +13,23 @@ SimTK's own classes must move the same under SimTK::Integrator and under ours. *
 
 namespace simflex::test {
 
-/** When handlers and reporters were called. **/
+/** Call times of handlers and reporters. **/
 struct Call {
     std::string who;
     SimTK::Real time;
 };
 
-/** What a program's main() holds before it makes an integrator. **/
+/** The objects of a program's main() before it makes an integrator. **/
 struct Model {
     SimTK::MultibodySystem system;
-    SimTK::SimbodyMatterSubsystem matter{system};  ///< force elements of Simbody's refer to it
+    SimTK::SimbodyMatterSubsystem matter{system};  ///< Simbody's force elements refer to it
     SimTK::State state;                            ///< given to initialize()
     SimTK::Real duration = 2;                      ///< [s]
-    SimTK::Real longestStep = SimTK::NaN;          ///< where its author sets one [s]
-    std::vector<Call> calls;                       ///< what its handlers note
-    std::vector<std::shared_ptr<void>> kept;       ///< what else elements of Simbody's refer to
-    std::shared_ptr<void> handles;  ///< subsystems, bodies, forces: may be gone when it runs
-    /** What else is to be compared; works without the handles. **/
+    SimTK::Real longestStep = SimTK::NaN;          ///< if set by the author [s]
+    std::vector<Call> calls;                       ///< recorded by its handlers
+    std::vector<std::shared_ptr<void>> kept;       ///< other objects that Simbody elements refer to
+    std::shared_ptr<void> handles;  ///< subsystems, bodies, forces: may be gone during the run
+    /** Other quantities for the comparison; works without the handles. **/
     std::function<SimTK::Vector(const SimTK::State&)> observe;
 
     void note(const std::string& who, const SimTK::State& at) {
@@ -55,20 +55,20 @@ struct Model {
 struct Program {
     const char* name;
     std::unique_ptr<Model> (*build)();
-    /** Accuracy of Simbody's integrator; larger where forces are not smooth to that. **/
+    /** Accuracy of Simbody's integrator; looser where the forces' smoothness limits it. **/
     SimTK::Real referenceAccuracy = 1e-9;
 };
 
 std::ostream& operator<<(std::ostream& out, const Program& program);
 
-/** @name By what they are about **/
+/** @name Programs by topic **/
 /**@{**/
-std::vector<Program> getMemoryPrograms();     ///< forces that remember
+std::vector<Program> getMemoryPrograms();     ///< forces with memory
 std::vector<Program> getEventPrograms();      ///< handlers, triggers, reporters
 std::vector<Program> getMechanismPrograms();  ///< bodies, constraints, contact, cables
 /**@}**/
 
-/** Bodies under forces of which some refer to the author's handle of their subsystem, as
+/** Bodies with forces, some of which refer to the author's handle of their subsystem, as
 Force::Gravity and the discrete forces do in Simbody 3.7. **/
 struct Basics {
     explicit Basics(Model& model)
@@ -77,13 +77,13 @@ struct Basics {
     SimTK::GeneralForceSubsystem& forces;
 };
 
-/** A body of mass m with inertia of a ball of radius 0.1 m. **/
+/** Returns a body of mass m with the inertia of a ball of radius 0.1 m. **/
 inline SimTK::Body::Rigid ball(SimTK::Real m) {
     return SimTK::Body::Rigid(
         SimTK::MassProperties(m, SimTK::Vec3(0), m * SimTK::UnitInertia::sphere(0.1)));
 }
 
-/** The force subsystem that the system owns: outlives its author's handle. **/
+/** Returns the force subsystem owned by the system, which outlives its author's handle. **/
 inline const SimTK::Subsystem& findOwned(const SimTK::MultibodySystem& system,
                                          const SimTK::Subsystem& handle) {
     return system.getSubsystem(handle.getMySubsystemIndex());

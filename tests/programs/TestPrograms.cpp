@@ -1,5 +1,5 @@
-// Simbody programs run by SimTK::RungeKuttaMersonIntegrator at 1e-9 and by ours, whether their
-// authors' handles are still there or not.
+// Simbody programs run by SimTK::RungeKuttaMersonIntegrator at 1e-9 and by our integrators, with
+// and without the authors' handles.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 using namespace SimTK;
 
-/** What a run showed: at the start, then at even times. **/
+/** The results of a run at the start and at evenly spaced times. **/
 struct Record {
     struct Sample {
         Real time;
@@ -63,7 +63,7 @@ Record run(const Program& program, Real accuracy, Handles handles) {
     return record;
 }
 
-/** Made once for all tests of a program. **/
+/** Computed once for all tests of a program. **/
 const Record& getReference(const Program& program) {
     static std::map<std::string, Record> records;
     auto found = records.find(program.name);
@@ -91,7 +91,7 @@ Real compare(const Record::Sample& a, const Record::Sample& b) {
 
 class Programs : public testing::TestWithParam<Program> {
 protected:
-    /** @return the largest error of states and times of calls after the start. **/
+    /** @return the largest error of states and call times after the start. **/
     Real expectSame(Real accuracy, Handles handles) const {
         SCOPED_TRACE("accuracy " + String(accuracy));
         const Record& reference = getReference(GetParam());
@@ -109,12 +109,11 @@ protected:
         return error;
     }
 
-    // Two of a hundred at 1e-5, and at 1e-7 as much less as an order of two makes it, or a quarter
-    // of that.
+    // 2 % at 1e-5; at 1e-7 less by the factor of order two, or a quarter of that.
     void expectSameMotion(Handles handles) const {
         const Real coarse = expectSame(1e-5, handles), fine = expectSame(1e-7, handles);
         EXPECT_LT(coarse, 0.02);
-        // A rougher reference has errors of its own.
+        // A less accurate reference has errors of its own.
         const Real floor = GetParam().referenceAccuracy > 1e-9 ? 1e-3 : 2e-6;
         EXPECT_LT(fine, std::max(coarse * std::pow(1e-2, 2.0 / 3) * 4, floor));
     }
@@ -128,8 +127,8 @@ TEST_P(Programs, DoSoWhenTheirHandlesAreGone) {
     expectSameMotion(Handles::Dropped);
 }
 
-// Trackers of cables keep where a path was, to find it again: that is no memory that binds steps to
-// a low order.
+// Cable trackers store the previous path as a start value: this memory does not limit steps to a
+// low order.
 TEST(Cables, TakeLittleMoreStepsThanWithSimbodysIntegrator) {
     constexpr Real accuracy = 1e-7;
     for (const Program& program : getMechanismPrograms()) {

@@ -1,12 +1,12 @@
 #pragma once
 /** @file
-Read by the compiler before a Simbody program, which compare_programs runs without changing a line:
-the names of integrator, time stepper and visualizer stand for classes that do the same, and end
-the program at a time that the environment sets. With SIMFLEX_COMPARED defined the integrator is
-ours. States reached at even times go to a file.
+Force-included before a Simbody program, which compare_programs runs unchanged. The names of
+integrator, time stepper and visualizer stand for equivalent classes that end the program at a time
+set by the environment. With SIMFLEX_COMPARED defined the integrator is ours. States at evenly
+spaced times go to a file.
 
 Environment: COMPARED_OUTPUT, the file; COMPARED_TIME, simulated seconds; COMPARED_ACCURACY,
-instead of the program's own; COMPARED_SAMPLES, how many states. **/
+overrides the program's own; COMPARED_SAMPLES, number of states. **/
 
 #include <unistd.h>
 
@@ -32,14 +32,14 @@ inline double readNumber(const char* name, double fallback) {
     return text ? std::atof(text) : fallback;
 }
 
-/** Writes the States of the first simulation, and ends the program after its last. **/
+/** Writes the States of the first simulation, and ends the program after the last one. **/
 class Recorder {
 public:
     static Recorder& get() {
         static Recorder recorder;
         return recorder;
     }
-    /** A simulation begins. **/
+    /** Starts a simulation. **/
     void begin(const SimTK::State& state) {
         if (m_file && m_start != m_start) {
             m_start = state.getTime();
@@ -47,20 +47,20 @@ public:
         }
     }
     SimTK::Real getAccuracy() const { return m_accuracy; }
-    /** The earliest time after `now` at which a State is to be written. **/
+    /** Returns the earliest time after `now` at which a State must be written. **/
     SimTK::Real getNextTime(SimTK::Real now) const {
         for (int i = 1; i <= m_samples; ++i)
             if (getTime(i) > now) return getTime(i);
         return SimTK::Infinity;
     }
-    /** @param state  at a time to be written, at the end of a call, or at the program's own end **/
+    /** @param state  at an output time, at the end of a call, or at the program's own end **/
     void reach(const SimTK::State& state) {
         const SimTK::Real now = state.getTime();
         for (int i = m_next; i <= m_samples && getTime(i) <= now; ++i, ++m_next)
             if (getTime(i) == now) write("state", state);
         if (m_next > m_samples) end();
     }
-    /** The simulation is over before its time. **/
+    /** Ends a simulation before its time. **/
     void endEarly(const SimTK::State& state) {
         write("end", state);
         end();
@@ -100,7 +100,7 @@ private:
     int m_next = 1;
 };
 
-/** An integrator's or time stepper's stepTo(), in parts between the times of the Recorder. **/
+/** Splits an integrator's or time stepper's stepTo() at the Recorder's times. **/
 template <class Step, class GetState>
 auto stepInParts(SimTK::Real time, const GetState& getState, const Step& step) {
     for (;;) {
@@ -108,7 +108,7 @@ auto stepInParts(SimTK::Real time, const GetState& getState, const Step& step) {
         const SimTK::Real part = std::min(time, Recorder::get().getNextTime(now));
         const auto status = step(part);
         Recorder::get().reach(getState());
-        // Anything else than having come there is the caller's business.
+        // Any other outcome is up to the caller.
         if (part == time || getState().getTime() < part) return status;
     }
 }
@@ -116,7 +116,7 @@ auto stepInParts(SimTK::Real time, const GetState& getState, const Step& step) {
 template <class Base>
 class Integrator : public Base {
 public:
-    /** Methods of other integrators have more arguments; they go with the name. **/
+    /** Forwards the additional arguments of other integrators' methods. **/
     template <class System, class... Arguments>
     explicit Integrator(const System& system, Arguments&&...) : Base(system) {}
 

@@ -1,4 +1,4 @@
-// Linked to programs that compare_programs runs: of their pictures, only the first is drawn.
+// Linked to programs run by compare_programs: only their first picture is drawn.
 
 #include <atomic>
 
@@ -6,7 +6,7 @@
 
 namespace simflex {
 
-// Called instead of the library's, by the library too.
+// Overrides the library's function, even for calls from the library.
 void OffscreenVisualizer::report(const SimTK::State& state) const {
     static std::atomic<bool> isFirst{true};
     getSystem().realize(state, SimTK::Stage::Position);

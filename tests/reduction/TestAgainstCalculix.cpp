@@ -1,5 +1,5 @@
 /** @file
-Reduced parts against CalculiX's own answers on the deck with the same rigid ties (*RIGID BODY), and
+Reduced parts against CalculiX's results for the deck with the same rigid ties (*RIGID BODY), and
 against beam theory. **/
 
 #include <gmock/gmock.h>
@@ -25,7 +25,8 @@ double hertzOf(const ReducedBody& body, int mode) {
     return std::sqrt(body.omegaSquared[mode]) / (2 * M_PI);
 }
 
-/** Maps (rigid motion about the centre of mass, ξ) to the motion of an interface: 6×(6+n_f). **/
+/** Returns the map from (rigid motion about the centre of mass, ξ) to the motion of an interface:
+6×(6+n_f). **/
 Eigen::MatrixXd interfaceMotion(const ReducedBody& body, const ReducedBody::Interface& interface) {
     const auto& s = interface.position;
     Eigen::MatrixXd B = Eigen::MatrixXd::Zero(6, 6 + body.numModes);
@@ -38,7 +39,8 @@ Eigen::MatrixXd interfaceMotion(const ReducedBody& body, const ReducedBody::Inte
     return B;
 }
 
-/** Motion of interface `loaded` under a load at its master with interface `held` fixed. **/
+/** Returns the motion of interface `loaded` under a load at its master with interface `held`
+fixed. **/
 Eigen::VectorXd calcDeflection(const ReducedBody& body, const std::string& held,
                                const std::string& loaded, const std::array<double, 6>& load) {
     const Eigen::MatrixXd A = interfaceMotion(body, body.getInterface(held));
@@ -65,14 +67,14 @@ struct ExamplePart {
     double h;
     const char *firstSet, *secondSet;
     double length;
-    int numModes;  ///< 44, and one more where the last has a twin
+    int numModes;  ///< 44, plus one if the last is one of a pair
 };
 
 void PrintTo(const ExamplePart& part, std::ostream* out) {
     *out << part.name << " " << part.elementType;
 }
 
-/** Coarse meshes: what is compared is the same mesh in two programs. **/
+/** Coarse meshes suffice to compare the same mesh in two programs. **/
 class ExamplePartTest : public ::testing::TestWithParam<ExamplePart> {
 protected:
     ReducedBody reducePart() {
@@ -90,7 +92,7 @@ protected:
     std::string deck;
 };
 
-// One test, since the reduction is what takes the time.
+// A single test, since the reduction dominates the run time.
 TEST_P(ExamplePartTest, FrequenciesAndTipDeflectionMatchCalculixWithin1e3) {
     SIMFLEX_NEEDS_CALCULIX();
     const ExamplePart& part = GetParam();
@@ -121,14 +123,14 @@ INSTANTIATE_TEST_SUITE_P(
                       ExamplePart{"shapely_rod", "C3D10", 0.004, "BIG_END", "SMALL_END", 0.18, 45}),
     [](const auto& part) { return std::string(part.param.name) + "_" + part.param.elementType; });
 
-/** A bar along x of cells that are split into two wedges or six tetrahedra each; node sets LEFT and
+/** Returns a bar along x of cells split into two wedges or six tetrahedra each; node sets LEFT and
 RIGHT, the ends. **/
 std::string splitBarText(const std::string& type) {
     const bool isWedge = type == "C3D6" || type == "C3D15",
                isQuadratic = type == "C3D15" || type == "C3D10";
     const int n[3] = {8, 2, 2};
     const double size[3] = {0.12, 0.02, 0.03};
-    std::map<std::array<int, 3>, int> numbers;  // by twice the place in the grid
+    std::map<std::array<int, 3>, int> numbers;  // by twice the grid position
     std::ostringstream nodes, elements, left, right;
     nodes << std::setprecision(14);
     const auto numberOf = [&](const std::array<int, 3>& at) {
@@ -194,7 +196,7 @@ TEST_P(SplitBarTest, FrequenciesAndTipDeflectionMatchCalculix) {
     const auto reference =
         testing::calcCalculixFrequencies(folder, folder / "bar.inp", {left, right}, 12);
     for (int i = 0; i < 6; ++i) {
-        // The full model is CalculiX's to its seven digits; the part is close above it.
+        // The full model matches CalculiX to its seven digits; the part is slightly above.
         const double full = body.report->fullFrequencies[size_t(i)], part = hertzOf(body, i);
         EXPECT_NEAR(full, reference[size_t(6 + i)], 1e-5 * full) << "mode " << i + 1;
         EXPECT_GT(part, full * (1 - 1e-9)) << "mode " << i + 1;
@@ -225,7 +227,7 @@ TEST(CrankPartFile, OfOneMillimetreMeshMatchesCalculix) {
     EXPECT_NEAR(crank.mass, 2700 * 0.072 * 0.012 * 0.006, 1e-12);
 }
 
-/** A slender beam without Poisson's effect; no interfaces, so its modes are free-free. **/
+/** A slender beam with zero Poisson's ratio and no interfaces, so its modes are free-free. **/
 class SlenderBeam : public ::testing::Test {
 protected:
     static ReducedBody reduceBeam(const Brick& brick, int numModes) {
@@ -246,7 +248,7 @@ TEST_F(SlenderBeam, FreeFreeFrequenciesMatchEulerBernoulli) {
     brick.nu = 0;
     const ReducedBody body = reduceBeam(brick, 6 + 6);
     const double roots[3] = {4.7300, 7.8532, 10.9956};
-    // Bending about both axes, each by its own depth.
+    // Bending about both axes, each with its own depth.
     std::vector<double> expected, allowed;
     for (const double root : roots)
         for (const double depth : {brick.size[1], brick.size[2]}) {

@@ -16,8 +16,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/** A diagonal in coordinates turned by a Householder reflection, so that no eigenvector is an axis:
-C = H D H, H = 1 − 2 v vᵀ. **/
+/** A diagonal in coordinates rotated by a Householder reflection, so that no eigenvector is an
+axis: C = H D H, H = 1 − 2 v vᵀ. **/
 class TurnedDiagonal : public SymmetricOperator {
 public:
     explicit TurnedDiagonal(VectorXd diagonal) : _d(std::move(diagonal)), _v(_d.size()) {
@@ -40,7 +40,7 @@ private:
     VectorXd _d, _v;
 };
 
-/** 1/k⁴, as a beam has. **/
+/** Returns 1/k⁴, the spectrum of a beam. **/
 VectorXd beamSpectrum(Index size) {
     VectorXd d(size);
     for (Index k = 0; k < size; ++k) d[k] = std::pow(double(k + 1), -4);
@@ -96,7 +96,8 @@ TEST(BlockLanczos, StopsAtTheSmallestThatIsWanted) {
 }
 
 TEST(BlockLanczos, FindsFewWantedAmongVeryManyOthers) {
-    // A random start holds next to nothing of the three: its first Ritz values are below them all.
+    // A random start has almost no component of the three: its first Ritz values lie below all of
+    // them.
     const VectorXd d = beamSpectrum(20000);
     const TurnedDiagonal C(d);
     ModeRange range;

@@ -31,7 +31,7 @@ protected:
 
     std::string kept() const { return folder / "brick.h5.resume"; }
 
-    /** Reads and reduces the deck; stops when `phase` begins. **/
+    /** Reads and reduces the deck; stops at the start of `phase`. **/
     ReducedBody run(const ReductionCheckpoint* keep, const std::string& stopAt = "",
                     int numModes = 24) {
         phases.clear();

@@ -1,6 +1,7 @@
 /** @file
-Derivatives of the reduced stiffness and mass by numbers of a deck: against differences of eighth
-order of the full K and M, against reductions at other values, and against closed forms. **/
+Derivatives of the reduced stiffness and mass with respect to numbers of a deck: against
+eighth-order differences of the full K and M, against reductions at other values, and against closed
+forms. **/
 
 #include <gmock/gmock.h>
 
@@ -30,7 +31,7 @@ using testing::TestFolder;
 using testing::ThinDeck;
 using Point = ThinDeck::Point;
 
-/** A deck with one number that varies. **/
+/** A deck with one varying number. **/
 struct VariedDeck {
     std::string name;       ///< of the test
     std::string parameter;  ///< "thickness:PLATE"
@@ -65,7 +66,7 @@ std::string beamDeck(const std::string& shape, const std::string& data) {
     return deck.text();
 }
 
-/** A bent plate with a step of thickness and a beam across its fold: knots. **/
+/** Returns a bent plate with a thickness step and a beam across its fold, so with knots. **/
 std::string foldedDeck(const std::string& type, const std::string& upright,
                        const std::string& flat) {
     ThinDeck deck;
@@ -219,7 +220,7 @@ Eigen::Map<const VectorXd> omegaSquaredOf(const ReducedBody& body) {
     return {body.omegaSquared.data(), body.numModes};
 }
 
-/** XᵀAX, A ⊗ 1 for so many directions. **/
+/** Returns XᵀAX with A ⊗ 1 for the given number of directions. **/
 MatrixXd calcForm(const SymmetricMatrix& A, int directions, const MatrixXd& X) {
     MatrixXd AX = MatrixXd::Zero(X.rows(), X.cols());
     for (int column = 0; column < A.size; ++column)
@@ -232,7 +233,7 @@ MatrixXd calcForm(const SymmetricMatrix& A, int directions, const MatrixXd& X) {
     return X.transpose() * AX;
 }
 
-/** f′ by a central difference of eighth order. **/
+/** Returns f′ by an eighth-order central difference. **/
 template <class Calc>
 auto differentiate(double value, double step, const Calc& calc) {
     constexpr double Weights[4] = {4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
@@ -242,7 +243,7 @@ auto differentiate(double value, double step, const Calc& calc) {
     return sum;
 }
 
-/** Those whose nodes move as they do whatever the parameter is. **/
+/** Decks whose node motions do not depend on the parameter. **/
 class DerivativesOfFreeNodes : public Derivatives {};
 
 TEST_P(DerivativesOfFreeNodes, AreThoseOfTheFullMatrices) {
@@ -259,7 +260,7 @@ TEST_P(DerivativesOfFreeNodes, AreThoseOfTheFullMatrices) {
     const MatrixXd M = differentiate(GetParam().value, step,
                                      [&](double value) { return calcForm(read(value).m, 3, Phi); });
     const double value = GetParam().value;
-    // Beside what K and M themselves are, for what does not depend on the parameter.
+    // Relative to K and M themselves, for quantities that do not depend on the parameter.
     const double sizeOfK = std::max(K.cwiseAbs().maxCoeff(),
                                     1e-3 * omegaSquaredOf(body).maxCoeff() / value),
                  sizeOfM = std::max(M.cwiseAbs().maxCoeff(), 1e-3 / value);
@@ -267,7 +268,7 @@ TEST_P(DerivativesOfFreeNodes, AreThoseOfTheFullMatrices) {
     EXPECT_LT((squareOf(body, derivative.M) - M).cwiseAbs().maxCoeff(), 1e-8 * sizeOfM);
 }
 
-/** Each mode against those of reductions at other values. **/
+/** Compares each mode with reductions at other values. **/
 void compareFrequencies(const ReducedBody& body, const VariedDeck& deck, int count,
                         const std::function<ReducedBody(double)>& reduceAt) {
     const ReducedBody::Derivative& derivative = body.getDerivative(deck.parameter);
@@ -295,7 +296,7 @@ TEST_P(Derivatives, AreThoseOfReductionsAtOtherValues) {
 class DerivativesWithAnInterface : public Derivatives {};
 
 TEST_P(DerivativesWithAnInterface, AreThoseOfReductionsAtOtherValues) {
-    ReductionOptions options;  // all modes: no choice of shapes
+    ReductionOptions options;  // all modes, so no selection
     options.interfaces = {{"seat", "SEAT"}};
     options.highestFrequency = 1e12;
     const ReducedBody body = reduceWithDerivative(options);
@@ -375,8 +376,8 @@ TEST_F(DerivativesOfAPart, ByModulusAndDensityOfItsOneMaterialAreItsStiffnessAnd
 }
 
 TEST_F(DerivativesOfAPart, ByAllThatIsInMetresTogetherAreThoseOfSimilarity) {
-    // Of a part scaled by s: Ω² by s⁻², so do nodes and section together; nodes alone are no
-    // parameter, but a straight beam of ν = 0 under Euler and Bernoulli's theory has Ω² ~ b².
+    // For a part scaled by s, Ω² ~ s⁻², by nodes and section together. Nodes alone are not a
+    // parameter, but a straight Euler-Bernoulli beam with ν = 0 has Ω² ~ b².
     ThinDeck deck;
     deck.nu = 0;
     deck.addBeam("B32R", "BEAM", 20, {0, 0, 0}, {1, 0, 0});
@@ -489,7 +490,7 @@ TEST_F(DerivativesOfAPart, ThatCannotBeAreRefusedByName) {
                            "*SOLID SECTION, ELSET=BODY, MATERIAL=OTHER\n",
                        {"density:OTHER"}),
                 HasSubstr("*DENSITY is 0; it must be positive"));
-    // Sets of one thickness share the nodes of their border.
+    // Sets of equal thickness share their border nodes.
     ThinDeck deck;
     for (const double side : {0.0, 1.0}) {
         const std::string set = side == 0 ? "LEFT" : "RIGHT";

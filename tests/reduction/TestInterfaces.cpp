@@ -1,6 +1,6 @@
 /** @file
-Interfaces, load points, constraints and the report of a reduction against dense linear algebra on
-the same K and M, and distributing ties against CalculiX's own distributing coupling. **/
+Interfaces, load points, constraints and the reduction report against dense linear algebra on the
+same K and M; distributing ties against CalculiX's distributing coupling. **/
 
 #include <gmock/gmock.h>
 
@@ -36,7 +36,7 @@ MatrixXd toDense(const SymmetricMatrix& A, int dofsPerRow = 1) {
     return dense;
 }
 
-/** Rigid motions about a point at all nodes, or some. **/
+/** Returns the rigid motions about a point at all nodes, or some. **/
 MatrixXd rigidMotions(const Mesh& mesh, const Vector3d& about, std::vector<int> nodes = {}) {
     if (nodes.empty())
         for (int node = 0; node < mesh.numNodes(); ++node) nodes.push_back(node);
@@ -59,7 +59,7 @@ Vector3d meanOf(const Mesh& mesh, const std::string& set) {
     return mean / double(mesh.nodeSets.at(set).size());
 }
 
-/** ∫ N Nᵀ over an end of the brick, 2×2 bilinear faces, but for a factor. **/
+/** Returns ∫ N Nᵀ over an end of the brick, 2×2 bilinear faces, up to a factor. **/
 MatrixXd integrateEnd(const Mesh& mesh, const std::vector<int>& nodes) {
     constexpr double OfLine[3][3] = {{2, 1, 0}, {1, 4, 1}, {0, 1, 2}};
     const auto placeOf = [&](int node, size_t axis) {
@@ -76,7 +76,7 @@ MatrixXd integrateEnd(const Mesh& mesh, const std::vector<int>& nodes) {
     return W;
 }
 
-/** The rigid motion of a set's mean point that fits its area best: 6×numDofs. **/
+/** Returns the area-weighted best-fit rigid motion of a set's mean point: 6×numDofs. **/
 MatrixXd meanMotion(const Mesh& mesh, const std::string& set) {
     const auto& nodes = mesh.nodeSets.at(set);
     const MatrixXd R = rigidMotions(mesh, meanOf(mesh, set), nodes), W = integrateEnd(mesh, nodes);
@@ -91,7 +91,8 @@ MatrixXd meanMotion(const Mesh& mesh, const std::string& set) {
     return D;
 }
 
-/** Columns that span the shapes with set tied rigidly: its 6 motions first, then the other DOF. **/
+/** Returns columns that span the shapes with the set rigidly tied: its 6 motions first, then the
+other DOF. **/
 MatrixXd tieRigidly(const Mesh& mesh, const std::string& set) {
     const auto& nodes = mesh.nodeSets.at(set);
     const Eigen::Index n = 3 * mesh.numNodes();
@@ -106,13 +107,13 @@ MatrixXd tieRigidly(const Mesh& mesh, const std::string& set) {
     return T;
 }
 
-/** Frequencies [Hz] of a pencil, ascending. **/
+/** Returns the frequencies [Hz] of a pencil, ascending. **/
 VectorXd frequenciesOf(const MatrixXd& K, const MatrixXd& M) {
     const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(K, M, Eigen::EigenvaluesOnly);
     return solver.eigenvalues().cwiseMax(0).cwiseSqrt() / (2 * M_PI);
 }
 
-/** An orthonormal basis of the shapes with D u = 0. **/
+/** Returns an orthonormal basis of the shapes with D u = 0. **/
 MatrixXd nullSpace(const MatrixXd& D) {
     const Eigen::FullPivLU<MatrixXd> lu(D);
     const MatrixXd kernel = lu.kernel();
@@ -152,7 +153,7 @@ protected:
         return "accepted";
     }
 
-    /** Displacement of all nodes under f with interface 'left' of the part held still. **/
+    /** Returns the displacement of all nodes under f with interface 'left' of the part held. **/
     static VectorXd deflect(const ReducedBody& body, const VectorXd& f, const FeModel& of) {
         const Eigen::Index n = body.numModes, numDofs = 3 * body.mesh.numNodes();
         const MatrixXd R =
@@ -197,7 +198,7 @@ FeModel* InterfacesTest::model = nullptr;
 MatrixXd InterfacesTest::K, InterfacesTest::M;
 
 TEST_F(InterfacesTest, DistributingTiesStiffenNothing) {
-    // Every mode that there is: the part is the whole model.
+    // With all modes, the part equals the whole model.
     const ReducedBody body = reduce(
         *model, twoEnds(TieType::Distributing, TieType::Distributing, 3 * model->mesh.numNodes()));
     const VectorXd expected = frequenciesOf(K, M);
@@ -238,8 +239,8 @@ TEST_F(InterfacesTest, LoadsOnInterfacesBendThePartAsTheFullModel) {
             VectorXd load(6);
             load << 100, 40, -25, 0.3, -0.2, 0.5;
             const VectorXd f = meanMotion(model->mesh, "RIGHT").transpose() * load;
-            // A rigid tie is a mean that moves as its nodes do: all their motion but the rigid one
-            // is held.
+            // A rigid tie is a distributing tie whose nodes follow it: all their non-rigid motion
+            // is constrained.
             MatrixXd held = meanMotion(model->mesh, "LEFT");
             for (const auto& [set, tie] : {std::pair{"LEFT", left}, std::pair{"RIGHT", right}}) {
                 if (tie == TieType::Distributing) continue;
@@ -293,7 +294,7 @@ TEST_F(InterfacesTest, FullFrequenciesAreThoseOfTheWholeTiedModel) {
         const ReducedBody body = reduce(*model, options);
         MatrixXd T = tieRigidly(model->mesh, "LEFT");
         if (right == TieType::Rigid) {
-            // Only what leaves the right end rigid.
+            // Only shapes with a rigid right end.
             const auto& nodes = model->mesh.nodeSets.at("RIGHT");
             const MatrixXd R = rigidMotions(model->mesh, meanOf(model->mesh, "RIGHT"), nodes);
             const MatrixXd others = nullSpace(R.transpose()).transpose();
@@ -414,15 +415,15 @@ TEST_F(InterfacesTest, TheReportMeasuresWhatItSays) {
     EXPECT_LT(body.report->massOrthogonality, 1e-10);
     EXPECT_LT(body.report->stiffnessOrthogonality, 1e-10);
     EXPECT_LT(body.report->rigidResidual, 1e-9);
-    EXPECT_LT(body.report->rigidEnergy, 1e-6);  // ccx writes K in 14 digits
+    EXPECT_LT(body.report->rigidEnergy, 1e-6);  // ccx writes 14 digits of K
     EXPECT_EQ(body.report->numConstraintModes, 12);
-    // The factored matrix is that of the coordinates that the rigid tie leaves free.
+    // The factored matrix is that of the coordinates left free by the rigid tie.
     const MatrixXd T = tieRigidly(model->mesh, "LEFT").rightCols(K.cols() - 27);
     const MatrixXd factored = T.transpose() * K * T;
     const double condition = factored.cwiseAbs().colwise().sum().maxCoeff() *
                              factored.inverse().cwiseAbs().colwise().sum().maxCoeff();
     EXPECT_GT(body.report->conditionNumber, 0.3 * condition);
-    EXPECT_LT(body.report->conditionNumber, 1.0001 * condition);  // an estimate from below
+    EXPECT_LT(body.report->conditionNumber, 1.0001 * condition);  // estimated from below
 }
 
 TEST_F(InterfacesTest, MastersFarFromTheirNodesAreToldOrRefused) {
@@ -440,7 +441,7 @@ TEST_F(InterfacesTest, MastersFarFromTheirNodesAreToldOrRefused) {
 
 TEST_F(InterfacesTest, TheMasterOfACylinderIsOnItsAxis) {
     ReductionOptions options = twoEnds(TieType::Rigid, TieType::Rigid, 24);
-    // About an axis beside the end's middle line: the mean of its nodes is not on it.
+    // About an axis off the end's centreline: the mean of its nodes is not on it.
     options.interfaces[0].nodes = "cylinder:-0.01,0.004,0,1,0,0,0.02,0.011";
     const auto master = reduce(*model, options).getInterface("left").position;
     EXPECT_NEAR(master[0], -0.1, 1e-12);
@@ -448,8 +449,8 @@ TEST_F(InterfacesTest, TheMasterOfACylinderIsOnItsAxis) {
     EXPECT_NEAR(master[2], 0, 1e-12);
 }
 
-/** A hollow journal about an oblique axis, of hexahedra that are fine on one side and at one end;
-node set BORE: its inner nodes, HALF those of them on the finer half, BODY all, END a face. **/
+/** Returns a hollow journal about an oblique axis, of hexahedra that are finer on one side and at
+one end; node set BORE: its inner nodes, HALF those on the finer half, BODY all, END a face. **/
 Mesh makeGradedJournal(const Eigen::Vector3d& foot, const Eigen::Vector3d& axis) {
     constexpr int kRound = 24, kLong = 6, kThick = 2;
     const Eigen::Vector3d e = axis.unitOrthogonal(), f = axis.cross(e);
@@ -497,21 +498,21 @@ TEST(FindMiddle, OfAGradedJournalIsOnItsAxisInTheMiddleOfItsLength) {
     };
     const Eigen::Vector3d center = foot + 0.02 * axis;
     EXPECT_LT((middle("BORE") - center).norm(), 1e-12);
-    // The mean of the nodes is millimetres off.
+    // The mean of the nodes is off by millimetres.
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const int node : mesh.nodeSets.at("BORE"))
         mean += Eigen::Map<const Eigen::Vector3d>(&mesh.positions[3 * size_t(node)]) /
                 double(mesh.nodeSets.at("BORE").size());
     EXPECT_GT((mean - center).norm(), 5e-3);
-    // A ring and a volume are no cylinder: their centroids, to the square of the mesh's size.
+    // A ring and a volume are not cylinders: their centroids, to second order in the mesh size.
     EXPECT_LT((middle("END") - (foot + 0.04 * axis)).norm(), 1e-3);
     EXPECT_LT((middle("BODY") - center).norm(), 1e-3);
-    // Of a shell that goes round less than half, the axis is not its middle.
+    // For a shell spanning less than half a turn, the axis is not its centre.
     EXPECT_GT((middle("HALF") - center).norm(), 1e-2);
 }
 
 TEST(FindMiddle, OfAFaceWithinThePartIsThatOfItsSurface) {
-    // Two layers of bricks whose faces between them are graded in both directions.
+    // Two layers of bricks whose common faces are graded in both directions.
     const std::vector<double> steps = {0, 0.1, 0.15, 0.4, 1};
     const int n = int(steps.size());
     Mesh mesh;
@@ -553,7 +554,7 @@ TEST_F(InterfacesTest, WhatIsWrongWithALoadPointIsSaid) {
     EXPECT_THAT(errorOf(options), HasSubstr("xyz"));
 }
 
-/** A brick cut in two at its middle, the nodes of the cut doubled. **/
+/** Returns a brick cut in two at its middle, with duplicate nodes at the cut. **/
 FeModel readCutBrick(bool joined) {
     TestFolder folder;
     Brick half;
@@ -582,7 +583,7 @@ FeModel readCutBrick(bool joined) {
     }
     testing::writeText(folder / "first.inp", first + half.materialText());
     if (!joined) return readCalculixDeck(folder / "first.inp");
-    // Assembled apart, put together here: K and m of both pieces beside each other.
+    // Combine the separately assembled K and m of both pieces.
     testing::writeText(folder / "second.inp", second + half.materialText());
     FeModel a = readCalculixDeck(folder / "first.inp");
     const FeModel b = readCalculixDeck(folder / "second.inp");
@@ -604,7 +605,7 @@ FeModel readCutBrick(bool joined) {
     for (int& node : a.mesh.elements[1].nodes) node += numFirst;
     for (const auto& [name, nodes] : b.mesh.nodeSets)
         for (const int node : nodes) a.mesh.nodeSets[name].push_back(node + numFirst);
-    // Each node of the second piece's left face is a node of the first's right face.
+    // Each node of the second piece's left face coincides with a node of the first's right face.
     std::vector<int> coordinateOf(size_t(a.mesh.numNodes()), -1);
     int next = 0;
     for (int node = 0; node < a.mesh.numNodes(); ++node) {

@@ -35,7 +35,7 @@ Eigen::Matrix3d boxInertia(const Brick& b) {
     return Eigen::Vector3d(y + z, x + z, x + y).asDiagonal() * (m / 12);
 }
 
-/** Invariants of modes that are given by hand as displacement fields of s. **/
+/** Returns the invariants of modes given as displacement fields of s. **/
 template <class Field>
 ReducedBody invariantsOf(const FeModel& model, int numModes, Field field) {
     const FeProducts products(model, std::vector<int>(size_t(model.mesh.numNodes()), -1));
@@ -87,7 +87,7 @@ TEST(ModalInvariants, UniformStretchHasItsClosedForm) {
 TEST(ModalInvariants, StretchAndShearCoupleByTheirCrossProduct) {
     const Brick brick;
     const double x2 = brick.size[0] * brick.size[0], y2 = brick.size[1] * brick.size[1];
-    // The shear (y·x², x·y²)-weighted so that it carries no angular momentum.
+    // A shear weighted by (y·x², x·y²) so that it has no angular momentum.
     const ReducedBody body =
         invariantsOf(readBrick(brick), 2, [&](int i, const Eigen::Vector3d& s) {
             return i == 0 ? Eigen::Vector3d(s.x(), 0, 0)
@@ -151,7 +151,7 @@ protected:
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> uniform(-1, 1);
         Eigen::VectorXd xi(body.numModes);
-        // Of a size that moves nodes by about the size of the part, so that every order counts.
+        // A size that moves nodes by about the size of the part, so that every order matters.
         for (double& value : xi) value = 0.02 * uniform(random);
         return xi;
     }

@@ -28,14 +28,14 @@ StressOptions atAllNodes() {
     return options;
 }
 
-/** ξ = Ω⁻² f under steady modal forces. **/
+/** Returns ξ = Ω⁻² f under steady modal forces. **/
 std::vector<double> solveModes(const ReducedBody& body, const std::vector<double>& force) {
     std::vector<double> xi = force;
     for (size_t i = 0; i < xi.size(); ++i) xi[i] /= body.omegaSquared[i];
     return xi;
 }
 
-/** Modal forces of forces and moments (x y z each) on interfaces. **/
+/** Returns modal forces of forces and moments (x y z each) on interfaces. **/
 std::vector<double> calcInterfaceForces(const ReducedBody& body,
                                         const std::vector<std::pair<std::string, Tensor>>& loads) {
     std::vector<double> force(size_t(body.numModes), 0);
@@ -49,7 +49,7 @@ std::vector<double> calcInterfaceForces(const ReducedBody& body,
     return force;
 }
 
-/** Stress (or strain) of a modal state at a node, by its number. **/
+/** Returns the stress or strain of a modal state at a node, by number. **/
 Tensor recover(const ReducedBody& body, const std::vector<float>& values, int number,
                const std::vector<double>& xi) {
     const auto& nodes = body.modalStress->nodes;
@@ -92,7 +92,7 @@ std::string makeLoadCards(int tie, const Tensor& load) {
     return cards.str();
 }
 
-/** Largest difference of all components at all nodes. **/
+/** Returns the largest difference of all components at all nodes. **/
 double calcLargestDifference(const ReducedBody& body, const std::vector<double>& xi,
                              const CalculixStress& full) {
     double largest = 0;
@@ -111,11 +111,11 @@ protected:
         brick.size = {0.2, 0.02, 0.01};
         brick.elements = {20, 2, 2};
         testing::writeText(folder / "beam.inp", brick.text());
-        // Constraint modes alone: loads on interfaces are carried exactly.
+        // Constraint modes alone represent interface loads exactly.
         body = reduceWithStress(folder / "beam.inp", {{"root", "LEFT"}, {"tip", "RIGHT"}}, 12);
     }
 
-    /** The tip's load and what holds the root against it. **/
+    /** Returns the tip's load and the root's reaction. **/
     std::vector<double> load(const Vec3& force) const {
         const double L = brick.size[0];
         return solveModes(
@@ -140,8 +140,8 @@ TEST_F(CantileverStress, UnderTipForceIsThatOfBeamTheory) {
         if (x < 0.05 || x > 0.15 || std::abs(s[2]) > 1e-9) continue;  // away from the ends
         const Tensor stress = recoverStress(body, body.mesh.nodeNumbers[size_t(node)], xi);
         const double bending = -F * (brick.size[0] - x) * y / I;
-        // Bending is linear in x and y, which the elements have exactly; Poisson's ratio bends the
-        // section, of order (h/L)² of it.
+        // Bending is linear in x and y, which the elements represent exactly; Poisson's ratio
+        // curves the section, to order (h/L)².
         EXPECT_NEAR(stress[0], bending, 2e-3 * F * 0.15 * h / 2 / I);
         ++checked;
     }
@@ -169,12 +169,12 @@ TEST_F(CantileverStress, StaysWithThePartThroughFileModeSelectionAndScaling) {
     EXPECT_EQ(back.modalStress->stress, body.modalStress->stress);
     EXPECT_EQ(back.modalStress->strain, body.modalStress->strain);
 
-    // Stretched by a mode of the selection, stress is the full part's in that mode.
+    // For a displacement in a selected mode, the stress equals the full part's in that mode.
     const ReducedBody few = selectModes(body, {1, 4});
     const int number = body.mesh.nodeNumbers[40];
     EXPECT_EQ(recoverStress(few, number, {0.25, 2}),
               recoverStress(body, number, {0, 0.25, 0, 0, 2, 0}));
-    // Thrice as stiff: the same loads give the same stress, and a third of the strain.
+    // Three times as stiff: the same loads give the same stress and a third of the strain.
     const ReducedBody stiff = body.withScaledStiffness(3);
     const std::vector<double> xi = load({0, 100, 0});
     std::vector<double> xiStiff = xi;
@@ -199,7 +199,7 @@ TEST(ModalStress, NodesAreThoseOfTheSkinUnlessAskedOtherwise) {
     const ReducedBody all = reduce(model, options);
     EXPECT_EQ(skin.modalStress->nodes.size(), 81u - 7);
     EXPECT_EQ(all.modalStress->nodes.size(), 81u);
-    // Elements inside count at the skin too.
+    // Interior elements also contribute at the skin.
     for (const int node : skin.modalStress->nodes) {
         const int number = skin.mesh.nodeNumbers[size_t(node)];
         EXPECT_EQ(recoverStress(skin, number, {1, 2}), recoverStress(all, number, {1, 2}));
@@ -224,7 +224,8 @@ TEST(ModalStress, RefusesModelsWithoutADeck) {
     }
 }
 
-/** A mesh of C3D20R over a unit cube of cells, mapped; node sets by a test of cell coordinates. **/
+/** Returns a mesh of C3D20R over a unit cube of cells, mapped; node sets by predicates of cell
+coordinates. **/
 std::string makeMappedDeck(const std::array<int, 3>& cells, const std::function<Vec3(Vec3)>& map,
                            const std::map<std::string, std::function<bool(Vec3)>>& sets,
                            bool isClosed) {
@@ -268,8 +269,8 @@ std::string makeMappedDeck(const std::array<int, 3>& cells, const std::function<
            "*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL\n";
 }
 
-/** A square plate, 0.2 m long, with a hole of diameter 0.04 m, pulled along x: around the hole,
-cell j = 0 at x; the outer edge is the square. **/
+/** A square plate, 0.2 m long, with a hole of diameter 0.04 m, under tension along x: around the
+hole, cell j = 0 at x; the outer edge is the square. **/
 class PlateWithHole : public ::testing::Test {
 protected:
     static constexpr double kHalf = 0.1, kRadius = 0.02, kThickness = 0.005, kForce = 1e4;
@@ -323,9 +324,10 @@ TEST_F(PlateWithHole, StressConcentrationIsThatOfTheFullModel) {
         const auto xi =
             solveModes(body, calcInterfaceForces(body, {{"right", {kForce, 0, 0, 0, 0, 0}},
                                                         {"left", {-kForce, 0, 0, 0, 0, 0}}}));
-        // 2 % would do; interface loads are exact, so that CalculiX's digits remain.
+        // 2 % would suffice; interface loads are exact, so only CalculiX's digits remain.
         EXPECT_NEAR(recoverStress(body, where, xi)[0], largest, 4e-4 * largest) << numModes;
-        // At the hole, across the pull; three times the mean stress and more in a narrow plate.
+        // At the hole, perpendicular to the tension; more than three times the mean stress in a
+        // narrow plate.
         const auto at = body.mesh.position(body.mesh.indexOf(where));
         EXPECT_NEAR(std::hypot(at[0], at[1]), kRadius, 1e-6);
         EXPECT_NEAR(std::abs(at[1]), kRadius, 1e-3);
@@ -336,7 +338,7 @@ TEST_F(PlateWithHole, StressConcentrationIsThatOfTheFullModel) {
 }
 
 TEST(UniformTension, IsExactInReducedPartsToo) {
-    // ν = 0: rigid end faces do not disturb it.
+    // ν = 0, so the rigid end faces cause no disturbance.
     const TestFolder folder;
     Brick brick;
     brick.nu = 0;
@@ -355,7 +357,7 @@ TEST(UniformTension, IsExactInReducedPartsToo) {
     }
 }
 
-/** An annular disc on a rigid hub, turning about z. **/
+/** An annular disc on a rigid hub, rotating about z. **/
 TEST(SpinningDisc, RadialAndHoopStressAreThoseOfTheClosedForm) {
     const double a = 0.05, b = 0.15, thickness = 0.01, nu = 0.3, rho = 7800, omega = 300;
     const TestFolder folder;
@@ -369,7 +371,7 @@ TEST(SpinningDisc, RadialAndHoopStressAreThoseOfTheClosedForm) {
             },
             {{"BORE", [](const Vec3& c) { return c[0] == 0; }}}, true));
     const ReducedBody body = reduceWithStress(folder / "disc.inp", {{"hub", "BORE"}}, 300);
-    // Generalized force of turning about z: ½ ω² ∂I_zz/∂ξ.
+    // Generalized force of rotation about z: ½ ω² ∂I_zz/∂ξ.
     std::vector<double> force;
     for (size_t i = 0; i < size_t(body.numModes); ++i)
         force.push_back(0.5 * omega * omega * body.I1[6 * i + 2]);
@@ -386,7 +388,7 @@ TEST(SpinningDisc, RadialAndHoopStressAreThoseOfTheClosedForm) {
     for (const int number : body.mesh.nodeNumbers) {
         const auto s = body.mesh.position(body.mesh.indexOf(number));
         const double r = std::hypot(s[0], s[1]), c = s[0] / r, w = s[1] / r;
-        if (r < a + 0.25 * (b - a)) continue;  // the hub holds the thickness too
+        if (r < a + 0.25 * (b - a)) continue;  // the hub also restrains the thickness
         const Tensor t = recoverStress(body, number, xi);
         const double radial = c * c * t[0] + w * w * t[1] + 2 * c * w * t[3],
                      hoop = w * w * t[0] + c * c * t[1] - 2 * c * w * t[3];

@@ -177,14 +177,15 @@ TEST_F(ReductionTest, NotANumberIsRefused) {
     EXPECT_THAT(errorOf(twoEnds(20), broken), HasSubstr("stiffness matrix has nan"));
 }
 
-/** Two bricks end to end that share `shared` nodes: one is a ball joint, two are a hinge. **/
+/** Returns two bricks end to end that share `shared` nodes: one forms a ball joint, two a
+hinge. **/
 FeModel readHinged(int shared) {
     Brick brick;
     brick.elements = {2, 1, 1};
     std::string text = brick.meshText();
     Brick second = brick;
     std::string other = second.meshText(101, 101);
-    // Put the second brick behind the first, turned by nothing: shift x in its node lines.
+    // Place the second brick behind the first by shifting x in its node lines.
     std::string moved;
     std::istringstream lines(other);
     bool inNodes = false;
@@ -238,7 +239,7 @@ TEST_F(ReductionTest, AHingeInsideThePartIsRefused) {
 }
 
 TEST_F(ReductionTest, AHingeIsNamedHoweverManyModesAreAskedFor) {
-    // Two cubes that share an edge, of so few nodes that round-off hides that K is singular.
+    // Two cubes that share an edge, with so few nodes that round-off hides the singularity of K.
     std::string text = "*NODE\n";
     int number = 0;
     for (const char* place : {"0,0,0", "1,0,0", "1,1,0", "0,1,0", "0,0,1", "1,0,1", "1,1,1",
@@ -259,8 +260,8 @@ TEST_F(ReductionTest, AHingeIsNamedHoweverManyModesAreAskedFor) {
     }
 }
 
-// The stiffest shapes of the basis lie 13 and more decades above the slowest mode; of a blade of
-// half a millimetre the 14 digits of K that CalculiX writes leave no more than 1e-4.
+// The stiffest shapes of the basis lie 13 or more decades above the slowest mode. For a blade of
+// half a millimetre, the 14 digits of K written by CalculiX leave at most 1e-4.
 TEST_F(ReductionTest, ThinBladesHaveSixRigidMotionsAndCalculixFrequencies) {
     SIMFLEX_NEEDS_CALCULIX();
     for (const double thickness : {1e-3, 6e-4}) {
@@ -281,7 +282,7 @@ TEST_F(ReductionTest, ThinBladesHaveSixRigidMotionsAndCalculixFrequencies) {
     }
 }
 
-/** A square bar bends alike in two planes. **/
+/** A square bar has equal bending modes in two planes. **/
 TEST(Reduction, KeepsModesOfEqualFrequencyTogether) {
     const testing::TestFolder folder;
     Brick bar;

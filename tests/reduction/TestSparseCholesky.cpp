@@ -15,8 +15,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-/** −Δ on a box of points with three unknowns each that are coupled to each other, lower triangle.
- * **/
+/** Returns −Δ on a box of points with three coupled unknowns each, lower triangle. **/
 SymmetricMatrix makeBoxMatrix(int nx, int ny, int nz) {
     std::vector<std::int32_t> rows, columns;
     std::vector<double> values;
@@ -75,7 +74,7 @@ TEST(SparseCholesky, TriangularSolvesMakeTheInverse) {
 }
 
 TEST(SparseCholesky, SolvesOfLargeSupernodesAreRight) {
-    // A nearly dense matrix: one supernode wider than what threads share at a time.
+    // A nearly dense matrix: one supernode wider than the threads' block size.
     const int n = 700;
     std::vector<std::int32_t> rows, columns;
     std::vector<double> values;
@@ -154,7 +153,7 @@ TEST(SparseCholesky, NamesTheRowOfASingularPivot) {
     }
 }
 
-// Large enough for METIS, which seeds and draws on the process's rand().
+// Large enough for METIS, which seeds and uses the process's rand().
 TEST(SparseCholesky, OrdersTheSameAtTheSameTimeAndLeavesTheUsersRandomNumbersAlone) {
     const SymmetricMatrix A = makeBoxMatrix(24, 22, 20);
     const auto countEntries = [&] {

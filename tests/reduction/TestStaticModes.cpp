@@ -1,6 +1,6 @@
 /** @file
-Modes of inertia relief and at frequencies, what a part lacks of its static deflection, and its
-finer twin: against CalculiX and against dense linear algebra on the same K and M. **/
+Inertia relief modes, modes at frequencies, missing static deflection, and the finer twin of a part:
+against CalculiX and against dense linear algebra on the same K and M. **/
 
 #include <gmock/gmock.h>
 
@@ -37,7 +37,7 @@ MatrixXd makeDense(const SymmetricMatrix& A, int perRow = 1) {
     return dense;
 }
 
-/** M a for an acceleration of every node, by its position in the deck. **/
+/** Returns M a for nodal accelerations by position in the deck. **/
 template <class Acceleration>
 VectorXd makeInertiaLoad(const FeModel& model, const Acceleration& acceleration) {
     const Index numNodes = model.mesh.numNodes();
@@ -55,7 +55,7 @@ VectorXd makeInertiaLoad(const FeModel& model, const Acceleration& acceleration)
     return joined;
 }
 
-/** Rigid motions of all nodes about a point. **/
+/** Returns the rigid motions of all nodes about a point. **/
 MatrixXd calcRigidMotionsAbout(const Mesh& mesh, const Vector3d& point) {
     MatrixXd R(3 * mesh.numNodes(), 6);
     for (int node = 0; node < mesh.numNodes(); ++node) {
@@ -68,7 +68,7 @@ MatrixXd calcRigidMotionsAbout(const Mesh& mesh, const Vector3d& point) {
     return R;
 }
 
-/** Displacements of all nodes by the part's rigid motions and modes: B = [R, Φ]. **/
+/** Returns the displacements of all nodes for the part's rigid motions and modes: B = [R, Φ]. **/
 MatrixXd makeShapes(const FeModel& model, const ReducedBody& body) {
     MatrixXd B(3 * body.mesh.numNodes(), 6 + body.numModes);
     B << calcRigidMotionsAbout(model.mesh, Eigen::Map<const Vector3d>(body.centerOfMass.data())),
@@ -76,7 +76,7 @@ MatrixXd makeShapes(const FeModel& model, const ReducedBody& body) {
     return B;
 }
 
-/** Motion of an interface by the same: 6×(6 + modes). **/
+/** Returns the same for the motion of an interface: 6×(6 + modes). **/
 MatrixXd makeInterfaceShapes(const ReducedBody& body, const std::string& name) {
     const auto& interface = body.getInterface(name);
     const Index n = body.numModes;
@@ -90,7 +90,7 @@ MatrixXd makeInterfaceShapes(const ReducedBody& body, const std::string& name) {
     return A;
 }
 
-/** Coordinates of the part under nodal forces with one interface held. **/
+/** Returns the part's coordinates under nodal forces with one interface held. **/
 VectorXd solveHeld(const ReducedBody& body, const std::string& held, const VectorXd& forces) {
     const Index n = 6 + body.numModes;
     MatrixXd system = MatrixXd::Zero(n + 6, n + 6);
@@ -108,8 +108,8 @@ VectorXd solveHeld(const ReducedBody& body, const std::string& held, const Vecto
     return (scale.asDiagonal() * x).head(n);
 }
 
-//-------------------------------------------------------------------------------------------------
-// against CalculiX
+// -------------------------------------------------------------------------------------------------
+// comparison with CalculiX
 
 struct HeldPart {
     const char* name;
@@ -180,8 +180,8 @@ INSTANTIATE_TEST_SUITE_P(
                       HeldPart{"shapely_rod", "C3D10", 0.004, "BIG_END", "SMALL_END", 0.18}),
     [](const auto& part) { return std::string(part.param.name) + "_" + part.param.elementType; });
 
-//-------------------------------------------------------------------------------------------------
-// against dense algebra
+// -------------------------------------------------------------------------------------------------
+// comparison with dense algebra
 
 class StaticModesTest : public ::testing::Test {
 protected:
@@ -203,7 +203,7 @@ protected:
         return options;
     }
 
-    /** T of u = T q: the motion of the left master first, then the other nodes'. **/
+    /** Returns T of u = T q: the motion of the left master first, then that of the other nodes. **/
     static MatrixXd tieLeft() {
         const auto& nodes = model->mesh.nodeSets.at("LEFT");
         const Index n = K.cols();
@@ -224,8 +224,9 @@ protected:
         return mean / double(model->mesh.nodeSets.at(set).size());
     }
 
-    /** Forces on the right end's nodes of a unit force on its master, evenly over its 2×2 faces.
-     * **/
+    /** Returns the right end's nodal forces for a unit force on its master, distributed uniformly
+    over its 2×2 faces.
+    **/
     static VectorXd pushRight(int axis) {
         VectorXd f = VectorXd::Zero(K.cols());
         for (const int node : model->mesh.nodeSets.at("RIGHT")) {
@@ -265,7 +266,7 @@ TEST_F(StaticModesTest, EveryLinearFieldOfAccelerationIsCarriedExactly) {
         EXPECT_LT((u - expected).norm(), 1e-6 * expected.norm()) << "field " << k;
         worstPlain = std::max(worstPlain, (without - expected).norm() / expected.norm());
     }
-    EXPECT_GT(worstPlain, 0.01);  // or nothing was tested
+    EXPECT_GT(worstPlain, 0.01);  // otherwise the test is void
 }
 
 TEST_F(StaticModesTest, APartWithoutInterfacesGetsTheSixThatBendIt) {
@@ -277,7 +278,7 @@ TEST_F(StaticModesTest, APartWithoutInterfacesGetsTheSixThatBendIt) {
     EXPECT_EQ(body.report->numAttachmentModes, 6);
 }
 
-/** Answers to harmonic forces at a frequency of the part and of the full model. **/
+/** Harmonic responses at a frequency of the part and of the full model. **/
 TEST_F(StaticModesTest, AtItsFrequencyThePartAnswersAsTheFullModel) {
     const MatrixXd T = tieLeft();
     const MatrixXd KT = T.transpose() * K * T, MT = T.transpose() * M * T;
@@ -320,7 +321,7 @@ TEST_F(StaticModesTest, AtItsFrequencyThePartAnswersAsTheFullModel) {
             check(f, still, "load point");
             for (int axis = 0; axis < 3; ++axis) check(pushRight(axis), still, "right interface");
             for (int k = 0; k < 6; ++k) check(nothing, VectorXd::Unit(6, k), "left interface");
-            EXPECT_GT(worstPlain, 1e-6);  // or nothing was tested
+            EXPECT_GT(worstPlain, 1e-6);  // otherwise the test is void
         }
 }
 
@@ -363,7 +364,7 @@ TEST_F(StaticModesTest, WhatIsLackingOfStaticDeflectionIsThatOfDenseAlgebra) {
         return 0.0;
     };
     EXPECT_EQ(body.report->staticErrors.size(), 6u + 12u + 1u);
-    // The compliance of the tied free model under a load in equilibrium with its inertia.
+    // The compliance of the tied free model under a load balanced by inertia.
     const MatrixXd T = tieLeft(), KT = T.transpose() * K * T, MT = T.transpose() * M * T;
     const MatrixXd R =
         T.colPivHouseholderQr().solve(calcRigidMotionsAbout(model->mesh, Vector3d::Zero()));
@@ -383,7 +384,7 @@ TEST_F(StaticModesTest, WhatIsLackingOfStaticDeflectionIsThatOfDenseAlgebra) {
     EXPECT_NEAR(errorOf(body, "force y on interface 'right'"), atRight, 1e-8);
     EXPECT_GT(atRight, 1e-4);
 
-    // With inertia relief nothing of it is lacking.
+    // With inertia relief nothing is missing.
     options.numModes = 25;
     options.hasInertiaRelief = true;
     const ReducedBody relieved = reduce(*model, options);
@@ -406,17 +407,17 @@ TEST_F(StaticModesTest, TheFinerTwinLeavesThePartAsItIsAndTellsWhatItLacks) {
     const size_t m = finer.further->displacements.size();
     EXPECT_EQ(m, 10u + 12u);
 
-    // What the part can do has nothing of the further shapes; what it cannot has.
+    // Shapes within the part's span do not involve the additional modes; others do.
     const Eigen::Map<const MatrixXd> coarse(body.Phi.data(), K.cols(), body.numModes),
         fine(finer.Phi.data(), K.cols(), finer.numModes),
         coordinates(finer.further->coordinates.data(), Index(m), finer.numModes);
     const MatrixXd xi = fine.transpose() * M * coarse;
-    EXPECT_LT((fine * xi - coarse).norm(), 1e-8 * coarse.norm());  // the twin can do it too
+    EXPECT_LT((fine * xi - coarse).norm(), 1e-8 * coarse.norm());  // also in the twin's span
     const VectorXd sizes =
         Eigen::Map<const VectorXd>(body.omegaSquared.data(), body.numModes).cwiseSqrt();
     EXPECT_LT(((coordinates * xi).array().rowwise() / sizes.transpose().array()).abs().maxCoeff(),
               1e-7);
-    // Together with the part's own they make up the energy: rank and size.
+    // Together with the part's own modes they reproduce the energy: rank and size.
     EXPECT_EQ(Eigen::FullPivLU<MatrixXd>(coordinates).rank(), Index(m));
     const MatrixXd perUnit =
         coordinates * Eigen::Map<const VectorXd>(finer.omegaSquared.data(), finer.numModes)

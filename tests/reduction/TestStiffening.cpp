@@ -1,4 +1,4 @@
-// Geometric stiffness against closed forms: stresses known exactly, integrated over the mode
+// Geometric stiffness against closed forms: exactly known stresses, integrated over the mode
 // shapes.
 
 #include <gmock/gmock.h>
@@ -25,7 +25,8 @@ using testing::Brick;
 using ::testing::HasSubstr;
 using testing::TestFolder;
 
-/** A slender bar without Poisson's effect, tied at both ends: its stresses have closed forms. **/
+/** Returns a slender bar with zero Poisson's ratio, tied at both ends: its stresses have closed
+forms. **/
 Brick makeBar() {
     Brick bar;
     bar.size = {1.0, 0.03, 0.02};
@@ -47,8 +48,8 @@ Eigen::Map<const MatrixXd> asMatrix(const ReducedBody& part, const std::vector<d
     return {values.data(), part.numModes, part.numModes};
 }
 
-/** ∫ N(x)/A Σ_k (∂u_k/∂x)ᵢ (∂u_k/∂x)ⱼ dV with the trilinear shapes of 8-node bricks, N the same all
-over an element: the work of an axial stress on the second-order strain. **/
+/** Returns ∫ N(x)/A Σ_k (∂u_k/∂x)ᵢ (∂u_k/∂x)ⱼ dV with the trilinear shapes of 8-node bricks and
+constant N per element: the work of an axial stress on the second-order strain. **/
 template <class Force>
 MatrixXd integrateTension(const ReducedBody& part, const Brick& bar, const Force& N) {
     const Eigen::Map<const MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(), part.numModes);
@@ -62,7 +63,7 @@ MatrixXd integrateTension(const ReducedBody& part, const Brick& bar, const Force
         const double x = part.mesh.position(nodes[e])[0] + part.centerOfMass[0] + 0.5 * dx;
         for (double eta : {-g, g})
             for (double zeta : {-g, g}) {
-                // ∂u/∂x is linear across the section and the same along x.
+                // ∂u/∂x is linear across the section and constant along x.
                 MatrixXd slope = MatrixXd::Zero(3, part.numModes);
                 static const int corner[4][2] = {{-1, -1}, {1, -1}, {-1, 1}, {1, 1}};
                 static const int front[4] = {1, 2, 5, 6}, back[4] = {0, 3, 4, 7};
@@ -78,7 +79,7 @@ MatrixXd integrateTension(const ReducedBody& part, const Brick& bar, const Force
     return K;
 }
 
-/** The deck of a bar turned about z. **/
+/** Returns the deck of a bar rotated about z. **/
 std::string turnDeck(const std::string& text, double angle) {
     std::istringstream in(text);
     std::ostringstream out;
@@ -97,7 +98,7 @@ std::string turnDeck(const std::string& text, double angle) {
     return out.str();
 }
 
-/** Σ_ab ω_aω_b K_ab. **/
+/** Returns Σ_ab ω_aω_b K_ab. **/
 MatrixXd turningStiffness(const ReducedBody& part, const Vector3d& omega) {
     const double products[6] = {omega[0] * omega[0],     omega[1] * omega[1],
                                 omega[2] * omega[2],     2 * omega[0] * omega[1],
@@ -107,8 +108,8 @@ MatrixXd turningStiffness(const ReducedBody& part, const Vector3d& omega) {
     return K;
 }
 
-/** Rotations θ_y and θ_z of the sections across x in a mode, from the axial displacement of their
-corners. **/
+/** Returns the rotations θ_y and θ_z of the cross sections along x in a mode, from the axial
+displacement of their corners. **/
 std::vector<Vector3d> calcSectionRotations(const ReducedBody& part, const Brick& bar, int mode) {
     const Eigen::Map<const MatrixXd> Phi(part.Phi.data(), 3 * part.mesh.numNodes(), part.numModes);
     std::vector<Vector3d> rotations(size_t(bar.elements[0]) + 1, Vector3d::Zero());
@@ -131,7 +132,7 @@ protected:
 TEST_F(StiffeningTest, PulledBarHasTheWorkOfItsTensionOnTheSlopes) {
     const Brick bar = makeBar();
     const ReducedBody part = reduceDeck(folder, bar.text());
-    // Pulled at one end and held back by inertia, N falls linearly to zero at the other.
+    // Pulled at one end and balanced by inertia, N falls linearly to zero at the other.
     const MatrixXd expected =
         integrateTension(part, bar, [&](double x) { return x / bar.size[0]; });
     const auto K = asMatrix(part, part.stiffening->interfaces[1][0]);
@@ -147,12 +148,12 @@ TEST_F(StiffeningTest, TurningBarHasTheWorkOfItsCentrifugalTension) {
         const double s = x - 0.5 * L;  // mean over the element
         return 0.5 * rhoA * (0.25 * L * L - s * s - dx * dx / 12);
     });
-    // Four bending modes; in a torsion mode the section's own centrifugal stress counts.
+    // Four bending modes; in a torsion mode the section's own centrifugal stress matters.
     const double largest = expected.topLeftCorner(4, 4).cwiseAbs().maxCoeff();
     for (int axis : {1, 2}) {
         const MatrixXd K = turningStiffness(part, Vector3d::Unit(axis));
-        // The section's own centrifugal stress is (0.03/1)² of the axial one in the middle, more
-        // towards the ends.
+        // The section's own centrifugal stress is (0.03/1)² of the axial one in the middle, and
+        // more towards the ends.
         EXPECT_LT((K - expected).topLeftCorner(4, 4).cwiseAbs().maxCoeff(), 2e-3 * largest);
     }
     EXPECT_LT(turningStiffness(part, Vector3d::UnitX()).topLeftCorner(4, 4).cwiseAbs().maxCoeff(),
@@ -165,7 +166,7 @@ TEST_F(StiffeningTest, MixedProductsTurnWithThePart) {
     const double angle = 0.6;
     const ReducedBody turned = reduceDeck(folder, turnDeck(bar.text(), angle));
     const Eigen::Matrix3d R = Eigen::AngleAxisd(angle, Vector3d::UnitZ()).toRotationMatrix();
-    // Signs of modes are free.
+    // Signs of modes are arbitrary.
     const auto compare = [&](const MatrixXd& A, const MatrixXd& B) {
         EXPECT_LT((A.cwiseAbs() - B.cwiseAbs()).topLeftCorner(8, 8).cwiseAbs().maxCoeff(),
                   1e-5 * B.cwiseAbs().maxCoeff());
@@ -183,14 +184,14 @@ TEST_F(StiffeningTest, MixedProductsTurnWithThePart) {
         }
 }
 
-// Bent in two planes and not twisted, the sections of a rod turn about its axis all the same: with
-// R' = R [κ]× the rotation vector is θ + ½∫θ×θ' ds to second order (Magnus).
+// Even without twist, sections of a rod bent in two planes rotate about its axis: with R' = R [κ]×
+// the rotation vector is θ + ½∫θ×θ' ds to second order (Magnus).
 TEST_F(StiffeningTest, MomentsOnInterfacesGiveTheSecondOrderRotationOfABentRod) {
     Brick bar = makeBar();
     bar.elements = {40, 2, 2};
     const ReducedBody part = reduceDeck(folder, bar.text());
     const auto secondOrder = [&](size_t interface, int i, int j) {
-        // −½ξᵀKξ for ξ = e_i + e_j, but for the squares.
+        // −½ξᵀKξ for ξ = e_i + e_j, without the squares.
         return -asMatrix(part, part.stiffening->interfaces[interface][3])(i, j);
     };
     int compared = 0;
@@ -198,13 +199,13 @@ TEST_F(StiffeningTest, MomentsOnInterfacesGiveTheSecondOrderRotationOfABentRod) 
         for (int j = i + 1; j < 5; ++j) {
             const auto a = calcSectionRotations(part, bar, i),
                        b = calcSectionRotations(part, bar, j);
-            // ½∫(θ_a+θ_b)×(θ_a+θ_b)' but for a×a', b×b': exact for θ linear between sections.
+            // ½∫(θ_a+θ_b)×(θ_a+θ_b)' without a×a', b×b': exact for θ linear between sections.
             double twist = 0, size = 0;
             for (size_t k = 0; k + 1 < a.size(); ++k) {
                 twist += 0.5 * (a[k].cross(b[k + 1]) + b[k].cross(a[k + 1]))[0];
                 size = std::max(size, a[k].norm() * b[k].norm());
             }
-            if (std::abs(twist) < 0.1 * size) continue;  // of one plane
+            if (std::abs(twist) < 0.1 * size) continue;  // bent in one plane
             EXPECT_NEAR(secondOrder(1, i, j) - secondOrder(0, i, j), twist, 0.01 * size)
                 << "modes " << i << " and " << j;
             ++compared;
@@ -271,7 +272,8 @@ TEST_F(StiffeningTest, TheSamePartInAnyUnits) {
         double largest = 0;
         for (const auto value : a) largest = std::max(largest, double(std::abs(value)));
         for (size_t k = 0; k < a.size(); ++k)
-            ASSERT_NEAR(std::abs(a[k]), std::abs(b[k]), digits * largest);  // modes have any sign
+            ASSERT_NEAR(std::abs(a[k]), std::abs(b[k]),
+                        digits * largest);  // signs of modes are arbitrary
     };
     expectSame(parts[0].stiffening->turning[1], parts[1].stiffening->turning[1], 1e-6);
     expectSame(parts[0].stiffening->interfaces[0][0], parts[1].stiffening->interfaces[0][0], 1e-6);

@@ -1,6 +1,6 @@
 /** @file
-Reduced parts of shells, beams and ties against CalculiX's own frequencies and the theory of plates
-and rings. **/
+Reduced parts of shells, beams and ties against CalculiX's frequencies and the theory of plates and
+rings. **/
 
 #include <gmock/gmock.h>
 
@@ -39,7 +39,7 @@ protected:
         return std::sqrt(body.omegaSquared[size_t(mode)]) / (2 * M_PI);
     }
 
-    /** √(D/ρh) of a plate of METAL of thickness h [m²/s]. **/
+    /** Returns √(D/ρh) of a plate of METAL of thickness h [m²/s]. **/
     double plateFactor(double h) const {
         return h * std::sqrt(70e9 / (12 * (1 - deck.nu * deck.nu) * 2700));
     }
@@ -55,7 +55,7 @@ TEST_F(ThinParts, AFreeSquarePlateHasItsTheorysFrequencies) {
     ReductionOptions options;
     options.numModes = 6 + 6;
     const ReducedBody body = reduceDeck(options);
-    // λ = ωa²√(ρh/D) of a thin plate, ν = 0.3 (Ritz's series carried to convergence).
+    // λ = ωa²√(ρh/D) of a thin plate, ν = 0.3 (converged Ritz series).
     const double lambda[6] = {13.468, 19.596, 24.270, 34.801, 34.801, 61.093};
     for (int i = 0; i < 6; ++i) {
         const double expected = lambda[i] * plateFactor(h) / (2 * M_PI);
@@ -81,7 +81,7 @@ TEST_P(LinearShellPart, OfASkewMeshHasThePlatesFrequencies) {
     deck.addNodeSet("EDGE", [](const Point& x) { return x[0] < 1e-9; });
     ReductionOptions options;
     options.numModes = 12;
-    // Leissa's, of 2.1e11 Pa and 7800 kg/m³: one edge clamped, and free.
+    // Leissa's values for 2.1e11 Pa and 7800 kg/m³: one edge clamped, and free.
     const double scale = std::sqrt((70e9 / 2700) / (2.1e11 / 7800));
     const double clamped[5] = {8.7266, 21.3042, 53.5542, 68.2984, 77.7448},
                  free[5] = {33.7119, 49.4558, 61.0513, 87.516, 87.516};
@@ -99,7 +99,7 @@ TEST_P(LinearShellPart, OfASkewMeshBendsAsARingHoweverThin) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> off(-0.2, 0.2);
     constexpr int Around = 72, Across = 6;
-    std::vector<std::array<double, 2>> moved;  // on the ring, by place
+    std::vector<std::array<double, 2>> moved;  // on the ring, by position
     for (int place = 0; place < Around * (Across + 1); ++place)
         moved.push_back({off(random), place % (Across + 1) % Across == 0 ? 0 : off(random)});
     for (const double h : {1e-2, 1e-3, 1e-4}) {
@@ -142,7 +142,7 @@ TEST_F(ThinParts, AFreeDiscHasItsTheorysFrequencies) {
     ReductionOptions options;
     options.numModes = 6 + 6;
     const ReducedBody body = reduceDeck(options);
-    // Thin plate, ν = 0.3; shear takes up to 0.2 %.
+    // Thin plate, ν = 0.3; shear reduces λ by up to 0.2 %.
     const double lambda[6] = {5.358, 5.358, 9.003, 12.439, 12.439, 20.475};
     for (int i = 0; i < 6; ++i) {
         const double expected = lambda[i] * plateFactor(h) / (2 * M_PI);
@@ -171,7 +171,7 @@ TEST_F(ThinParts, ARingHasItsTheorysFrequencies) {
     }
 }
 
-/** A ring of radius 1 m: so many elements around, so thick. **/
+/** A ring of radius 1 m, given number of elements around and thickness. **/
 struct Ring {
     const char *type, *section;  ///< no section: a shell or, through the thickness, bricks
     int numAround;
@@ -212,7 +212,7 @@ protected:
             deck.addShellSection("RING", t);
         } else {
             deck.addCurvedBeam(ring.type, "RING", ring.numAround, at);
-            // Stiff out of the plane, where the section can be.
+            // Stiff out of plane where the section allows it.
             deck.addBeamSection("RING", ring.section, isCircle || isPipe ? t / 2 : 20 * t,
                                 isPipe ? 0.4999 * t : t, "0,0,1");
         }
@@ -224,7 +224,7 @@ protected:
         const ReducedBody body = reduce(model, options);
         const double inertia = isCircle || isPipe ? t * t / 16 : t * t / 12;  // I/A
         const double expected = 6 / std::sqrt(5.0) * std::sqrt(70e9 * inertia / 2700) / (2 * M_PI);
-        // A round section bends as easily out of its plane, by a formula of its own.
+        // A round section bends as easily out of its plane, with a different formula.
         const double found = hertzOf(body, isCircle || isPipe ? 2 : 0);
         return std::pow(found / expected, 2) - 1;
     }
@@ -373,7 +373,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Ring{"B31", "RECT", 48, 0.001}, Ring{"S4", "", 72, 0.001},
                       Ring{"C3D20R", "", 24, 0.005}, Ring{"C3D8I", "", 72, 0.02, 2}));
 
-/** Where a part's matrices alone are known its unknowns are displacements. **/
+/** If only the matrices of a part are known, its unknowns are displacements. **/
 class SectionUnknownsTest : public ThinParts {
 protected:
     FeModel readModel() {
@@ -394,7 +394,7 @@ protected:
         EXPECT_LE((a - b).norm(), 1e-6 * b.norm()) << what;
     }
 
-    /** Of the interfaces, in the modes of the part. **/
+    /** Returns the flexibility of the interfaces in the modes of the part. **/
     static Eigen::MatrixXd calcFlexibility(const ReducedBody& body) {
         Eigen::MatrixXd shapes(6 * Eigen::Index(body.interfaces.size()), body.numModes);
         Eigen::Index row = 0;
@@ -413,8 +413,8 @@ TEST_F(SectionUnknownsTest, ReducePartsToWhatDisplacementsDo) {
     for (const std::string shell : {"S3", "S4", "S6", "S8R"})
         for (const TieType tie : {TieType::Rigid, TieType::Distributing}) {
             deck = ThinDeck();
-            // An angle section with a knot along its edge, a step in thickness and an offset, and
-            // a stiffener of beams that ends on the edge.
+            // An angle section with a knot along its edge, a step in thickness and an offset, and a
+            // beam stiffener that ends on the edge.
             deck.addPatch(shell, "FOOT", 4, 3, [](double u, double v) -> Point {
                 return {0.5 * u, 0.2 * v, 0};
             });
@@ -452,7 +452,7 @@ TEST_F(SectionUnknownsTest, FollowInterfacesThatHaveOneSideOfAShell) {
     });
     deck.addShellSection("PLATE", 0.01);
     FeModel model = readModel();
-    // Nodes of either side at the ends; and both sides at one end, an interface each.
+    // Nodes of both sides at the ends; and both sides at one end as separate interfaces.
     for (int node = 0; node < model.mesh.numNodes(); ++node) {
         const Point x = model.mesh.position(node);
         const bool isEnd = x[0] < 0.1 || x[0] > 0.4;
@@ -472,8 +472,7 @@ TEST_F(SectionUnknownsTest, FollowInterfacesThatHaveOneSideOfAShell) {
         }
 }
 
-/** Elements and length over thickness, of which Bernoulli's bar is found to the digits asked for.
- * **/
+/** Elements, and the length over thickness at which they match Bernoulli's beam to `digits`. **/
 struct SlenderStrip {
     const char* type;
     double ratio, digits;
@@ -481,7 +480,7 @@ struct SlenderStrip {
 
 class TooSlenderParts : public ThinParts {
 protected:
-    /** Lowest three frequencies of a strip that is free at both ends, without Poisson's ratio [Hz].
+    /** Returns the three lowest frequencies of a free-free strip with zero Poisson's ratio [Hz].
      **/
     std::array<double, 3> calcFrequencies(const std::string& type, double ratio) {
         constexpr double L = 1, w = 0.02;
@@ -506,15 +505,15 @@ protected:
 class SlenderParts : public TooSlenderParts, public ::testing::WithParamInterface<SlenderStrip> {};
 
 TEST_P(SlenderParts, BendAsThickerOnesDo) {
-    // Where nothing shears, and nothing turns with the section, frequencies go with the thickness.
+    // Without shear and rotatory inertia, frequencies are proportional to the thickness.
     constexpr double Thicker = 1000;
     const auto [type, ratio, digits] = GetParam();
     const auto thick = calcFrequencies(type, Thicker), thin = calcFrequencies(type, ratio);
     const double lambda[3] = {4.730040744862704, 7.853204624095838, 10.995607838001671};
     for (size_t k = 0; k < 3; ++k) {
         const double scaled = thick[k] * Thicker / ratio;
-        // The thicker one shears and its sections turn, (1 + E/κG)/24 of (λ/ratio)²; and elements
-        // of full integration that resist bending by shear give way in it.
+        // Shear and rotatory inertia lower the thicker strip's frequency, (1 + E/κG)/24 of
+        // (λ/ratio)²; fully integrated elements that resist bending by shear become softer.
         EXPECT_NEAR(thin[k], scaled, (digits + 0.5 * std::pow(lambda[k] / Thicker, 2)) * scaled)
             << "mode " << k + 1;
         const double bernoulli =
@@ -551,7 +550,8 @@ TEST_F(ThinParts, ShellsBeamsAndSolidsTiedTogetherHaveCalculixFrequencies) {
     });
     deck.addBox("BLOCK", {2, 3, 2}, {-0.1, 0, -0.02}, {0, 0.15, 0.02});
     deck.addBox("FOOT", {2, 2, 1}, {-0.1, 0.02, -0.05}, {0, 0.13, -0.02 - 1e-5});
-    // Along an edge of the plate and on: from a single node it would turn freely about the normal.
+    // Along an edge of the plate and beyond: attached to a single node it could rotate freely about
+    // the normal.
     deck.addBeam("B32R", "MAST", 1, {0.2, 0.1, 0}, {0.2, 0.15, 0});
     deck.addBeam("B32R", "MAST", 3, {0.2, 0.15, 0}, {0.2, 0.35, 0});
     deck.addShellSection("PLATE", 0.006);
@@ -571,7 +571,7 @@ TEST_F(ThinParts, ShellsBeamsAndSolidsTiedTogetherHaveCalculixFrequencies) {
 
 class StiffenedStrip : public ThinParts, public ::testing::WithParamInterface<const char*> {};
 
-/** Pressed at both ends by forces that keep their direction, it bends away at π²EI/L². **/
+/** Compressed at both ends by forces of constant direction, it buckles at π²EI/L². **/
 TEST_P(StiffenedStrip, BucklesAtEulersLoad) {
     const double L = 1, w = 0.02, t = 0.01, EI = 70e9 * w * t * t * t / 12;
     const std::string type = GetParam();
@@ -600,7 +600,7 @@ TEST_P(StiffenedStrip, BucklesAtEulersLoad) {
             return Eigen::Map<const Eigen::MatrixXd>(
                 body.stiffening->interfaces[interface][0].data(), body.numModes, body.numModes);
         };
-        // (Ω² + P (K_a − K_b)) x = 0 as (K_b − K_a) x = 1/P Ω² x.
+        // Solve (Ω² + P (K_a − K_b)) x = 0 as (K_b − K_a) x = 1/P Ω² x.
         const Eigen::Map<const Eigen::VectorXd> omegaSquared(body.omegaSquared.data(),
                                                              body.numModes);
         const Eigen::VectorXd inverse = omegaSquared.cwiseSqrt().cwiseInverse();
@@ -618,7 +618,7 @@ INSTANTIATE_TEST_SUITE_P(Types, StiffenedStrip,
 
 class BeamPart : public ThinParts, public ::testing::WithParamInterface<const char*> {
 protected:
-    /** Displacements of b under unit forces at b, a held [m/N]. **/
+    /** Returns the displacements of b under unit forces at b, with a held [m/N]. **/
     static Eigen::Matrix3d calcFlexibility(const ReducedBody& body) {
         const auto shapesOf = [&](const char* name) {
             const auto& interface = body.getInterface(name);
@@ -639,7 +639,7 @@ protected:
     }
 };
 
-/** Ends that are one node each, whatever their tie and however short the elements. **/
+/** Ends that are one node each, for any tie and element length. **/
 TEST_P(BeamPart, BendsAsTimoshenkoFoundBetweenItsEndNodes) {
     const double L = 0.5, h = 0.02, w = 0.03, E = 70e9, G = E / (2 * (1 + deck.nu)), A = h * w;
     for (const int numElements : {20, 40, 80})
@@ -674,7 +674,8 @@ TEST_F(ThinParts, AnInterfaceThatIsABeamsNodeIsThatNodesMotion) {
     for (int k = 0; k <= Bays; ++k) nodes.push_back(deck.addNode({0.2 * k, 0, 0}));
     const FeModel model = readDeck(true);
     ReductionOptions options;
-    options.numModes = 6 * int(nodes.size()) + 22;  // Ritz falls to the whole with the modes
+    options.numModes =
+        6 * int(nodes.size()) + 22;  // with all modes, Ritz values reach the full model
     const auto hertz = [&](TieType tie) {
         options.interfaces.clear();
         for (const int node : nodes)

@@ -1,11 +1,11 @@
 #pragma once
 /** @file
-Counts what the whole test program allocates with `new`. **/
+Counts allocations of the whole test program by `new`. **/
 
 namespace simflex {
 namespace test {
 
-/** Since the program began, in all threads. **/
+/** Returns the count since program start, over all threads. **/
 long getNumAllocations();
 
 }  // namespace test

@@ -35,7 +35,7 @@ std::array<Plane, 3> convertToLab(const Image& image) {
         linear[std::size_t(level)] = linearize(std::uint8_t(level));
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint8_t* p = image.getData() + 4 * i;
-        // Transparent pixels are seen on white.
+        // Transparent pixels are blended with white.
         const double alpha = p[3] / 255.0;
         const double r = alpha * linear[p[0]] + 1 - alpha, g = alpha * linear[p[1]] + 1 - alpha,
                      b = alpha * linear[p[2]] + 1 - alpha;
@@ -49,7 +49,7 @@ std::array<Plane, 3> convertToLab(const Image& image) {
     return lab;
 }
 
-// A Gaussian of one pixel; beyond the border the border goes on.
+// A Gaussian of one pixel; border values extend beyond the border.
 void smooth(Plane& plane, int width, int height) {
     constexpr double weights[] = {0.4026, 0.2442, 0.0545};
     Plane other(plane.size());
@@ -100,7 +100,7 @@ PictureDifference comparePictures(const Image& a, const Image& b) {
     result.height = height;
     result.map.resize(std::size_t(width) * height);
     const auto calcDistance = [&](int x, int y, double dx, double dy) {
-        // b between (x, y) and its neighbour there.
+        // Interpolates b between (x, y) and its neighbour.
         const int x2 = std::clamp(x + (dx > 0) - (dx < 0), 0, width - 1);
         const int y2 = std::clamp(y + (dy > 0) - (dy < 0), 0, height - 1);
         const std::size_t i = std::size_t(y) * width + x, j = std::size_t(y2) * width + x2;

@@ -7,7 +7,7 @@ Parts with stress for the renderer's tests. **/
 namespace simflex {
 namespace test {
 
-/** Stress of mode i at a node: c_i (1 + x) with another tensor for each mode. **/
+/** Returns the stress of mode i at a node: c_i (1 + x), with a different tensor for each mode. **/
 inline SimTK::SymMat33 calcModeStress(int mode, double x) {
     const SimTK::SymMat33 tensors[] = {SimTK::SymMat33(3, 0, 0, 0, 0, 0),      // tension along x
                                        SimTK::SymMat33(-2, 1, -5, 0.5, 0, 1),  // mostly pressure
@@ -15,8 +15,8 @@ inline SimTK::SymMat33 calcModeStress(int mode, double x) {
     return 1e8 * (1 + x) * tensors[mode];
 }
 
-/** A brick (see makeBrickPart) with calcModeStress() at all nodes with x ≤ `end`; strain is stress
-/ 2e11. **/
+/** Makes a brick (see makeBrickPart) with calcModeStress() at all nodes with x ≤ `end`; strain is
+stress / 2e11. **/
 inline std::shared_ptr<const ReducedBody> makeStressedBrick(SimTK::Vec3 size, int nx, int ny,
                                                             int nz, double end = SimTK::Infinity) {
     ReducedBody part = *makeBrickPart(size, nx, ny, nz);

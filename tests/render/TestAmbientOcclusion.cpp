@@ -1,4 +1,4 @@
-// Two planes at right angles, with and without ambient occlusion: what is left of the light.
+// Two planes at right angles, with and without ambient occlusion: the remaining light.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ protected:
         camera.viewHeight = 2;
     }
 
-    // Plates along z = ±|x|: a corner open towards the viewer, or an edge.
+    // Adds plates along z = ±|x|: a corner open towards the viewer, or an edge.
     void addPlates(double side) {
         for (const double end : {-1.0, 1.0}) {
             const SimTK::Rotation R(-side * end * SimTK::Pi / 4, SimTK::YAxis);
@@ -36,7 +36,7 @@ protected:
         return renderer.draw(scene, camera, style, 400, 400);
     }
 
-    // Light that is left at a column of the middle row; colours are roots of light.
+    // Returns the remaining light at a column of the middle row; colours are square roots of light.
     static double calcLight(const Image& dark, const Image& bright, int x) {
         const double ratio =
             double(dark.getPixel(x, 200)[1]) / std::max(1.0, double(bright.getPixel(x, 200)[1]));
@@ -53,7 +53,7 @@ TEST_F(AmbientOcclusion, CornerOfTwoPlanesKeepsHalfOfTheLight) {
         camera.fieldOfView = 2 * std::atan(1.0 / 6);
         const Image bright = draw(0), dark = draw(radius);
         // A pixel is 5 mm wide; the corner lies between columns 199 and 200.
-        // It is blurred over 14 pixels, within which light grows from 1/2 to 2/3.
+        // Blurring spans 14 pixels, over which light grows from 1/2 to 2/3.
         EXPECT_GT(calcLight(dark, bright, 203), 0.5);
         EXPECT_LT(calcLight(dark, bright, 203), 0.67);
         double last = 0;

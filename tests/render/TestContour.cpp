@@ -18,7 +18,7 @@ void makePlainPart(OffscreenVisualizer& viz) {
     viz.setShowUndeformed(false).setShowFeatureEdges(false);
 }
 
-// Row of the middle of what is not white.
+// Returns the mean row of all non-white pixels.
 double calcMiddleRow(const Image& image) {
     double sum = 0, rows = 0;
     for (int y = 0; y < image.getHeight(); ++y)
@@ -46,7 +46,7 @@ TEST(Contour, ColourAtANodeIsThatOfItsDisplacement) {
             const Vec3 pixel = viz.calcPixel(Vec3(x, 0.25, 0.05));
             const Image::Pixel found = image.getPixel(int(pixel[0]), int(pixel[1]));
             const Vec3 expected = calcColor(map, std::abs(x) * xi / largest);
-            // Half a pixel beside the node the value differs by 0.3 % of the range.
+            // Half a pixel from the node the value differs by 0.3 % of the range.
             for (int k = 0; k < 3; ++k) EXPECT_NEAR(found[k], 255 * expected[k], 3) << "x = " << x;
         }
     }
@@ -58,7 +58,7 @@ TEST(Contour, WithoutBarAndFactorNothingIsWritten) {
     makePlain(viz, 12);
     viz.addDeformableMesh(
         makeStill(makeBrickPart(Vec3(1, 1, 0.1), 4, 4, 1), Vector(Vec3(0, 1e-3, 0))));
-    // The brick is in the middle half of the picture, all writing at its sides.
+    // The brick fills the middle half of the picture, with all text at the sides.
     const auto countAtTheSides = [&] {
         const Image image = viz.drawFrame(scene.state);
         int count = 0;

@@ -124,7 +124,7 @@ TEST(ContourFields, OfStressNeedAPartThatHasIt) {
     EXPECT_THAT(errorOf([&] { viz.setContour(Contour::VonMises); }),
                 AllOf(HasSubstr("'boom'"), HasSubstr("'brick'"), HasSubstr("von Mises"),
                       HasSubstr("--stress")));
-    viz.drawFrame(scene.state);  // of displacement, as before
+    viz.drawFrame(scene.state);  // displacement, as before
     EXPECT_NO_THROW(viz.findNode("boom", 1));
     EXPECT_THAT(errorOf([&] { viz.setContour(Contour::Speed); }),
                 AllOf(HasSubstr("'boom'"), HasSubstr("getModalSpeeds")));
@@ -134,8 +134,8 @@ TEST(ContourFields, OfStressNeedAPartThatHasIt) {
     EXPECT_THAT(errorOf([&] { other.addDeformableMesh(mesh); }), HasSubstr("--stress"));
 }
 
-// The colour of the pixel of a node is that of the value there, pixel by pixel; what is picked is
-// what was drawn.
+// The colour of a node's pixel matches the value there, pixel by pixel; picking finds the drawn
+// surface.
 TEST(ContourFields, ColourOfAPixelIsThatOfTheValuePickedThere) {
     EmptyScene scene;
     OffscreenVisualizer viz(scene.system);
@@ -159,7 +159,7 @@ TEST(ContourFields, ColourOfAPixelIsThatOfTheValuePickedThere) {
             EXPECT_EQ(view.color, calcColor(map, (view.value - range[0]) / (range[1] - range[0])));
             if (!view.isVisible) continue;
             const int x = int(view.pixel[0]), y = int(view.pixel[1]);
-            // Beside an edge of the part the pixel is a mixture.
+            // At an edge of the part the pixel is a mixture.
             bool isInside = true;
             for (const int dx : {-2, 2})
                 for (const int dy : {-2, 2}) isInside &= bool(viz.pickNode(x + dx, y + dy));
@@ -233,7 +233,7 @@ TEST(ContourRanges, AreEvenAboutZeroWhereValuesHaveASign) {
     viz.drawFrame(states[0]);
     EXPECT_NEAR(viz.getContourRange()[0], -3e-3, 1e-12);
     EXPECT_NEAR(viz.getContourRange()[1], 3e-3, 1e-12);
-    // Without a motion given before, the range grows in the order of frames.
+    // Without a prior motion, the range grows with each frame.
     viz.setContour(Contour::Displacement);
     viz.drawFrame(states[1]);
     EXPECT_NEAR(viz.getContourRange()[1], 1e-3, 1e-12);

@@ -1,5 +1,5 @@
-// Every kind of DecorativeGeometry against closed forms: what it covers in an orthographic picture,
-// its colour, its scale factors.
+// Every kind of DecorativeGeometry against closed forms: covered area in an orthographic picture,
+// colour, scale factors.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -77,15 +77,15 @@ TEST_P(DecorationShape, CoversTheAreaOfItsProjection) {
     const Shape& shape = GetParam();
     for (const Vec3& scale : {Vec3(1), Vec3(1.4), Vec3(1.6, 0.6, 2.5)}) {
         const bool isUniform = scale[0] == scale[1];
-        if (std::string(shape.name) == "Arrow" && !isUniform) continue;  // its tip stays round
+        if (std::string(shape.name) == "Arrow" && !isUniform) continue;  // its tip stays circular
         OffscreenVisualizer viz = makeVisualizer();
         viz.addDecoration(ground, Transform(Vec3(0.1, -0.05, 0)),
                           shape.make().setScaleFactors(scale).setColor(Vec3(0)));
         const Image image = viz.drawFrame(scene.state);
         const double pixels = calcPixelsPerMeter(viz);
         const double perimeter = shape.perimeter * std::max(scale[0], scale[1]) * pixels;
-        // Facets lie up to a tenth of a pixel inside a circle; four samples a pixel place an edge
-        // to an eighth of a pixel.
+        // Facets lie up to a tenth of a pixel inside a circle; with four samples per pixel an edge
+        // is accurate to an eighth of a pixel.
         EXPECT_NEAR(calcCoveredArea(image, 0, 0),
                     shape.area * scale[0] * scale[1] * pixels * pixels, 0.16 * perimeter)
             << scale;
@@ -95,7 +95,7 @@ TEST_P(DecorationShape, CoversTheAreaOfItsProjection) {
 TEST_P(DecorationShape, HasItsColorAndOpacity) {
     const Shape& shape = GetParam();
     const Vec3 color(0.8, 0.2, 0.4);
-    // A point on the shape's projection, wherever it has a hole in the middle.
+    // A point on the shape's projection, outside the hole of a torus.
     const Vec3 p = std::string(shape.name) == "Torus" ? Vec3(0.4, 0, 0) : Vec3(0, -0.01, 0);
     for (const double opacity : {1.0, 0.5}) {
         OffscreenVisualizer viz = makeVisualizer();
@@ -103,7 +103,7 @@ TEST_P(DecorationShape, HasItsColorAndOpacity) {
         const Image image = viz.drawFrame(scene.state);
         const Vec3 pixel = viz.calcPixel(p);
         const Image::Pixel seen = image.getPixel(int(pixel[0]), int(pixel[1]));
-        // Light passes each wall.
+        // Light passes through each wall.
         const double passing = std::pow(1 - opacity, shape.isLayered ? 2 : 1);
         for (int k = 0; k < 3; ++k)
             EXPECT_NEAR(seen[std::size_t(k)], 255 * (color[k] * (1 - passing) + passing), 2)
@@ -145,7 +145,7 @@ TEST_F(DecorationShape, LineIsAsWideAsItsThicknessAndPointAsItsDiameter) {
     EXPECT_NEAR(area, Pi / 4 * 40 * 40 * unit * unit, 0.16 * Pi * 40 * unit);
 }
 
-// Rows and columns that are covered.
+// Returns the numbers of covered columns and rows.
 SimTK::Vec2 calcExtent(const Image& image) {
     int left = image.getWidth(), right = -1, top = image.getHeight(), bottom = -1;
     for (int y = 0; y < image.getHeight(); ++y)
@@ -179,13 +179,13 @@ TEST_F(DecorationShape, TextIsAsHighAsItsScaleAndHasALineForEachNewline) {
     EXPECT_GT(calcExtent(two)[1], 2 * one[1]);
     EXPECT_NEAR(calcCoveredArea(two, 0, 0), 2 * calcCoveredArea(draw("H", Vec3(0.4), pixels), 0, 0),
                 4 * one[1]);
-    // One letter of two bytes is one letter; what is no UTF-8 is drawn somehow.
+    // A two-byte letter counts as one letter; invalid UTF-8 is drawn in some form.
     EXPECT_GT(calcCoveredArea(draw("Ω", Vec3(0.4), pixels), 0, 0), 100);
     EXPECT_NO_THROW(draw("\xff\xc3", Vec3(0.4), pixels));
 }
 
 TEST_F(DecorationShape, TextThatDoesNotFaceTheCameraLiesInItsFrame) {
-    // Seen edge-on there is nothing to see; facing the camera it is seen anyway.
+    // Edge-on it is invisible; text that faces the camera is visible anyway.
     for (const bool facesCamera : {false, true}) {
         OffscreenVisualizer viz = makeVisualizer();
         viz.addDecoration(ground, Transform(SimTK::Rotation(Pi / 2, SimTK::YAxis)),
@@ -219,7 +219,7 @@ TEST_F(DecorationShape, FrameHasThreeAxesOfItsLengthInTheirColors) {
     }
 }
 
-// A force element with geometry of each stage, as springs and contacts have.
+// A force element with geometry at each stage, like springs and contacts.
 class StagedGeometry : public SimTK::Force::Custom::Implementation {
 public:
     void calcForce(const SimTK::State&, SimTK::Vector_<SimTK::SpatialVec>&, SimTK::Vector_<Vec3>&,

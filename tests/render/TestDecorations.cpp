@@ -17,7 +17,7 @@ using SimTK::Vec3;
 const SimTK::MobilizedBodyIndex ground(0);
 const Image::Pixel white = {255, 255, 255, 255};
 
-// What is drawn, points that it covers and points that it does not.
+// A decoration, points that it covers and points that it does not.
 struct Kind {
     const char* name;
     std::function<DecorativeGeometry()> make;

@@ -1,5 +1,5 @@
 /** @file
-Parts whose deformation is exaggerated stay in their joints. **/
+Parts with exaggerated deformation stay attached at their joints. **/
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -57,7 +57,7 @@ struct TwoArms {
     }
 };
 
-/** Where the surface has an interface's node. **/
+/** Returns the location of an interface's node on the surface. **/
 Vec3 findOnSurface(const DrawnPoses& drawn, const FlexibleBody& body, const std::string& name) {
     const DeformedSurface surface(extractSkinModes(body.getPartHandle(), 0.6));
     const Vec3 s = body.interface(name).getFlexibleFrame().shapes->s;
@@ -89,7 +89,7 @@ TEST(DrawnPoses, SurfacesMeetAtPinsHoweverMuchIsExaggerated) {
                     .norm(),
                 1e-9);
             EXPECT_LT(drawn.getLargestGap().distance, 1e-9);
-            // The axes of the pins, too.
+            // The pins' axes agree, too.
             const Transform shoulder = drawn.calcPose(arms.shoulder.getFrameM()),
                             arm = drawn.calcPose(arms.elbow.getFrameF()),
                             forearm = drawn.calcPose(arms.elbow.getFrameM());
@@ -112,7 +112,7 @@ TEST(DrawnPoses, NothingMovesWithoutExaggeration) {
 }
 
 TEST(DrawnPoses, MoveAsSmoothlyAsTheBodies) {
-    // Half the time between two pictures halves what any body moves between them.
+    // Halving the time between two pictures halves the motion of every body between them.
     TwoArms arms;
     const auto calcLargestMove = [&](double step) {
         double largest = 0;
@@ -147,8 +147,7 @@ TEST(DrawnPoses, ClampedEndStaysOnTheGround) {
     const Transform X_GA = drawn.calcPose(foot.getFrameM());
     EXPECT_LT(X_GA.p().norm(), 1e-12);
     EXPECT_LT((X_GA.R().asMat33() - Mat33(1)).norm(), 1e-12);
-    // Measured from there, the displacement of that end is zero, and the body's frame is where it
-    // is.
+    // Relative to that end, its displacement is zero and the body's frame stays in place.
     const ReferenceMotion reference = drawn.calcReference(tower.getIndex());
     const Vector xi = tower.getModalCoordinates(state);
     const FrameShapes& shapes = *tower.interface("A").getFlexibleFrame().shapes;
@@ -166,7 +165,7 @@ TEST(DrawnPoses, ReferencesAreJointsAsFarAsTheyHold) {
     drawn.update(arms.system, state, 10);
     EXPECT_EQ(drawn.getReferenceName(arms.arm.getIndex()), "arm.A");
     EXPECT_EQ(drawn.getReferenceName(arms.forearm.getIndex()), "forearm.A");
-    // A pin holds no turn about its axis.
+    // A pin does not constrain rotation about its axis.
     EXPECT_LT(std::abs(drawn.calcReference(arms.arm.getIndex()).turn[2]), 1e-15);
     EXPECT_GT(drawn.calcReference(arms.arm.getIndex()).turn.norm(), 1e-6);
     drawn.setReference(arms.arm.interface("B"));
@@ -179,7 +178,7 @@ TEST(DrawnPoses, ReferencesAreJointsAsFarAsTheyHold) {
     EXPECT_EQ(drawn.calcReference(arms.forearm.getIndex()).shift.norm(), 0);
 }
 
-// A bar between two points of Ground that gets longer than the way between them.
+// A bar between two points of Ground that becomes longer than their distance.
 TEST(DrawnPoses, WhatCannotCloseIsSharedOutAndNamed) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -210,7 +209,7 @@ TEST(DrawnPoses, WhatCannotCloseIsSharedOutAndNamed) {
     EXPECT_NEAR(drawn.getLargestGap().distance, extra / 2, 1e-4 * extra);
     EXPECT_THAT(drawn.getLargestGap().joint, ::testing::AnyOf("left", "right"));
 
-    // The picture says so.
+    // The picture reports it.
     OffscreenVisualizer viz(system, 64, 48);
     viz.addFlexibleBody(bar).setDeformationFactor(factor).setReference(
         OffscreenVisualizer::Reference::MeanAxes);
@@ -220,7 +219,7 @@ TEST(DrawnPoses, WhatCannotCloseIsSharedOutAndNamed) {
     EXPECT_EQ(viz.getLargestGap().second, 0);
 }
 
-/** Twenty links in a row, each longer by a part in 10⁴. **/
+/** Twenty links in a row, each stretched by 1 part in 10⁴. **/
 TEST(DrawnPoses, AChainOfStretchedLinksGetsLongerAndDoesNotFold) {
     constexpr int numLinks = 20;
     MultibodySystem system;
@@ -234,7 +233,7 @@ TEST(DrawnPoses, AChainOfStretchedLinksGetsLongerAndDoesNotFold) {
         Joint::Ball(flexible, i == 0 ? Attachment(matter.Ground()) : links[i - 1].interface("B"),
                     links[i].interface("A"));
     State state = system.realizeTopology();
-    // ξ that moves B away from A along the chord, and nothing else.
+    // ξ that moves B away from A along the chord only.
     const int n = links[0].getNumModes();
     const auto calcChord = [&](const Vector& xi) {
         Vec3 ends[2];

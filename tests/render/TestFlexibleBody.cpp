@@ -34,7 +34,7 @@ TEST(FlexibleBodyPicture, ShowsEveryNodeWhereTheBodySaysItIs) {
     const Image image = viz.drawFrame(state);
     system.realize(state, SimTK::Stage::Position);
 
-    // The silhouette touches the outermost nodes: leftmost and rightmost column in use.
+    // The silhouette touches the outermost nodes: leftmost and rightmost covered column.
     double left = SimTK::Infinity, right = 0;
     for (const int number : part->mesh.nodeNumbers) {
         const double x = viz.calcPixel(body.calcNodeLocation(state, number))[0];

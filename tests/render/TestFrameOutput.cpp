@@ -38,7 +38,7 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 namespace fs = std::filesystem;
 
-/** A brick that turns about its edge and bends more and more. **/
+/** A brick that rotates about its edge and bends more and more. **/
 struct BendingBrick {
     SimTK::MultibodySystem system;
     SimTK::SimbodyMatterSubsystem matter{system};
@@ -63,7 +63,7 @@ struct BendingBrick {
         mesh.getModalCoordinates = [](const SimTK::State& state) {
             return SimTK::Vector(Vec3(0, 0, 0.02 * state.getTime()));
         };
-        // Neither camera nor ground gives way for what is drawn.
+        // Camera and ground do not adapt to the scene.
         viz.addDeformableMesh(mesh).setShowShadows(false).setGroundHeight(-0.5);
         viz.setCameraTransform(Transform(Vec3(0, 0.2, 3)));
         return viz;
@@ -90,7 +90,8 @@ std::string readFile(const std::string& path) {
 
 class FrameOutput : public ::testing::Test {
 protected:
-    /** A test that another one starts as a process of its own writes into that one's folder. **/
+    /** When another test starts this test in a separate process, it writes to that test's
+    folder. **/
     FrameOutput() : isStartedByTest(std::getenv("SIMFLEX_TEST_FOLDER")) {
         if (isStartedByTest) folder = std::getenv("SIMFLEX_TEST_FOLDER");
     }
@@ -109,7 +110,7 @@ protected:
         for (int i = 0; fs::exists(makeName(i)); ++i) frames.push_back(readFile(makeName(i)));
         return frames;
     }
-    /** Changes whenever a file is written anew. **/
+    /** Changes whenever a file is rewritten. **/
     std::pair<ino_t, time_t> identify(int number) const {
         struct stat info {};
         stat(makeName(number).c_str(), &info);
@@ -194,7 +195,7 @@ TEST_F(FrameOutput, ReportReturnsBeforeTheFrameIsDrawnButTheQueueIsBounded) {
             ++numReported;
         }
     });
-    // Though none is delivered.
+    // Holds although no frame is delivered.
     testing::await("4 reports", [&] { return numReported >= 4; });
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     EXPECT_LE(numReported, 2 + 2 * 2) << "two in work, two per thread waiting";
@@ -226,7 +227,7 @@ TEST_F(FrameOutput, ErrorReachesTheCallerAndFramesBeforeItStay) {
         EXPECT_EQ(readFrames().size(), 5u);
         EXPECT_EQ(countFiles(), 5);
 
-        // Once repaired, the run goes on with the same number.
+        // After the repair, numbering continues.
         isBroken = false;
         for (int i = 5; i < 8; ++i) viz.report(model.makeState(i));
         viz.finish();
@@ -276,7 +277,7 @@ TEST_F(FrameOutput, FolderRemovedInMidRunIsNamed) {
     EXPECT_EQ(viz.getNumFrames(), 3);
 }
 
-// As on a full disk: no file may grow beyond a few bytes.
+// Simulates a full disk: no file may grow beyond a few bytes.
 TEST_F(FrameOutput, DiskThatIsFullIsAnErrorAndFinishedFramesStay) {
     OffscreenVisualizer viz = model.makeVisualizer();
     viz.setOutputFolder(folder).setNumThreads(2);
@@ -568,7 +569,7 @@ TEST_F(FrameOutput, WrongNumbersOfThreadsAreRefused) {
     EXPECT_EQ(viz.setNumThreads(16).getNumThreads(), 16);
 }
 
-// Also run by FramesOfAKilledProcessAreComplete, in a process of its own that is killed.
+// FramesOfAKilledProcessAreComplete also runs this test in a separate process, which it kills.
 TEST_F(FrameOutput, RunOfManyFramesCompletesAllOfThem) {
     const int numFrames = isStartedByTest ? 400 : 40;
     OffscreenVisualizer viz = model.makeVisualizer();

@@ -55,7 +55,7 @@ TEST(Frame, SphereCoversTheAreaOfItsProjection) {
     viz.addDecoration(ground, Transform(), SimTK::DecorativeSphere(r).setColor(black));
     const double area = calcCoveredArea(viz.drawFrame(scene.state), 0, 0);
     const double R = calcFocalLength(viz, fov) * r / std::sqrt(25 - r * r);
-    // Facets lie up to a tenth of a pixel inside the circle; samples round at random.
+    // Facets lie up to a tenth of a pixel inside the circle; sampling errors are random.
     const double circumference = 2 * Pi * R;
     EXPECT_NEAR(area, Pi * R * R, 0.1 * circumference + std::sqrt(circumference));
 }
@@ -71,7 +71,7 @@ TEST(Frame, BrickCoversTheAreaOfItsFrontFace) {
     const double area = calcCoveredArea(viz.drawFrame(scene.state), 0, 0);
     const double scale = calcFocalLength(viz, fov) / (4 - 0.5);
     const double width = 1.4 * scale, height = 0.8 * scale;
-    // Four samples a pixel place a straight edge to an eighth of a pixel.
+    // With four samples per pixel, a straight edge is accurate to an eighth of a pixel.
     EXPECT_NEAR(area, width * height, 0.125 * 2 * (width + height));
 }
 
@@ -156,7 +156,7 @@ TEST(Frame, DefaultPictureIsNotBlankAndHoldsTheWholeScene) {
     }
 }
 
-// 51 by 51 small boxes that go along with time.
+// 51 by 51 small boxes that move with time.
 class Swarm : public SimTK::DecorationGenerator {
 public:
     static Vec3 getPlace(const SimTK::State& state, int i, int j) {
@@ -171,7 +171,7 @@ public:
     }
 };
 
-// Of very many points that leave the first picture the corners of their box are kept.
+// For very many points that leave the first picture, the corners of their bounding box are kept.
 TEST(Frame, AllOfASwarmThatLeavesThePictureIsSeenAgain) {
     for (int azimuth = 0; azimuth < 4; ++azimuth) {
         EmptyScene scene;
@@ -190,7 +190,7 @@ TEST(Frame, AllOfASwarmThatLeavesThePictureIsSeenAgain) {
     }
 }
 
-// What the eye takes for dark is a matter of the colour: 30 % red, 59 % green, 11 % blue.
+// Perceived brightness depends on the colour: 30 % red, 59 % green, 11 % blue.
 TEST(Frame, WritingIsLightOnDarkColoursAndDarkOnLightOnes) {
     const std::pair<Vec3, bool> colors[] = {{Vec3(0), true},          {Vec3(1, 0, 0), true},
                                             {Vec3(0, 0.7, 0), true},  {Vec3(0, 0.8, 0), false},
@@ -426,7 +426,7 @@ TEST(Frames, LongTitlesEndInThePicture) {
     const std::string fits = "A slider-crank with a flexible connecting rod";
     EXPECT_GT(findEnd(fits), 500);
     EXPECT_LT(findEnd(fits), 622);
-    // Also one that does not even in small letters.
+    // Also for a title that does not fit even in small letters.
     EXPECT_GT(findEnd(fits + ", run up in 0.05 s, über alles"), 500);
     EXPECT_LT(findEnd(fits + ", run up in 0.05 s, über alles"), 622);
 }

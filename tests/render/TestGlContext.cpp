@@ -15,7 +15,7 @@ using namespace test;
 using SimTK::Transform;
 using SimTK::Vec3;
 
-// An environment variable, for as long as this lives.
+// Sets an environment variable during its lifetime.
 class Environment {
 public:
     Environment(const char* variable, const char* value) : name(variable) {
@@ -35,7 +35,7 @@ private:
     bool wasSet = false;
 };
 
-// Every kind of item, light, shadow, ghost and transparency.
+// Adds every kind of item, light, shadow, ghost and transparency.
 void fill(OffscreenVisualizer& viz) {
     SimTK::Vector xi(3, 0.0);
     xi[2] = 0.3;
@@ -124,7 +124,7 @@ TEST(GlContext, UnknownNameIsRefusedWithTheAllowedOnes) {
     }
 }
 
-// In a process of its own, where no library has been opened yet.
+// In a separate process, where no library has been loaded yet.
 TEST(GlContextDeathTest, MachineWithoutEitherLibraryIsToldBothReasonsAndPackages) {
     GTEST_FLAG_SET(death_test_style, "threadsafe");
     const auto draw = [] {
@@ -145,7 +145,7 @@ TEST(GlContextDeathTest, MachineWithoutEitherLibraryIsToldBothReasonsAndPackages
                 "Debian package libosmesa6.*; egl: .*libEGL.missing.so.*Debian package libegl1");
 }
 
-// Without OSMesa, as with Mesa 25.1 and later, EGL takes its place unasked.
+// Without OSMesa, as with Mesa 25.1 and later, EGL is the automatic fallback.
 TEST(GlContextDeathTest, MachineWithoutOsMesaDrawsThroughEgl) {
     GTEST_FLAG_SET(death_test_style, "threadsafe");
     const auto create = [] {

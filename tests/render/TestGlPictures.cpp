@@ -16,14 +16,14 @@ using SimTK::Vec3;
 
 const Vec3 red(0.9, 0.2, 0.1), green(0.1, 0.7, 0.2), blue(0.1, 0.3, 0.9), black(0), white(1);
 
-// Sizes, depth and background of what GlRenderer draws, against closed forms. The camera is on the
+// Sizes, depth and background of pictures by GlRenderer, against closed forms. The camera is on the
 // z axis, looking along −z; colours are unlit, the background is white.
 class GlPictures : public test::GlScene {
 protected:
     static void SetUpTestSuite() { shared = std::make_unique<GlRenderer>(); }
     static void TearDownTestSuite() { shared.reset(); }
 
-    // Some of everything, with light and a ground.
+    // Adds items of every kind, with light and a ground.
     void fill() {
         style.isLit = true;
         style.hasTriad = true;
@@ -61,7 +61,7 @@ protected:
         return image;
     }
 
-    // Area of what is black on white [pixel], parts of pixels counted as such.
+    // Returns the black area on white [pixel], counting partial coverage.
     static double calcBlackArea(const Image& image) {
         double sum = 0;
         for (std::size_t i = 0; i < image.getNumBytes(); i += 4)
@@ -75,7 +75,7 @@ protected:
 
 std::unique_ptr<GlRenderer> GlPictures::shared;
 
-// Share of bytes that differ by more than `tolerance`.
+// Returns the share of bytes that differ by more than `tolerance`.
 double calcDifferentShare(const Image& a, const Image& b, int tolerance) {
     EXPECT_EQ(a.getNumBytes(), b.getNumBytes());
     std::size_t different = 0;
@@ -84,7 +84,7 @@ double calcDifferentShare(const Image& a, const Image& b, int tolerance) {
     return double(different) / double(a.getNumBytes());
 }
 
-// `picture` over a background of one colour.
+// Blends `picture` over a uniform background.
 Image layOver(const Image& picture, const Vec3& color) {
     Image result = picture;
     for (std::size_t i = 0; i < result.getNumBytes(); i += 4) {
@@ -131,7 +131,7 @@ TEST_F(GlPictures, DepthOfSphereIsThatOfItsRays) {
         for (int y = 1; y < height; ++y)
             for (int x = 1; x < width; ++x) {
                 const double distance = calcDistance(x + 0.5, y + 0.5);
-                // Not a number next to the edge.
+                // NaN next to the edge.
                 const double slope =
                     std::abs(calcDistance(x + 1.0, y + 0.5) - calcDistance(x + 0.0, y + 0.5)) +
                     std::abs(calcDistance(x + 0.5, y + 1.0) - calcDistance(x + 0.5, y + 0.0));
@@ -290,7 +290,7 @@ TEST_F(GlPictures, TransparentBackgroundHasTheAreaOfTheShapeAsAlpha) {
             } else if (r > radius + 1) {
                 EXPECT_EQ(pixel, Image::Pixel({0, 0, 0, 0}));
             }
-            // Edges have the shape's own colour, not one darkened by what is not there.
+            // Edges have the shape's own colour, not darkened by the empty background.
             for (int k = 0; k < 3 && pixel[3] > 0; ++k) EXPECT_NEAR(pixel[k], 255 * red[k], 3);
         }
     const double expected = SimTK::Pi * radius * radius;

@@ -54,7 +54,7 @@ TEST(GroundShadow, IsAsLargeAsWhatCastsIt) {
     ofOpen.add(open, tilted);
     ofOpen.blur();
     EXPECT_EQ(shadow.getTexels(), ofOpen.getTexels());
-    // An ellipse with half axes that are the singular values of the map: π √det(AAᵀ).
+    // An ellipse whose half axes are the singular values of the map: area π √det(AAᵀ).
     const double xx = 50 * 50 + 20 * 20 + 15 * 15, yy = 10 * 10 + 60 * 60 + 30 * 30,
                  xy = 50 * 10 - 20 * 60 + 15 * 30;
     const double area = SimTK::Pi * std::sqrt(xx * yy - xy * xy);
@@ -68,7 +68,7 @@ TEST(GroundShadow, NothingCastsNone) {
     shadow.blur();
     EXPECT_TRUE(shadow.getBox().isEmpty());
     shadow.clear();
-    shadow.add(makeSquare(100.6, 101.4), asItIs);  // between the middles of texels
+    shadow.add(makeSquare(100.6, 101.4), asItIs);  // between texel centres
     shadow.blur();
     EXPECT_TRUE(shadow.getBox().isEmpty());
 }

@@ -1,5 +1,4 @@
-// A program as Simbody's users write them; only the include of Headless.h tells that it has no
-// window.
+// A typical user program for Simbody; only the include of Headless.h shows that it has no window.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -180,7 +179,7 @@ TEST(Headless, FrameControllerMovesTheCameraOfTheSameFrameAndIsCalledOnce) {
     for (const double time : {0.0, 0.5, 1.0}) {
         state.setTime(time);
         const Image image = viz.drawFrame(state);
-        // The camera stands at x = time, so that this point is in the middle.
+        // The camera is at x = time, so this point is in the middle.
         const Vec3 pixel = viz.calcPixel(Vec3(time, 0, 0));
         EXPECT_NEAR(pixel[0], 160, 1e-9);
         EXPECT_NEAR(pixel[1], 90, 1e-9);
@@ -246,7 +245,7 @@ TEST(Headless, WhatLeavesThePictureOfTheFirstFrameIsFollowedByAStepBack) {
             const Vec3 pixel = viz.calcPixel(p + rim);
             EXPECT_TRUE(pixel[0] > 0 && pixel[0] < 320 && pixel[1] > 0 && pixel[1] < 180) << i;
         }
-        // It never comes nearer again.
+        // It never moves closer again.
         const double now = viz.calcPixel(Vec3(0))[2];
         EXPECT_GE(now, distance - 1e-9);
         distance = std::max(distance, now);

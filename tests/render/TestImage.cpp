@@ -166,7 +166,7 @@ TEST(Video, ASuffixOfGifGivesAnAnimationThatRepeats) {
     EXPECT_EQ(gif.substr(0, 6), "GIF89a");
     EXPECT_EQ((unsigned char)(gif[6]), 64);  // width
     EXPECT_EQ((unsigned char)(gif[8]), 42);
-    // The application extension with a count of 0: for ever; 3 frames of 5 hundredths of a second.
+    // The application extension with a count of 0 (endless); 3 frames of 5 hundredths of a second.
     EXPECT_NE(gif.find(std::string("NETSCAPE2.0\x03\x01\0\0", 15)), std::string::npos);
     int frames = 0;
     for (size_t at = 0; (at = gif.find("\x21\xF9\x04", at)) != std::string::npos; ++at) {

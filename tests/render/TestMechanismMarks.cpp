@@ -19,7 +19,7 @@ namespace {
 using namespace SimTK;
 using ::testing::HasSubstr;
 
-// What is in a list of decorations.
+// Counts the pieces in a list of decorations.
 class Inventory : public DecorativeGeometryImplementation {
 public:
     explicit Inventory(const Array_<DecorativeGeometry>& geometry) {
@@ -81,7 +81,7 @@ PartSnapshot capturePart(const FlexibleBody& body, const State& state) {
     return part;
 }
 
-// A body that hangs on Ground by a ball, its other end free.
+// A body hanging from Ground by a ball, with its other end free.
 struct Pendulum {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -92,7 +92,7 @@ struct Pendulum {
     FlexibleBody body{flexible, part, "boom"};
     Joint::Ball ball{flexible, matter.Ground(), body.interface("A"), "hinge"};
 
-    Transform X_GD;  // of the body as it was drawn last
+    Transform X_GD;  // of the body as last drawn
 
     State place() {
         State state = system.realizeTopology();
@@ -135,7 +135,7 @@ TEST(MechanismMarks, InterfaceFramesAreThoseOfTheBody) {
         EXPECT_LT((found.frames[i].p() - expected.p()).norm(), 1e-12);
         EXPECT_LT((found.frames[i].R().asMat33() - expected.R().asMat33()).norm(), 1e-12);
     }
-    // Exaggerated, they move on with the surface: twice as far from the undeformed place.
+    // With exaggeration they follow the surface: twice as far from the undeformed position.
     const Inventory twice = pendulum.takeStock(marks, state, 2),
                     none = pendulum.takeStock(marks, state, 0);
     EXPECT_LT((twice.frames[1].p() + none.frames[1].p() - 2 * found.frames[1].p()).norm(), 1e-12);
@@ -144,7 +144,7 @@ TEST(MechanismMarks, InterfaceFramesAreThoseOfTheBody) {
 
 TEST(MechanismMarks, ArrowsAreInProportionToTheReactions) {
     Pendulum pendulum;
-    // Held at the other end too: two balls share the weight.
+    // A second ball at the other end shares the weight.
     const auto &from = pendulum.part->interfaces[0].position,
                &to = pendulum.part->interfaces[1].position;
     const Vec3 span(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
@@ -226,7 +226,7 @@ TEST(MechanismMarks, EveryKindOfJointHasASymbolOfItsSize) {
     EXPECT_EQ(coupler.size(), 3u);
 }
 
-// Ends of the sticks, balls and wires of a symbol: the box around it.
+// Bounding box of a symbol from the ends of its sticks, balls and wires.
 void findBounds(const Array_<DecorativeGeometry>& geometry, Vec3& lower, Vec3& upper) {
     ShapeCache shapes;
     Scene scene;
@@ -258,7 +258,7 @@ TEST(ForceSymbols, AStrutReachesFromOneEndToTheOtherHoweverLongItIs) {
                 const double eye = 0.42 * size.radius;
                 EXPECT_NEAR(lower[0], 1 - eye, 1e-9) << length;
                 EXPECT_NEAR(upper[0], 1 + length + eye, 1e-9) << length;
-                // Its thickness does not change with its length.
+                // Its thickness is independent of its length.
                 if (hasSpring && !hasDamper) {
                     EXPECT_NEAR(upper[1] - 2, size.radius, 0.45 * size.radius) << length;
                 }
@@ -266,12 +266,12 @@ TEST(ForceSymbols, AStrutReachesFromOneEndToTheOtherHoweverLongItIs) {
 }
 
 TEST(ForceSymbols, TheCoilKeepsItsTurnsAndEvenlySpacesThem) {
-    // Crossings of the wire's middle with the plane through the axis, per turn one upwards.
+    // Crossings of the wire's centreline with the plane through the axis: one upwards per turn.
     EXPECT_EQ(chooseStrutSize(0.4, 0.5).numTurns, chooseStrutSize(0.8, 1).numTurns);
     EXPECT_GE(chooseStrutSize(0.01, 1).numTurns, 5);
     EXPECT_LE(chooseStrutSize(10, 0.1).numTurns, 14);
     EXPECT_LE(chooseStrutSize(0.01, 1).radius, 0.2 * 0.01);
-    // A rope is straight but for a short piece.
+    // A rope is straight except for a short piece.
     EXPECT_LT(chooseStrutSize(10, 1).coil, 1);
     EXPECT_GT(chooseStrutSize(3, 1).coil, 10);
 }
@@ -285,7 +285,7 @@ TEST(ForceSymbols, ATorqueTurnsByTheRightHandInThePlaneAcrossIt) {
         findBounds(geometry, lower, upper);
         EXPECT_NEAR(upper[0], 0.2, 0.03);
         EXPECT_LT(upper[2] - lower[2], 0.05);
-        // The tip points on along the circle: r × forward is along the axis.
+        // The tip points along the circle: r × forward is along the axis.
         struct Tip : Inventory {
             using Inventory::Inventory;
             Vec3 place, direction;
@@ -339,7 +339,7 @@ TEST(ForceMarks, SpringsAndLoadsGoWithTheDrawnBodyInEveryState) {
 }
 
 TEST(ForceMarks, ASpreadLoadStandsOnTheDeformedBody) {
-    // Nodal forces all along y: their middle moves by the modes' mean displacement there.
+    // All nodal forces are along y: their centre moves by the modes' mean displacement there.
     Pendulum pendulum;
     State state = pendulum.place();
     const ReducedBody& part = *pendulum.part;

@@ -71,7 +71,7 @@ inline DeformableMesh makeStill(std::shared_ptr<const ReducedBody> part, const S
             [xi](const SimTK::State&) { return xi; }};
 }
 
-/** White background, no ground, no writing, colours as they are; camera at z looking along −z. **/
+/** White background, no ground, no text, unlit colours; camera on the z axis looking along −z. **/
 inline void makePlain(OffscreenVisualizer& viz, double distance = 5) {
     viz.setBackgroundType(SimTK::Visualizer::SolidColor)
         .setLighting(OffscreenVisualizer::Lighting::Flat)
@@ -80,8 +80,8 @@ inline void makePlain(OffscreenVisualizer& viz, double distance = 5) {
         .setCameraTransform(SimTK::Transform(SimTK::Vec3(0, 0, distance)));
 }
 
-/** Sum over the picture of how far each pixel is from white towards a colour's darkest channel:
-the covered area in pixels, edge pixels counting by their coverage. **/
+/** Returns the covered area in pixels, with partial coverage of edge pixels: the sum of each
+pixel's distance from white towards a colour's darkest channel. **/
 inline double calcCoveredArea(const Image& image, int channel, double colorOfChannel) {
     double area = 0;
     for (int y = 0; y < image.getHeight(); ++y)

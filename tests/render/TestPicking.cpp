@@ -46,7 +46,8 @@ TEST(Picking, FindsThePointWhereTheRayMeetsThePlane) {
             EXPECT_EQ(found->body, "plate");
             EXPECT_LT((found->location_G - point).norm(), 1e-6);
             EXPECT_NEAR(found->distance, 3.9, 1e-6);
-            // u = (2e-3 x, 1e-3, 0): linear in its components, so only nearly so in its size.
+            // u = (2e-3 x, 1e-3, 0) is linear in its components, so its magnitude is only nearly
+            // linear.
             const double atNode = std::hypot(2e-3 * (found->nodeLocation_G[0] - 0.2), 1e-3);
             EXPECT_NEAR(found->nodeValue, atNode, 1e-9);
             EXPECT_NEAR(found->value, std::hypot(2e-3 * (x - 0.2), 1e-3), 2e-5);
@@ -75,7 +76,7 @@ TEST(Picking, SeesWhatIsInFront) {
     EXPECT_EQ(bodyAt(Vec3(0.8, 0.1, 0.6)), "front");
     EXPECT_EQ(bodyAt(Vec3(-0.8, 0.1, 0.1)), "nothing");
 
-    // A node behind the other part, one before it, one on the far side of its own.
+    // One node behind the other part, one in front of it, one on the far side of its own part.
     int numHidden = 0, numSeen = 0;
     for (int number = 1; number <= 60; ++number) {
         const NodeView view = viz.findNode("back", number);
@@ -88,7 +89,7 @@ TEST(Picking, SeesWhatIsInFront) {
     EXPECT_EQ(numSeen, 15);
     EXPECT_EQ(numHidden, 45);
 
-    // A decoration hides too, unless one can see through it.
+    // A decoration also hides nodes unless it is transparent.
     viz.addDecoration(SimTK::GroundIndex, Transform(Vec3(-0.3, 0, 1)),
                       SimTK::DecorativeBrick(Vec3(0.1)));
     viz.addDecoration(SimTK::GroundIndex, Transform(Vec3(0.8, 0, 1)),

@@ -13,7 +13,7 @@ using namespace test;
 using SimTK::Transform;
 using SimTK::Vec3;
 
-// A scene with shades, edges and writing, and what a test changes of it.
+// A scene with shades, edges and text, and the changes made by a test.
 struct Change {
     Vec3 color{0.8, 0.25, 0.2};
     double shift = 0;  // [m]; a pixel is 7 mm at the brick's front
@@ -37,7 +37,7 @@ Image draw(const Change& change) {
     return viz.drawFrame(scene.state);
 }
 
-// One level up or down in each channel at random, as drivers round.
+// Changes each channel by a random level up or down, like driver round-off.
 Image addRoundOff(Image image, int levels) {
     std::mt19937 random(1);
     for (std::size_t i = 0; i < image.getNumBytes(); ++i) {
@@ -57,7 +57,7 @@ TEST(PictureDifference, OfEqualPicturesIsNothing) {
 }
 
 // ΔE of plain colours, from the definition of CIELAB: white and black are 100 apart; sRGB red,
-// green and blue have the coordinates that tables give.
+// green and blue have the tabulated coordinates.
 TEST(PictureDifference, OfPlainColorsIsTheirDistanceInCielab) {
     const auto calcDistance = [](const Image::Pixel& a, const Image::Pixel& b) {
         return comparePictures(Image(9, 9, a), Image(9, 9, b)).map[40];
@@ -70,14 +70,14 @@ TEST(PictureDifference, OfPlainColorsIsTheirDistanceInCielab) {
     EXPECT_NEAR(calcDistance(red, green), (labRed - labGreen).norm(), 0.1);
     EXPECT_NEAR(calcDistance(red, blue), (labRed - labBlue).norm(), 0.1);
     EXPECT_NEAR(calcDistance(white, red), (Vec3(100, 0, 0) - labRed).norm(), 0.1);
-    // Transparent is white.
+    // Transparent counts as white.
     EXPECT_NEAR(calcDistance(white, {0, 0, 0, 0}), 0, 1e-3);
 }
 
 TEST(PictureDifference, RoundOffAndOtherSamplesOfEdgesAreNegligible) {
     const Image image = draw({});
     EXPECT_TRUE(comparePictures(image, addRoundOff(image, 2)).isNegligible());
-    // A quarter of a pixel: edges are sampled elsewhere.
+    // A quarter of a pixel changes the sampling of edges.
     Change little;
     little.shift = 0.25 * 0.007;
     EXPECT_TRUE(comparePictures(image, draw(little)).isNegligible());

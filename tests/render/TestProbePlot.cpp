@@ -35,7 +35,7 @@ double calcDistance(const Image::Pixel& a, const Image::Pixel& b) {
     return std::sqrt(sum);
 }
 
-/** Mean row of the pixels of a colour in a column; NaN if there are none. **/
+/** Returns the mean row of a colour's pixels in a column; NaN if there are none. **/
 double findRow(const Image& image, int column, const Image::Pixel& color, double tolerance = 60) {
     double sum = 0, count = 0;
     for (int y = 60; y < image.getHeight() - 60; ++y)
@@ -88,7 +88,7 @@ TEST(ProbePlot, AtTheMarkStandsADotOnTheCurve) {
     ProbePlot plot;
     plot.addCurve("", times, map(times, [](double t) { return 1 - t; }));
     const Image without = plot.draw(800, 400, -1.0), with = plot.draw(800, 400, 0.5);
-    // The line and, around its crossing with the curve, a disc.
+    // The line and a disc at its crossing with the curve.
     int discRows = 0, column = 0;
     const Image::Pixel color = PlotTheme::light().curves[0];
     for (int x = 0; x < 800; ++x) {
@@ -101,7 +101,7 @@ TEST(ProbePlot, AtTheMarkStandsADotOnTheCurve) {
     }
     EXPECT_GE(discRows, 6);
     EXPECT_LE(discRows, 11);
-    EXPECT_NEAR(column, 400, 35);  // labels stand on the left
+    EXPECT_NEAR(column, 400, 35);  // labels are on the left
     EXPECT_NEAR(findRow(with, column, color), 200, 25);
     EXPECT_EQ(countColor(without, color), 0);
 }

@@ -1,6 +1,6 @@
-// Whole pictures against those in tests/render/reference, by how they look. Where a new look is
-// meant: SIMFLEX_UPDATE_REFERENCES=1 build/release/bin/test_render --gtest_filter='Reference*',
-// and look at every one before it is committed.
+// Whole pictures against those in tests/render/reference, compared by appearance. After an intended
+// change: SIMFLEX_UPDATE_REFERENCES=1 build/release/bin/test_render --gtest_filter='Reference*',
+// and look at every picture before you commit it.
 #include <gtest/gtest.h>
 
 #include <cmath>

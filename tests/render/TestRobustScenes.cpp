@@ -1,5 +1,5 @@
-// Scenes that go wrong elsewhere: nothing to draw, numbers that are none, sizes from 1e-9 to 1e9 m,
-// broken meshes, thousands of things, shapes that never come twice.
+// Difficult scenes: nothing to draw, NaNs, sizes from 1e-9 to 1e9 m, broken meshes, thousands of
+// objects, shapes that never repeat.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -75,7 +75,7 @@ TEST(RobustScene, SphereIsAsFineAsThePictureWhateverResolutionIsAskedFor) {
     for (const double resolution : {1.0, 3.0, 10.0}) {
         const Scene scene = build({SimTK::DecorativeSphere(0.1).setResolution(resolution)});
         const SurfaceGeometry& sphere = *scene.surfaces.at(0).geometry;
-        int numSlices = -1;  // the equator has one vertex twice
+        int numSlices = -1;  // the equator repeats one vertex
         for (std::size_t i = 0; i < sphere.vertices.size(); i += SurfaceGeometry::floatsPerVertex)
             numSlices += std::abs(sphere.vertices[i + 1]) < 1e-6;
         const double error = 50 * (1 - std::cos(SimTK::Pi / numSlices));  // of 50 pixels
@@ -84,7 +84,7 @@ TEST(RobustScene, SphereIsAsFineAsThePictureWhateverResolutionIsAskedFor) {
     }
 }
 
-// Simbody itself refuses sizes of zero.
+// Simbody itself rejects sizes of zero.
 TEST(RobustScene, FlatBrickIsDrawnAsAPlate) {
     EmptyScene scene;
     OffscreenVisualizer viz(scene.system, 320, 180);
@@ -142,8 +142,8 @@ TEST(RobustScene, SmallPartOnHugeGroundIsSeenFromNearby) {
 }
 
 TEST(RobustScene, BrokenMeshesAreDrawnAsFarAsTheyGo) {
-    // A square of two triangles, with vertices given twice, a triangle without area, one given
-    // twice and one that has a corner twice; the square has a hole beside it.
+    // A square of two triangles, with duplicate vertices, a degenerate triangle, a duplicate one
+    // and one with a repeated corner; the square has a hole beside it.
     const auto mesh =
         makeMesh({Vec3(-0.5, -0.5, 0), Vec3(0.5, -0.5, 0), Vec3(0.5, 0.5, 0), Vec3(-0.5, 0.5, 0),
                   Vec3(0.5, 0.5, 0), Vec3(0, 0, 0), Vec3(0.25, 0, 0), Vec3(0.5, 0, 0)},

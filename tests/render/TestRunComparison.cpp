@@ -17,7 +17,7 @@ using SimTK::Transform;
 using SimTK::Vec3;
 namespace fs = std::filesystem;
 
-/** A ball that swings, or a brick that is bent as much as a function of time says. **/
+/** A swinging ball, or a brick bent by a given function of time. **/
 struct Pendulum {
     SimTK::MultibodySystem system;
     SimTK::SimbodyMatterSubsystem matter{system};

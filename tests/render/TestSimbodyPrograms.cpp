@@ -1,5 +1,5 @@
-// Simbody's own example programs, as Debian installs their sources, made headless: each is let run
-// until it has written a few frames.
+// Simbody's own example programs from Debian's sources, made headless. Each one runs until it has
+// written a few frames.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -24,14 +24,14 @@ namespace fs = std::filesystem;
 struct Hue {
     const char* name;
     int red, green, blue;  // of the colour in full light
-    int numPixels;         // at least, of 1280 × 720
+    int numPixels;         // minimum, of 1280 × 720
 };
 
 struct Program {
     const char* name;
     int numFrames;
     std::vector<Hue> colors;
-    bool isOnWhite;  // and so shows whether something leaves the picture
+    bool isOnWhite;  // shows whether parts leave the picture
 };
 
 std::ostream& operator<<(std::ostream& out, const Program& program) {
@@ -57,7 +57,8 @@ std::string readText(const fs::path& path) {
     return text.str();
 }
 
-// Angle between two colours as vectors is small: the same hue and saturation, in whatever light.
+// Counts pixels whose colour vector is at a small angle to the given one: same hue and saturation
+// in any light.
 int countHue(const Image& image, const Hue& hue) {
     const double length =
         std::sqrt(double(hue.red * hue.red + hue.green * hue.green + hue.blue * hue.blue));

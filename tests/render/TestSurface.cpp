@@ -13,7 +13,7 @@ namespace {
 
 using SimTK::Vec3;
 
-// One element with corners given; mid-edge nodes of quadratic elements half way between them.
+// Makes one element with the given corners and with mid-edge nodes halfway between them.
 Mesh makeElement(ElementType type, const std::vector<Vec3>& corners,
                  const std::vector<std::array<int, 2>>& middles) {
     Mesh mesh;
@@ -40,7 +40,7 @@ struct Measures {
     bool isClosed = true;
 };
 
-// Volume by the divergence theorem; closed when every edge is used once in each direction.
+// Volume by the divergence theorem; closed if every edge is used once in each direction.
 Measures measure(const Mesh& mesh, const SurfaceMesh& surface) {
     Measures result;
     std::map<std::pair<int, int>, int> uses;
@@ -125,7 +125,7 @@ TEST(Surface, OfABlockOfElementsHasNoInnerFaces) {
 }
 
 TEST(Surface, CurvedQuadraticFacesAreFollowed) {
-    // Mid-edge nodes of the outer faces pushed out: the volume grows.
+    // Mid-edge nodes of the outer faces are pushed out, so the volume grows.
     Mesh mesh = makeElement(ElementType::Hex20, hexCorners, hexMiddles);
     for (int n = 8; n < 20; ++n)
         for (int k = 0; k < 3; ++k) {

@@ -16,8 +16,8 @@ namespace {
 using SimTK::Vec3;
 using Map = std::function<Vec3(const Vec3&)>;
 
-// A grid of Hex20 elements over the box from `low` to `high`, its nodes moved by `map`; a node is
-// named by its place in a grid twice as fine.
+// Makes a grid of Hex20 elements over the box from `low` to `high`, with nodes moved by `map`. Node
+// numbers follow their position in a grid twice as fine.
 Mesh makeHex20Grid(int nx, int ny, int nz, const Vec3& low, const Vec3& high, const Map& map) {
     constexpr int corner[8][3] = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0},
                                   {0, 0, 2}, {2, 0, 2}, {2, 2, 2}, {0, 2, 2}};
@@ -50,7 +50,7 @@ Mesh makeHex20Grid(int nx, int ny, int nz, const Vec3& low, const Vec3& high, co
     return mesh;
 }
 
-// A ball of radius 1 out of a cube.
+// Makes a ball of radius 1 from a cube.
 Mesh makeBall(int n) {
     return makeHex20Grid(n, n, n, Vec3(-1), Vec3(1), [](const Vec3& p) {
         const double largest = std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
@@ -89,7 +89,7 @@ struct Measures {
     bool isClosed = true;
 };
 
-// Volume by the divergence theorem; closed when every edge is used once in each direction.
+// Volume by the divergence theorem; closed if every edge is used once in each direction.
 Measures measure(const std::vector<Vec3>& points, const SurfaceMesh& surface) {
     Measures result;
     std::set<std::pair<int, int>> sides;
@@ -106,7 +106,7 @@ Measures measure(const std::vector<Vec3>& points, const SurfaceMesh& surface) {
     return result;
 }
 
-// The exact face: serendipity functions at ξ, η from −1 to 1.
+// Evaluates the exact face: serendipity functions at ξ, η from −1 to 1.
 Vec3 evaluateSquare(const Mesh& mesh, const MeshFace& face, double x, double y) {
     const double sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
     Vec3 p(0);
@@ -120,7 +120,7 @@ Vec3 evaluateSquare(const Mesh& mesh, const MeshFace& face, double x, double y) 
     return p;
 }
 
-// Volume under the exact faces: ∮ x·n/3 dA by Gauss's rule of four points a side.
+// Volume under the exact faces: ∮ x·n/3 dA with four Gauss points per side.
 double calcExactVolume(const Mesh& mesh) {
     const double at[4] = {-0.861136311594053, -0.339981043584856, 0.339981043584856,
                           0.861136311594053};
@@ -178,7 +178,8 @@ TEST_P(CurvedBall, IsDrawnWithinTheToleranceOfItsExactFaces) {
                                                                  points[std::size_t(t[2])]));
                     farthest = std::max(farthest, nearest);
                 }
-        // Sides stay within the tolerance; in between a triangle adds up at most its three sides.
+        // Sides stay within the tolerance; in its interior a triangle adds at most the errors of
+        // its three sides.
         EXPECT_LT(farthest, 2 * tolerance) << "tolerance " << tolerance;
     }
 }
@@ -195,7 +196,7 @@ TEST_P(CurvedBall, HasNoGapsAndTheVolumeOfItsExactFaces) {
 }
 
 TEST_P(CurvedBall, AddsNoMoreTrianglesThanItsCurvatureNeeds) {
-    // A ball within t of its facets needs some 2π/t triangles of the best shape.
+    // A ball within t of its facets needs about 2π/t triangles of the best shape.
     const Mesh mesh = makeBall(GetParam());
     const double tolerance = 1e-3;
     const CurvedSurface surface = extractCurvedSurface(mesh, tolerance);
@@ -230,8 +231,8 @@ TEST(CurvedSurface, CutsOffATenthOfWhatChordsCutOff) {
 }
 
 TEST(CurvedSurface, EdgesOfAPipeAreParabolasThroughTheCircle) {
-    // Seen from above, the end face is bounded by one parabola an element: between three points of
-    // the circle that are angle/2 apart, the area under it is that of the chord and 2/3 of a box.
+    // Seen from above, one parabola per element bounds the end face: between three points of the
+    // circle that are angle/2 apart, the area under it is that of the chord plus 2/3 of a box.
     for (const int around : {1, 2, 4}) {
         const Mesh mesh = makeQuarterPipe(around);
         const double angle = SimTK::Pi / 2 / around;
@@ -241,7 +242,7 @@ TEST(CurvedSurface, EdgesOfAPipeAreParabolasThroughTheCircle) {
                    2.0 / 3 * chord * radius * (1 - std::cos(angle / 2));
         };
         const double exact = around * (calcSector(1) - calcSector(0.6));
-        const double tolerance = around == 1 ? 5e-4 : 1e-4;  // what 32 chords can keep
+        const double tolerance = around == 1 ? 5e-4 : 1e-4;  // the limit for 32 chords
         const CurvedSurface surface = extractCurvedSurface(mesh, tolerance);
         const std::vector<Vec3> points = calcPoints(mesh, surface);
         double silhouette = 0;
@@ -284,7 +285,7 @@ TEST(CurvedSurface, TwistedFacesWithStraightEdgesAreDrawnWithinTheTolerance) {
             const Vec3 n = SimTK::cross(b - a, c - a);
             if (n[2] < 0.5 * n.norm()) continue;
             ++onTop;
-            // In between a triangle adds up at most its three sides.
+            // In its interior a triangle adds at most the errors of its three sides.
             for (const Vec3& p : {(a + b + c) / 3, (a + b) / 2, (b + c) / 2, (c + a) / 2})
                 EXPECT_NEAR(p[2], 1 + 0.2 * p[0] * p[1], 2 * tolerance);
         }
@@ -297,7 +298,7 @@ TEST(CurvedSurface, FlatEndsOfAPipeAreDividedOnlyAlongTheirRims) {
     const Mesh mesh = makeQuarterPipe(2);
     const std::vector<Vec3> points = calcPoints(mesh, surface);
     EXPECT_TRUE(measure(points, surface.mesh).isClosed);
-    // The plane cuts along x = 0 and y = 0 are squares with straight sides.
+    // The cut planes x = 0 and y = 0 are squares with straight sides.
     int inCut = 0;
     for (const auto& t : surface.mesh.triangles) {
         bool isInCut = true;
@@ -345,7 +346,7 @@ TEST(CurvedSurface, LinearFieldsAtAddedPointsAreThoseOfTheirPositions) {
 }
 
 TEST(BoundaryFaces, AreThoseThatNoOtherElementHas) {
-    // Against the comparison of every face with every other.
+    // Compares with an all-pairs comparison of faces.
     Mesh mesh = makeBall(2);
     mesh.elements[0].nodes.erase(mesh.elements[0].nodes.begin() + 40,
                                  mesh.elements[0].nodes.begin() + 60);
@@ -364,7 +365,7 @@ TEST(BoundaryFaces, AreThoseThatNoOtherElementHas) {
     for (const auto& face : all)
         if (std::count(all.begin(), all.end(), face) == 1) expected.push_back(face);
     for (const MeshFace& face : skin) found.emplace_back(face.corners.begin(), face.corners.end());
-    EXPECT_EQ(found, expected);  // in the order of the mesh, too
+    EXPECT_EQ(found, expected);  // also in mesh order
 }
 
 }  // namespace

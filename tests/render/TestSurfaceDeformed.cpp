@@ -59,7 +59,7 @@ Vec3 getVector(const SurfaceGeometry& geometry, int vertex, int offset) {
     return Vec3(v[0], v[1], v[2]);
 }
 
-// By the divergence theorem.
+// Returns the volume by the divergence theorem.
 double calcVolume(const SurfaceGeometry& geometry) {
     double volume = 0;
     for (std::size_t i = 0; i < geometry.triangles.size(); i += 3) {
@@ -72,7 +72,7 @@ double calcVolume(const SurfaceGeometry& geometry) {
 }
 
 TEST(DeformedSurface, NormalsOfATorusAreThoseOfItsEquation) {
-    for (const double growth : {0.0, 0.5}) {  // growing turns no normal
+    for (const double growth : {0.0, 0.5}) {  // growth rotates no normal
         double previous = 0;
         for (const int across : {20, 40}) {
             DeformedSurface surface(extractSkinModes(makeRing(4 * across, across), SimTK::Pi));
@@ -96,7 +96,7 @@ TEST(DeformedSurface, NormalsOfATorusAreThoseOfItsEquation) {
 }
 
 TEST(DeformedSurface, NormalsOfABentPlateFollowItsSlope) {
-    // Mode 2: u_y = x². Without creases but at the box's edges, the top has slope 2 ξ x.
+    // Mode 2: u_y = x². Without creases except at the box's edges, the top has slope 2 ξ x.
     const auto part = test::makeBrickPart(Vec3(2, 0.2, 1), 40, 1, 20);
     DeformedSurface surface(extractSkinModes(part, 0.6));
     const double xi = 0.25, factor = 2;
@@ -128,7 +128,7 @@ TEST(DeformedSurface, EnclosesTheVolumeThatTheDeformationGives) {
     surface.update(xi, 5);
     EXPECT_NEAR(calcVolume(*surface.getDeformed()), 24 * 1.5, 1e-4);
     xi[1] = 0;
-    xi[2] = 0.3;  // shear along y by a function of x keeps it
+    xi[2] = 0.3;  // shear along y that depends on x preserves it
     surface.update(xi, 1);
     EXPECT_NEAR(calcVolume(*surface.getDeformed()), 24, 1e-4);
 
@@ -197,7 +197,7 @@ TEST(Creases, OfABoxAreItsTwelveEdges) {
         const Vec3 n = getVector(*skin->undeformed, v, 3);
         EXPECT_NEAR(std::max({std::abs(n[0]), std::abs(n[1]), std::abs(n[2])}), 1, 1e-6);
     }
-    // Corners rounder than the angle: one vertex per node, and no lines.
+    // With corners smoother than the angle: one vertex per node, and no lines.
     const auto smooth = extractSkinModes(part, 100 * SimTK::Pi / 180);
     EXPECT_EQ(smooth->undeformed->numVertices(), smooth->numNodes());
     EXPECT_TRUE(smooth->undeformed->featureEdges.empty());
@@ -227,7 +227,7 @@ TEST(PartWithoutElements, ShowsItsNodesInTheColoursOfTheirValues) {
 TEST(FineShapes, AreThoseOfSmallTrianglesThatTurnLittle) {
     EXPECT_TRUE(extractSkinModes(makeRing(400, 120), 0.6)->undeformed->isFine);
     EXPECT_FALSE(extractSkinModes(makeRing(48, 24), 0.6)->undeformed->isFine);
-    // Large flat triangles: the direction to the eye changes across them.
+    // On large flat triangles the direction to the eye varies.
     EXPECT_FALSE(
         extractSkinModes(test::makeBrickPart(Vec3(4, 3, 2), 4, 3, 2), 0.6)->undeformed->isFine);
 }
@@ -276,7 +276,7 @@ TEST(FineShapes, LookTheSameLitAtVerticesOrPixels) {
             sum += difference;
         }
     EXPECT_GT(numCovered, 20000);
-    EXPECT_GT(numDifferent, 0);             // else both took one way
+    EXPECT_GT(numDifferent, 0);             // both used different paths
     EXPECT_LT(numFar, 0.002 * numCovered);  // pixels of the silhouette
     EXPECT_LT(sum / numCovered, 0.3);
 }

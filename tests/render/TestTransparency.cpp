@@ -25,10 +25,11 @@ struct Layer {
     double opacity;
 };
 
-// What a ray meets of a shape.
+// Adds the layers where a ray meets a shape.
 using Meet = std::function<void(const Vec3& origin, const Vec3& direction, std::vector<Layer>&)>;
 
-// Both ways of sorting at each sample: lists where the context has them, and peeling.
+// Both ways of sorting at each sample: fragment lists where the context supports them, and depth
+// peeling.
 enum class Way { Lists, Peeling };
 
 class Transparency : public test::GlScene, public testing::WithParamInterface<Way> {
@@ -79,7 +80,7 @@ protected:
                 const Vec3 p = o + s * d;
                 return SimTK::square(std::hypot(p[0], p[1]) - 1) + p[2] * p[2] - tube * tube;
             };
-            // Only within the ball that holds it.
+            // Only within the bounding ball.
             const double middle = -SimTK::dot(o, d);
             const double half2 = SimTK::square(1 + tube) - (o.normSqr() - middle * middle);
             if (half2 <= 0) return;
@@ -106,8 +107,8 @@ protected:
         return layers;
     }
 
-    // Largest error of the picture, in 1/255, against layers laid over each other from far to
-    // near; over pixels where the same surfaces are met, well apart, all around.
+    // Returns the largest error of the picture, in 1/255, relative to layers blended from far to
+    // near, over pixels where the same well-separated surfaces are met in the whole neighbourhood.
     double calcLargestError(const Image& image, int& numCompared, std::size_t& mostLayers) const {
         std::vector<std::vector<Layer>> met;
         for (int y = 0; y < height; ++y)
@@ -158,7 +159,7 @@ protected:
                            testing::UnitTest::GetInstance()->current_test_info()->name() + ".png");
         int numCompared = 0;
         std::size_t mostLayers = 0;
-        // Eight-bit layers are rounded once each.
+        // Each eight-bit layer is rounded once.
         EXPECT_LE(calcLargestError(image, numCompared, mostLayers), 2.6);
         EXPECT_GT(numCompared, width * height / 2);
         EXPECT_GE(mostLayers, std::size_t(leastLayers));
@@ -199,8 +200,7 @@ TEST_P(Transparency, SpheresBehindEachOtherNeedNoPeelingInAnyOrderOfDrawing) {
 }
 
 TEST_P(Transparency, SpheresThatAPlaneKeepsApartNeedNoPeelingAndAreExact) {
-    // Their boxes overlap, and so do their distances from the camera and their places in the
-    // picture.
+    // Their boxes, distances from the camera and positions in the picture all overlap.
     addSphere(Vec3(-0.25, 0, 0.35), 0.4, red, 0.4);
     addSphere(Vec3(0.3, 0.1, -0.3), 0.42, blue, 0.5);
     addSphere(Vec3(0.15, -0.7, 0.3), 0.35, green, 0.6);
@@ -288,7 +288,8 @@ TEST_P(Transparency, LineBeforeTransparentSurfaceKeepsItsColor) {
 }
 
 TEST_P(Transparency, NearestSurfaceOfGhostTakesItsPlaceAmongTheLayers) {
-    // A ghost sphere between two transparent ones, unlit: a layer of its colour, from outside only.
+    // An unlit ghost sphere between two transparent ones: one layer of its colour, from outside
+    // only.
     addSphere(Vec3(0, 0, 0), 1.2, blue, 0.3);
     addSphere(Vec3(0, 0, 0), 0.5, red, 0.5);
     add(createSphere(160), Vec3(0), Vec3(0.9), green, 0.4).style = SurfaceItem::Style::Ghost;
@@ -302,7 +303,7 @@ TEST_P(Transparency, NearestSurfaceOfGhostTakesItsPlaceAmongTheLayers) {
 TEST_P(Transparency, PointsAndLinesOfATranslucentShapeAreLaidOnce) {
     // Each corner belongs to up to six triangles, each edge to two.
     const Vec3 half(0.8, 0.6, 0.5);
-    const auto least = [&](const Vec3& p, const Image& image) {  // green around a place
+    const auto least = [&](const Vec3& p, const Image& image) {  // green around a point
         const Vec3 pixel = camera.calcPixel(p, width, height);
         int result = 255;
         for (int j = -1; j <= 1; ++j)
@@ -322,8 +323,8 @@ TEST_P(Transparency, PointsAndLinesOfATranslucentShapeAreLaidOnce) {
 }
 
 TEST_P(Transparency, MoreLayersThanAreKeptLeaveTheNearest) {
-    // Parallel discs one behind the other, twice as many as layers; a small one that cuts through
-    // the third, off the middle, so that they cannot be sorted.
+    // Parallel discs in a row, twice as many as layers. A small off-centre one cuts through the
+    // third, so that they cannot be sorted.
     const auto disc = createCircle(12);
     const int number = 2 * 32;
     Vec3 color(0);
@@ -375,7 +376,7 @@ TEST_P(Transparency, MoreFragmentsThanAreHeldAtATimeGiveTheSamePicture) {
 }
 
 TEST_P(Transparency, OfCoincidentSurfacesTheEarlierIsBeforeTheLater) {
-    // Two bricks whose faces lie in one plane, and a third that crosses them.
+    // Two bricks with coplanar faces, and a third that crosses them.
     addBrick(Vec3(0), Vec3(0.5), red, 0.6);
     add(createBrick(), Vec3(0), Vec3(0.5), blue, 0.6);
     addBrick(Vec3(0.4, 0, 0), Vec3(0.5), green, 0.1);

@@ -76,7 +76,7 @@ TEST_F(VideoFile, Mp4ShowsThePicturesItWasGiven) {
     for (size_t i = 0; i < colors.size(); ++i)
         for (size_t c = 0; c < 3; ++c)
             EXPECT_NEAR((unsigned char)(pixels[i * 64 * 48 * 3 + 3 * 64 * 20 + 3 * 30 + c]),
-                        colors[i][c], 8)  // H.264 has 16…235 for each of three others
+                        colors[i][c], 8)  // H.264 limited range 16…235
                 << "frame " << i;
     EXPECT_EQ(runAndRead("ffprobe -v error -show_entries stream=codec_name,r_frame_rate,pix_fmt "
                          "-of csv=p=0 " +
@@ -139,7 +139,7 @@ TEST_F(VideoFile, WebPIsAnAnimationOfAllFrames) {
     ASSERT_NE(animation, std::string::npos);
     EXPECT_EQ(webp[animation + 12], 2);  // after size and background
     const size_t frame = webp.find("ANMF");
-    EXPECT_EQ(webp[frame + 8 + 12], 50);  // duration [ms], after place and size
+    EXPECT_EQ(webp[frame + 8 + 12], 50);  // duration [ms], after position and size
 }
 
 TEST_F(VideoFile, SuffixInCapitalsCountsAndAnUnknownOneIsRefused) {
@@ -201,7 +201,7 @@ TEST_F(VideoFile, MissingFfmpegNamesThePackage) {
     setenv("PATH", path.c_str(), 1);
 }
 
-// As on a full disk: no file may grow beyond a few kilobytes.
+// Simulates a full disk: no file may grow beyond a few kilobytes.
 TEST_F(VideoFile, DiskThatIsFullIsAnErrorAndLeavesNothing) {
     Image noise(320, 240);
     for (size_t i = 0; i < noise.getNumBytes(); ++i)

@@ -25,7 +25,7 @@ void expectInside(const Vec3& pixel, int left, int top, int right, int bottom) {
     EXPECT_LT(pixel[1], bottom);
 }
 
-// A body that moves freely, with a brick on it, over a thing that stays.
+// A freely moving body with a brick on it, above a fixed one.
 struct FlyingBrick {
     SimTK::MultibodySystem system;
     SimTK::SimbodyMatterSubsystem matter{system};
@@ -60,7 +60,7 @@ TEST(Orthographic, SphereCoversTheSameAreaAtAnyDistance) {
             .setShowAxes(false)
             .setShowSimTime(false)
             .setShowScaleBar(false);
-        // The field of view says how much is seen at the scene's distance: 3 m here.
+        // The field of view determines the visible height at the scene's distance: 3 m here.
         CameraView view;
         view.setTransform(Transform(Vec3(0.1, 0, distance)))
             .setFieldOfView(2 * std::atan(1.5 / distance))
@@ -118,7 +118,7 @@ TEST(Follow, BodyStaysInTheMiddleAndKeepsItsSize) {
             const Vec3 pixel = viz.calcPixel(p);
             EXPECT_NEAR(pixel[0], 640, 1e-6);
             EXPECT_NEAR(pixel[1], 360, 1e-6);
-            // 1.5 m are 720 pixels high; a camera that does not turn sees "up" the same always.
+            // 1.5 m span 720 pixels; for a camera that does not rotate, "up" is constant.
             const Vec3 higher = viz.calcPixel(p + Vec3(0, 0.01, 0));
             const double inclination = std::cos(16 * Pi / 180);
             EXPECT_NEAR(pixel[1] - higher[1], 0.01 * inclination * 720 / 1.5, 0.02);
@@ -165,7 +165,7 @@ TEST(Views, EachIsThePictureOfItsCamera) {
     both.setCameraTransform(Transform(Vec3(0, 0, 5))).addView(second);
     const Image frame = both.drawFrame(flight.states[1]);
 
-    // A line of one pixel stays free between the views.
+    // A one-pixel line separates the views.
     OffscreenVisualizer left(flight.system, 199, 200), right(flight.system, 200, 200);
     prepare(left);
     prepare(right);
@@ -205,7 +205,7 @@ TEST(Views, RectangleIsAnInsetOverTheFirstView) {
     viz.setCameraTransform(Transform(Vec3(0, 0, 5)));
     const Image alone = viz.drawFrame(flight.states[0]);
     viz.addView(CameraView().setRectangle(0.5, 0, 0.5, 0.5).setTransform(Transform(Vec3(0, 0, 2))));
-    // The first view fills the frame only if it is told to.
+    // The first view fills the frame only on request.
     viz.setCamera(CameraView().setRectangle(0, 0, 1, 1).setTransform(Transform(Vec3(0, 0, 5))));
     const Image inset = viz.drawFrame(flight.states[0]);
     for (const int y : {150, 190})
@@ -222,7 +222,7 @@ TEST(ScaleBar, HasTheLengthThatItsTextSays) {
     const Image with = viz.drawFrame(scene.state);
     viz.setShowScaleBar(false);
     const Image without = viz.drawFrame(scene.state);
-    // The longest row of changed pixels is the bar.
+    // The longest run of changed pixels is the bar.
     int longest = 0;
     for (int y = 0; y < 720; ++y) {
         int run = 0;
@@ -260,14 +260,14 @@ TEST(Titles, ThatAreLongStandOnSeveralLinesToTheirEnd) {
         return viz.setWindowTitle(begin + more + last).drawFrame(scene.state);
     };
     EXPECT_FALSE(draw("two") == draw("ten"));
-    // Nothing is written at the edge.
+    // No text at the edge.
     const Image image = draw("two");
     for (int y = 0; y < image.getHeight(); ++y)
         for (int x = 890; x < 900; ++x)
             ASSERT_EQ(image.getPixel(x, y), (Image::Pixel{255, 255, 255, 255}));
 }
 
-// A brick that is thrown a hundred metres away at the end does not shrink what stays.
+// A brick thrown a hundred metres away at the end does not shrink the rest.
 TEST(Views, WhatFliesAwayLeavesThePicture) {
     const auto calcWidth = [](double distance, int numFlights) {
         FlyingBrick scene;
@@ -289,7 +289,7 @@ TEST(Views, WhatFliesAwayLeavesThePicture) {
     const double usual = calcWidth(0, 2);
     EXPECT_GT(usual, 60);
     EXPECT_GT(calcWidth(100, 2), 0.7 * usual);
-    EXPECT_LT(calcWidth(4, 2), 0.8 * usual);  // that is part of the motion
+    EXPECT_LT(calcWidth(4, 2), 0.8 * usual);  // 4 m is part of the motion
 }
 
 }  // namespace

@@ -25,8 +25,9 @@ inline SimTK::PolygonalMesh makeTriangleMesh() {
     return mesh;
 }
 
-/** The same as a file, which lasts as long as the process: tests run beside each other.
-@param extension  obj, stl or vtp  **/
+/** Writes the same triangle to a file, which lasts as long as the process because tests run in
+parallel.
+@param extension  obj, stl or vtp **/
 inline std::string writeTriangleFile(const std::string& extension) {
     namespace fs = std::filesystem;
     struct Folder {

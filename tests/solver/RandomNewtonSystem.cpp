@@ -45,7 +45,7 @@ private:
             NewtonSystem::Part part;
             part.numModes = pick(1, m_options.mostModes);
             part.numFrames = pick(1, 4);
-            for (int i = 0; i < part.numModes; ++i)  // stiffer and stiffer modes
+            for (int i = 0; i < part.numModes; ++i)  // increasingly stiff modes
                 part.diagonal.push_back((1.5 + uniform()) * std::pow(1.2, i));
             auto shapes = std::make_shared<std::vector<double>>();
             for (int k = 0; k < 6 * part.numModes * part.numFrames; ++k)
@@ -100,8 +100,7 @@ private:
         return pairs;
     }
 
-    /** Adds columns for λ rows first … first+count−1; a flexible block gets them through a frame.
-     * **/
+    /** Adds columns for λ rows first … first+count−1; in a flexible block through a frame. **/
     void addColumns(int b, int first, int count) {
         Block& block = m_system.blocks[size_t(b)];
         const int height = block.heightOfGt();
@@ -116,7 +115,7 @@ private:
     void makeJoints() {
         std::vector<int> used(m_system.blocks.size(), 0);
         for (const auto& [first, second] : listJoints()) {
-            // A body gives a joint at most the speeds it has left, so that the rows stay
+            // A joint uses at most the remaining speeds of a body, so that the rows stay
             // independent.
             const auto left = [&](int b) {
                 if (b < 0) return 0;
@@ -232,7 +231,7 @@ ComplexNewtonSystem makeComplex(std::mt19937& random, const NewtonSystem& real) 
         for (auto& value : result) value.imag(scale * uniform());
         return result;
     };
-    // The imaginary part may be large, but for what makes it unsymmetric.
+    // The imaginary part may be large, except for its unsymmetric part.
     const auto addToMatrix = [&](const std::vector<double>& values, int size, bool isSymmetric) {
         auto result = addToVector(values, 3);
         Map<Eigen::MatrixXcd> matrix(result.data(), values.empty() ? 0 : size, size);

@@ -12,33 +12,33 @@ Newton systems of random multibody graphs: the solver's matrices without the mec
 
 namespace simflex::test {
 
-/** Which bodies joints connect. **/
+/** Graph of the bodies connected by joints. **/
 enum class Graph {
-    Chain,   ///< one after another, the first to Ground
+    Chain,   ///< in sequence, the first to Ground
     Tree,    ///< each to a random earlier one
     Star,    ///< all to the first
     Ring,    ///< a chain closed on itself
-    Grid,    ///< a square lattice, two joints a body
-    Random,  ///< pairs at random, Ground among them
+    Grid,    ///< a square lattice, two joints per body
+    Random,  ///< random pairs, including Ground
 };
 
 struct RandomSystemOptions {
     Graph graph = Graph::Random;
     int numBodies = 5;
     int mostModes = 60;
-    bool hasGeneralBlocks = true;   ///< some J_b not symmetric, as with gyroscopic terms
+    bool hasGeneralBlocks = true;   ///< some J_b are unsymmetric, as with gyroscopic terms
     bool hasCompliantRows = false;  ///< some joints are springs: −D of NewtonSystem
-    int numCopiedRows = 0;  ///< rows that repeat an earlier one: redundant, not contradictory
-    int numCouplers = 0;    ///< rows over up to four bodies, some twice on one of them
+    int numCopiedRows = 0;          ///< rows that repeat an earlier one: redundant but consistent
+    int numCouplers = 0;            ///< rows over up to four bodies, some twice on one of them
 };
 
 /** Bodies are flexible (arrow, of a few shared parts, a third with columns of their own), flexible
 with a general J_b, rigid or late; joints have 1 to 6 rows. Without copied rows G has full rank
-wherever a joint's bodies have speeds enough. **/
+wherever a joint's bodies have enough speeds. **/
 NewtonSystem makeRandomNewtonSystem(std::mt19937& random, const RandomSystemOptions& options);
 
-/** Adds imaginary parts to all that may have one, symmetric where the real ones are. Rows that
-repeat each other still agree. **/
+/** Adds imaginary parts wherever allowed, symmetric where the real ones are. Repeated rows remain
+consistent. **/
 ComplexNewtonSystem makeComplex(std::mt19937& random, const NewtonSystem& real);
 
 }  // namespace simflex::test

@@ -26,7 +26,7 @@ Real calcSliderPosition(Real crankAngle) {
     return CrankLength * std::cos(crankAngle) + RodLength * std::cos(calcRodAngle(crankAngle));
 }
 
-/** Mass properties of a part about its first interface, in axes of the deck. **/
+/** Returns the mass properties of a part about its first interface, in deck axes. **/
 MassProperties propertiesAbout(const ReducedBody& part, const std::string& interface) {
     const auto& s = part.getInterface(interface).position;
     const Vec3 toCenter(-s[0], -s[1], -s[2]);

@@ -1,4 +1,4 @@
-// Newton's loop takes no memory from the heap: the program's malloc() counts.
+// Newton's loop allocates no heap memory, as counted by the program's malloc().
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 #include "solver/SliderCrankModel.h"
 #include "support/PointMassPart.h"
 
-// Sanitizers bring a malloc() of their own.
+// Sanitizers bring their own malloc().
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define SIMFLEX_COUNTS_ALLOCATIONS 1
 #if defined(__has_feature)
@@ -69,8 +69,8 @@ namespace {
 
 using namespace SimTK;
 
-/** Allocations from the 20th Newton system of a run to the last, by BDF and by Radau.
-@param iterations  receives the smaller number of those **/
+/** Returns the allocations from the 20th Newton system of a run to the last, by BDF and by Radau.
+@param iterations  receives the smaller number of counted iterations **/
 long countAllocations(const MultibodySystem& system, const State& state,
                       BdfIntegrator::BlockForm form, long* iterations) {
     BdfIntegrator bdf(system);
@@ -98,7 +98,7 @@ long countAllocations(const MultibodySystem& system, const State& state,
 TEST(Allocation, TheCounterCounts) {
     numAllocations = 0;
     isCounting = true;
-    double* volatile block = new double[100];  // volatile: or the compiler leaves both out
+    double* volatile block = new double[100];  // volatile keeps the compiler from removing both
     delete[] block;
     isCounting = false;
     EXPECT_EQ(numAllocations, 1);
@@ -253,7 +253,8 @@ TEST(Allocation, StressOfManyNodesNeedsNoneOnceItsResultsHaveTheirSize) {
     Array_<SymMat33> stress, strain;
     Array_<Vec3> principal, velocity;
     Vector vonMises;
-    // The first gives results their size. Where threads are short OpenMP may take some of its own.
+    // The first run sizes the results. With few threads available, OpenMP may allocate memory
+    // itself.
     constexpr int Most = 5;
     for (int run = 0; run < Most && (run <= 1 || numAllocations > 0); ++run) {
         numAllocations = 0;

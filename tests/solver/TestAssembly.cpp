@@ -1,4 +1,4 @@
-// Joints that are assembled from far away: a free body comes to where its joint holds it, unbent.
+// Assembly of joints from far away: a free body moves to its joint without bending.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 using namespace SimTK;
 
-/** Angle of the start from the place, about an axis that is F's (0) or any (1). **/
+/** Initial angle from the assembled position, about F's axis (0) or any axis (1). **/
 using Start = std::tuple<double, int>;
 
 class DistantJoint : public ::testing::TestWithParam<Start> {
@@ -73,7 +73,7 @@ TEST_P(DistantJoint, PinHoldsItsAxis) {
 }
 
 TEST_P(DistantJoint, ChainsComeToTheirPlaces) {
-    // Neither body is placed at all.
+    // Neither body is placed.
     const FlexibleBody first(flexible, part), second(flexible, part);
     const Transform X(getTurn());
     Joint::Weld(flexible, Attachment(matter.Ground(), X_GF), first.interface("A", X));
@@ -88,7 +88,7 @@ TEST_P(DistantJoint, ChainsComeToTheirPlaces) {
     expectUnbent(second, state);
 }
 
-// What a body is asked to be stretched to is refused, as a State is that comes so.
+// Excessive stretching by an assembly is refused, as is a State that already has it.
 TEST(Assembly, ThatDeformsABodyBeyondItsRangeIsRefusedByTheJointInTheWrongPlace) {
     for (const Real gap : {-3.0, 0.3}) {
         MultibodySystem system;

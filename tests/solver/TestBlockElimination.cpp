@@ -44,7 +44,7 @@ VectorOf<Scalar> solveByElimination(const BasicNewtonSystem<Scalar>& system, int
     return x;
 }
 
-/** Newton systems of a short slider-crank run. **/
+/** Returns Newton systems of a short slider-crank run. **/
 std::vector<NewtonSystem> dumpSliderCrank(BdfIntegrator::BlockForm form) {
     std::vector<NewtonSystem> systems;
     test::FlexibleSliderCrank model;
@@ -59,7 +59,7 @@ std::vector<NewtonSystem> dumpSliderCrank(BdfIntegrator::BlockForm form) {
     return systems;
 }
 
-/** Relative difference of the speeds and of the multipliers, each in its own scale. **/
+/** Compares speeds and multipliers, each relative to its own scale. **/
 template <class Scalar>
 void expectEqualSolutions(const BasicNewtonSystem<Scalar>& system, const VectorOf<Scalar>& x,
                           const VectorOf<Scalar>& reference, double tolerance) {
@@ -161,14 +161,14 @@ TEST(BlockElimination, PairsAddOneSidedTermsToJ) {
     EXPECT_LT((solveByElimination(system).head(6) - exact).norm(), 1e-4 * exact.norm());
 }
 
-/** Rank by singular values. **/
+/** Returns the rank by singular values. **/
 template <class Scalar>
 long rankOf(const MatrixOf<Scalar>& A) {
     const VectorXd values = Eigen::BDCSVD<MatrixOf<Scalar>>(A).singularValues();
     return (values.array() > 1e-11 * values[0]).count();
 }
 
-/** A random multibody graph: kind, size and bodies by lot. **/
+/** Returns a system with a random multibody graph: kind, size and bodies. **/
 NewtonSystem makeRandomSystem(std::mt19937& random, int mostBodies, int mostCopiedRows = 0) {
     const auto pick = [&](int low, int high) {
         return std::uniform_int_distribution<int>(low, high)(random);
@@ -191,7 +191,7 @@ double relativeResidual(const BasicNewtonSystem<Scalar>& system, const VectorOf<
     return (A * x - b).norm() / (A.norm() * x.norm() + b.norm());
 }
 
-/** The system itself, or one with imaginary parts, too. **/
+/** Returns the system itself, or one with random imaginary parts. **/
 template <class Scalar>
 BasicNewtonSystem<Scalar> makeOf(std::mt19937& random, const NewtonSystem& real) {
     if constexpr (std::is_same_v<Scalar, double>)
@@ -232,7 +232,7 @@ TYPED_TEST(RandomGraphs, HaveTheirRedundantConstraintsCountedAndAreSolvedStill) 
         const VectorOf<TypeParam> x = solveByElimination(system, 1, &redundant);
         const MatrixOf<TypeParam> A = test::assembleDense(system);
         EXPECT_EQ(redundant, A.rows() - rankOf(A)) << "trial " << trial;
-        // Where the redundant rows do not contradict each other, the solution is exact.
+        // Where redundant rows are consistent, the solution is exact.
         const VectorOf<TypeParam> reference = test::solveLeastNorm(system);
         if (relativeResidual(system, reference) > 1e-10) continue;
         EXPECT_LT(relativeResidual(system, x), 1e-9) << "trial " << trial;
@@ -283,7 +283,7 @@ void expectMultipliersOfLeastNorm(const BasicNewtonSystem<Scalar>& system) {
     EXPECT_LT((test::multiply(system, x) - b).norm(), 1e-9 * (x.norm() + b.norm()));
     EXPECT_EQ(redundant, 12);
     const int n = system.numSpeeds(), m = system.numMultipliers();
-    // Least norm: no part along the null space of Gᵀ, which A has on its last rows.
+    // Minimum norm: no component in the null space of Gᵀ.
     const Eigen::MatrixXd Gt = test::assembleDense(system).topRightCorner(n, m).real();
     const Eigen::MatrixXd null = Eigen::FullPivLU<Eigen::MatrixXd>(Gt).setThreshold(1e-10).kernel();
     ASSERT_EQ(null.cols(), 12);
@@ -308,7 +308,7 @@ INSTANTIATE_TEST_SUITE_P(Graphs, LargeGraph,
                                          test::Graph::Ring, test::Graph::Grid, test::Graph::Random),
                          nameOf);
 
-/** All of A but rows of force elements: they are eliminated. **/
+/** Returns A with the rows of force elements eliminated. **/
 template <class Scalar>
 MatrixOf<Scalar> eliminateElements(const BasicNewtonSystem<Scalar>& system, int firstElementRow) {
     const MatrixOf<Scalar> A = test::assembleDense(system);
@@ -319,7 +319,7 @@ MatrixOf<Scalar> eliminateElements(const BasicNewtonSystem<Scalar>& system, int 
                g.transpose();
 }
 
-/** Δu and Δλ of constraints of a combined system with r and c as given in their rows. **/
+/** Returns Δu and the constraints' Δλ of a combined system with r and c as given in its rows. **/
 VectorOf<Complex> solveCombined(ComplexNewtonSystem& combined, const NewtonSystem& real,
                                 int firstElementRow) {
     combined.r.assign(real.r.begin(), real.r.end());
@@ -337,7 +337,7 @@ TEST(NewtonCombination, IsTheSumOfThreeRandomSystems) {
     for (int trial = 0; trial < 100; ++trial) {
         NewtonSystem systems[3] = {makeRandomSystem(random, 6)};
         NewtonSystem& a = systems[0];
-        a.pairs.clear();  // their sum is right to round-off of Newton's method only
+        a.pairs.clear();  // their sum is only accurate to the round-off of Newton's method
         // The last joints are springs.
         int first = a.numMultipliers() / 2;
         for (bool isMoved = true; isMoved;) {
@@ -510,8 +510,8 @@ TEST(NewtonSystem, TextFormGivesTheSystemBackExactly) {
     }
 }
 
-/** Bodies of one part, hung to each other at two mesh nodes: all at the first and last one of the
-mesh, or each at the next two. **/
+/** Bodies of one part joined to each other at two mesh nodes: all at the first and last mesh node,
+or each at the next two. **/
 struct NodeChain {
     SimTK::MultibodySystem system;
     SimTK::SimbodyMatterSubsystem matter{system};
@@ -548,7 +548,7 @@ struct NodeChain {
                                                             SimTK::Transform(places[size_t(k)]));
     }
 
-    /** Frames of the part of each body, after a step. **/
+    /** Returns the number of frames per body of the part, after a step. **/
     std::vector<int> countFrames() {
         std::vector<int> numFrames;
         BdfIntegrator integrator(system);
@@ -575,15 +575,15 @@ TEST(BlockElimination, BodiesShareTheShapesOfTheNodesOfTheirPart) {
     }
 }
 
-/** However many places of a part others are held at: products with its frames cost a body no more
-than twice those that it uses. **/
+/** No matter how many other nodes of the part are used, each body's products take at most twice the
+frames that it uses. **/
 TEST(BlockElimination, BodiesMultiplyByFramesThatTheyUse) {
     NodeChain chain(40, NodeChain::Nodes::Own);
     EXPECT_THAT(chain.countFrames(),
                 testing::AllOf(testing::SizeIs(40), testing::Each(testing::Le(4))));
 }
 
-/** Places of the unknowns of a grid of bodies, large enough for nested dissection. **/
+/** Orders the unknowns of a grid of bodies large enough for nested dissection. **/
 std::vector<int> orderGrid(int size) {
     CliquePattern pattern;
     pattern.cliques.resize(size_t(size * size));

@@ -1,11 +1,11 @@
 // Bricard's mechanism of the multibody benchmark library (IFToMM Technical Committee for Multibody
 // Dynamics): five bars of 1 m and 1 kg and the ground, joined by six pins into a ring along six
-// edges of a cube; each pin is perpendicular to both its bars. By the count of equations nothing
-// could move: 30 coordinates, 30 equations; but one of them is redundant, and the ring turns.
+// edges of a cube; each pin is perpendicular to both its bars. By counting equations it could not
+// move: 30 coordinates, 30 equations. But one of them is redundant, and the ring is mobile.
 //
-// For a ring of equal bars with pins at right angles the angles turned at neighbouring pins obey
-// cos θ + cos φ + cos θ cos φ = 0, and every second pin turns by the same (Y. Chen, Z. You,
-// T. Tarnai, Int. J. Solids Struct. 42, 2005, for twist α = π/2).
+// For a ring of equal bars with pins at right angles, the rotations at neighbouring pins satisfy
+// cos θ + cos φ + cos θ cos φ = 0, and every second pin has the same angle (Y. Chen, Z. You, T.
+// Tarnai, Int. J. Solids Struct. 42, 2005, for twist α = π/2).
 
 #include <gtest/gtest.h>
 
@@ -23,8 +23,8 @@ using namespace SimTK;
 
 constexpr Real Gravity = 9.81, Length = 1, Mass = 1;
 
-/** Directions of the bars, ground last, along the cube's edges; pin i is at the start of bar i and
-turns about the one of x, y, z that is neither bar's. **/
+/** Directions of the bars, ground last, along the cube's edges. Pin i is at the start of bar i, and
+its axis is the one of x, y, z that is parallel to neither bar. **/
 const Vec3 Directions[6] = {Vec3(1, 0, 0),  Vec3(0, -1, 0), Vec3(0, 0, 1),
                             Vec3(-1, 0, 0), Vec3(0, 1, 0),  Vec3(0, 0, -1)};
 
@@ -34,16 +34,17 @@ Vec3 vertex(int i) {
     return p;
 }
 
-/** Pin i's frame in Ground at the start: at vertex i, z axis along the pin. **/
+/** Returns the initial frame of pin i in Ground: at vertex i, z axis along the pin. **/
 Transform pinFrame(int i) {
     const UnitVec3 axis(Directions[(i + 5) % 6] % Directions[i % 6]);
     return Transform(Rotation(axis, ZAxis), vertex(i));
 }
 
-/** Bar i, whose frame is Ground's at the start, shifted to vertex i. **/
+/** Returns bar i, whose initial frame is Ground's, shifted to vertex i. **/
 Body::Rigid makeBar(int i) {
     const Vec3 center = Length / 2 * Directions[i];
-    // 0.02 m thick: a line's vanishing moment about itself would leave a free bar without inertia.
+    // 0.02 m thick: an ideal line has no moment of inertia about itself, which leaves a free bar
+    // singular.
     const Vec3 d = Directions[i];
     const Mat33 along = d * ~d;
     const Real across = Mass * Length * Length / 12, about = 1e-4;
@@ -53,7 +54,7 @@ Body::Rigid makeBar(int i) {
     return Body::Rigid(MassProperties(Mass, center, central.shiftFromMassCenter(-center, Mass)));
 }
 
-/** Pin i's frame on bar i, where it starts, and on bar i − 1, where it ends. **/
+/** Frame of pin i on bar i, at its start, and on bar i − 1, at its end. **/
 Transform pinOnNext(int i) {
     return Transform(Vec3(-vertex(i))) * pinFrame(i);
 }
@@ -62,8 +63,8 @@ Transform pinOnPrevious(int i) {
 }
 
 enum class Assembly {
-    FreeBodies,   ///< six pin joints of ours: 30 equations on 30 coordinates
-    ClosedChain,  ///< five pin mobilizers, one joint of ours: 5 equations on 5 coordinates
+    FreeBodies,   ///< six of our pin joints: 30 equations on 30 coordinates
+    ClosedChain,  ///< five pin mobilizers and one of our joints: 5 equations on 5 coordinates
     SimbodysOwn,  ///< the same closed by Simbody's Ball and two ConstantAngles
 };
 
@@ -113,7 +114,7 @@ public:
         return m_bars[bar].findStationLocationInGround(state, Length / 2 * Directions[bar]);
     }
 
-    /** Angle between bars i − 1 and i, 0 where one continues the other. **/
+    /** Returns the angle between bars i − 1 and i, 0 if collinear. **/
     Real calcAngle(const State& state, int i) const {
         const auto direction = [&](int bar) {
             return bar % 6 == 5
@@ -134,7 +135,8 @@ private:
     State m_start;
 };
 
-/** Largest |cos θ + cos φ + cos θ cos φ| and difference of every second angle, over the ring. **/
+/** Returns the largest |cos θ + cos φ + cos θ cos φ| and difference of every second angle in the
+ring. **/
 Real calcRingError(const Bricard& mechanism, const State& state) {
     Real largest = 0;
     for (int i = 0; i < 6; ++i) {
@@ -147,7 +149,7 @@ Real calcRingError(const Bricard& mechanism, const State& state) {
 }
 
 struct Errors {
-    Real energy = 0;    ///< largest at any time of comparison [J]
+    Real energy = 0;    ///< largest at any comparison time [J]
     Real distance = 0;  ///< of any bar's centre from Simbody's [m]
 };
 
@@ -177,7 +179,7 @@ Errors measureErrors(Assembly assembly, Real accuracy) {
             errors.distance =
                 std::max(errors.distance,
                          (ours.calcCenter(state, i) - reference.calcCenter(theirs, i)).norm());
-        // Of the joints' own errors, 1e-10 at most, a few add up around the ring.
+        // The joints' own errors of at most 1e-10 add up around the ring.
         EXPECT_LT(calcRingError(ours, state), 1e-8) << time;
         EXPECT_EQ(integrator.getStatistics().redundantConstraints, 1) << time;
     }
@@ -186,7 +188,7 @@ Errors measureErrors(Assembly assembly, Real accuracy) {
 
 void expectSimbodysMotion(Assembly assembly) {
     const Errors coarse = measureErrors(assembly, 1e-6), fine = measureErrors(assembly, 1e-8);
-    // Two decades of accuracy gain 100^(p/(p+1)), p ≥ 2.
+    // Tightening the accuracy by two decades gains 100^(p/(p+1)), p ≥ 2.
     const Real gain = std::pow(100, 2.0 / 3);
     EXPECT_LT(fine.energy, coarse.energy / gain);
     EXPECT_LT(fine.distance, coarse.distance / gain);

@@ -64,7 +64,7 @@ TEST(Campbell, RotorWhirlsForwardAndBackwardAsInClosedForm) {
             EXPECT_NEAR(diagram.branches[branch].frequency[i], size / (2 * Pi), 1e-8 * size);
             EXPECT_NEAR(diagram.branches[branch].dampingRatio[i], -expected[k].real() / size, 1e-8);
         }
-        // One branch goes up with speed and one down, and shapes stay circles.
+        // With speed, one branch rises and one falls, and mode shapes remain circles.
         if (i < 2) continue;
         for (const CampbellDiagram::Branch& branch : diagram.branches) {
             EXPECT_GT(branch.modalAssurance[i], 0.999);
@@ -102,7 +102,7 @@ TEST(Campbell, ASpeedThatFailsIsNamedAndLosesNoOther) {
     std::getline(in, line);
     EXPECT_EQ(line, "0,,,,");
     std::filesystem::remove(file);
-    // More modes than there are at any speed.
+    // More modes than exist at any speed.
     try {
         calcCampbellDiagram({25, 75}, 20, calcModes);
         FAIL() << "no exception";
@@ -114,8 +114,8 @@ TEST(Campbell, ASpeedThatFailsIsNamedAndLosesNoOther) {
 }
 
 TEST(Campbell, WhirlsOfWhatTurnsGoThroughZero) {
-    // A puck on a table, held by isotropic springs, that turns with its axes: λ = i(ω ∓ Ω), in
-    // steps so long that neither frequencies nor shapes alone would tell.
+    // A puck on a table, held by isotropic springs that rotate with its axes: λ = i(ω ∓ Ω). The
+    // steps are too long to track modes by frequencies or shapes alone.
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
     FlexibleBodySubsystem flexible(system, matter);

@@ -1,5 +1,5 @@
-// An integration that is interrupted anywhere and continued from a checkpoint, by another
-// integrator, goes on with the same bits; what is no such checkpoint is refused.
+// An integration interrupted anywhere and continued from a checkpoint by another integrator is
+// bit-identical; invalid checkpoints are refused.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ void append(std::vector<double>& numbers, const Vector& vector) {
     for (int i = 0; i < vector.size(); ++i) numbers.push_back(vector[i]);
 }
 
-/** All that a user can see of an integration but wall times. **/
+/** Returns everything that a user can observe of an integration except wall times. **/
 std::vector<double> describe(const ImplicitIntegrator& integrator) {
     const State& state = integrator.getState();
     const IntegratorStatistics& s = integrator.getStatistics();
@@ -59,7 +59,7 @@ std::vector<double> describe(const ImplicitIntegrator& integrator) {
     return numbers;
 }
 
-/** Two internal steps, then to a time inside the next one. **/
+/** Takes two internal steps, then advances to a time inside the next one. **/
 void advance(ImplicitIntegrator& integrator, int count) {
     if (count % 3 < 2)
         integrator.stepOnce();
@@ -78,7 +78,7 @@ void read(ImplicitIntegrator& integrator, const std::string& bytes, const State&
     integrator.readCheckpoint(stream, start);
 }
 
-/** Where two descriptions differ first; −1: nowhere. NaN equals NaN. **/
+/** Returns the index of the first difference, or −1 for none. NaN equals NaN. **/
 int findDifference(const std::vector<double>& a, const std::vector<double>& b) {
     if (a.size() != b.size()) return int(std::min(a.size(), b.size()));
     for (size_t i = 0; i < a.size(); ++i)
@@ -86,8 +86,8 @@ int findDifference(const std::vector<double>& a, const std::vector<double>& b) {
     return -1;
 }
 
-/** Runs `numAdvances` without a stop, again with a checkpoint after each advance, and from every
-`stride`-th checkpoint to the end. @returns statistics of the run **/
+/** Runs `numAdvances` advances without interruption, again with a checkpoint after each advance,
+and from every `stride`-th checkpoint to the end. @returns statistics of the run **/
 IntegratorStatistics expectSameBits(const MakeIntegrator& make, const State& start, int numAdvances,
                                     int stride = 1) {
     const auto whole = make(1);
@@ -191,10 +191,10 @@ TEST(Checkpoint, FixedStepsGoOnWithTheSameBits) {
 }
 
 //---------------------------------------------------------------------------------------------------------
-// moments of every kind
+// all kinds of moments
 
-/** Two booms on ball joints, end to end over a stop that the outer one falls on; a load that jumps,
-two times at which the inner boom turns rigid and flexible again, and a reporter. **/
+/** Two booms on ball joints, end to end, over a stop onto which the outer one falls; a load that
+jumps, two times at which the inner boom becomes rigid and flexible again, and a reporter. **/
 struct Boom {
     class Switch : public ScheduledEventHandler {
     public:
@@ -215,7 +215,7 @@ struct Boom {
     private:
         FlexibleBody m_body;
     };
-    /** Turns the speed of the stone around where it passes 0.05 m. **/
+    /** Reverses the stone's speed where it passes 0.05 m. **/
     class Wall : public TriggeredEventHandler {
     public:
         explicit Wall(const MobilizedBody& stone)
@@ -290,7 +290,7 @@ TEST(Checkpoint, EventsContactsFailedStepsAndRigidSwitchesGoOnWithTheSameBits) {
         const IntegratorStatistics statistics =
             expectSameBits(makeBdf(model.system, 4, Formulation::StabilizedIndex2, 1e-5),
                            model.makeState(), 240, 7);
-        // The run had all of it.
+        // All of these occurred in the run.
         EXPECT_EQ(statistics.scheduledEvents, 2);
         EXPECT_EQ(statistics.triggeredEvents, 1);
         EXPECT_GT(statistics.reports, 5);
@@ -301,7 +301,7 @@ TEST(Checkpoint, EventsContactsFailedStepsAndRigidSwitchesGoOnWithTheSameBits) {
 }
 
 TEST(Checkpoint, DenseBlocksAndAReturnToArrowsGoOnWithTheSameBits) {
-    // Spun so fast, at an accuracy so low, that arrows fail to converge now and then.
+    // The spin is fast and the accuracy loose enough for arrow iterations to fail now and then.
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
     FlexibleBodySubsystem flexible(system, matter);
@@ -323,9 +323,9 @@ TEST(Checkpoint, DenseBlocksAndAReturnToArrowsGoOnWithTheSameBits) {
 }
 
 //---------------------------------------------------------------------------------------------------------
-// what Simbody evaluates
+// evaluated by Simbody
 
-/** Mobilizers, Motions, locks, constraints, forces and Measures of Simbody's own. **/
+/** Simbody's own mobilizers, Motions, locks, constraints, forces and Measures. **/
 struct Foreign {
     Foreign()
         : matter(system),
@@ -400,8 +400,8 @@ TEST(Checkpoint, WhatSimbodyEvaluatesGoesOnWithTheSameBits) {
 }
 
 TEST(Checkpoint, RedundantConstraintsBesideALateBlockGoOnWithTheSameBits) {
-    // One axle on twenty pins: so many columns that its speeds stay unknowns of the last step,
-    // which is given up where redundancies are found.
+    // One axle on twenty pins: with so many columns its speeds remain unknowns of the last step, a
+    // scheme that is dropped where redundancies are found.
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
     GeneralForceSubsystem forces(system);
@@ -442,7 +442,7 @@ void expectContains(const std::string& message, std::initializer_list<const char
         EXPECT_NE(message.find(word), std::string::npos) << "'" << word << "' in: " << message;
 }
 
-/** A stone that falls, of this mass. **/
+/** Falling stones of mass `mass`. **/
 struct Stone {
     explicit Stone(Real mass = 1, int count = 1)
         : matter(system), forces(system), gravity(forces, matter, -YAxis, 9.81) {
@@ -474,7 +474,7 @@ TEST(Checkpoint, ACutOrDamagedFileIsRefusedAtEveryByte) {
         damaged[at] = char(damaged[at] ^ 0x20);
         EXPECT_NE(messageOf([&] { read(integrator, damaged, start); }), "") << "byte " << at;
     }
-    // The integrator itself was not touched by any of it.
+    // None of this changed the integrator.
     EXPECT_EQ(write(integrator), whole);
 }
 
@@ -593,7 +593,7 @@ TEST(Checkpoint, VariablesThatCannotBeKeptAreNamed) {
     Stone model;
     model.system.addEventHandler(new LessGravity(model.gravity));
     State start = model.system.realizeTopology();
-    model.gravity.setMagnitude(start, 3.7);  // that of the State given to both is kept
+    model.gravity.setMagnitude(start, 3.7);  // the value in the State given to both is kept
     BdfIntegrator integrator(model.system), resumed(model.system);
     integrator.initialize(start);
     integrator.stepTo(0.05);

@@ -65,7 +65,8 @@ struct GearPair {
     State state;
 };
 
-/** J_A α + (n_A/n_B)² J_B α = T; each wheel's torque is what its own inertia lacks. **/
+/** J_A α + (n_A/n_B)² J_B α = T; each wheel's gear torque is its inertia torque less the applied
+one. **/
 TEST(Gear, SpeedsUpAndLoadsItsTeethAsTheReducedInertiaHasIt) {
     const Real T = 3, ratio = Real(GearPair::TeethA) / GearPair::TeethB;
     const Real alpha = T / (GearPair::InertiaA + GearPair::InertiaB * ratio * ratio);
@@ -90,7 +91,7 @@ TEST(Gear, SpeedsUpAndLoadsItsTeethAsTheReducedInertiaHasIt) {
         ASSERT_EQ(torques.size(), 2);
         EXPECT_NEAR(torques[0], torqueA, 1e-10 * T);
         EXPECT_NEAR(torques[1], torqueB, 1e-10 * T);
-        // The same as reactions on the wheels, and opposed on what carries them.
+        // The reactions on the wheels are the same, and opposite on the carrier.
         const SpatialVec onA =
             model.gear->calcReaction(native, multipliers, Side::M, Side::M, Joint::Axes::M, 0);
         const SpatialVec onB =
@@ -131,8 +132,8 @@ TEST(Gear, MovesTheSameWithItsWheelsExchangedOrABearingReversed) {
     EXPECT_NEAR(angles[2], angles[0], 1e-8);
 }
 
-/** A hundred turns, counted by the wheels' angles at every step: not a tooth is lost, and a run
- * goes on from a saved State in mesh. **/
+/** Counts a hundred turns by the wheel angles at every step: no tooth is skipped, and a run from a
+saved State continues in mesh. **/
 TEST(Gear, StaysInMeshForAHundredTurns) {
     GearPair model(GearPair::Order::AThenB, 0);
     model.setSpeed(100);
@@ -177,7 +178,7 @@ TEST(Gear, StaysInMeshForAHundredTurns) {
     EXPECT_LT(largest, 1e-6);
 }
 
-/** Where the accuracy asked is no better than a turn, steps are cut until no tooth can be lost. **/
+/** For accuracies as loose as a turn, steps are cut until no tooth can be skipped. **/
 TEST(Gear, LosesNoToothHoweverCoarseTheAccuracy) {
     using Formulation = BdfIntegrator::Formulation;
     for (const Formulation formulation : {Formulation::StabilizedIndex2, Formulation::Index3})
@@ -216,8 +217,8 @@ TEST(Gear, FixedStepsThatMayLoseAToothAreRefused) {
     }
 }
 
-/** A torque T on wheel A against a spring k on wheel B: k θ_B = −T n_B/n_A; about there
- * ω² = k/(J_B + J_A (n_B/n_A)²). **/
+/** A torque T on wheel A against a spring k on wheel B: k θ_B = −T n_B/n_A; frequency there ω² =
+k/(J_B + J_A (n_B/n_A)²). **/
 TEST(Gear, EquilibriumAndFrequencyAreThoseOfTheReducedSystem) {
     const Real T = 0.3, k = 2, ratio = Real(GearPair::TeethB) / GearPair::TeethA;
     GearPair model(GearPair::Order::AThenB, T);
@@ -239,7 +240,7 @@ TEST(Gear, EquilibriumAndFrequencyAreThoseOfTheReducedSystem) {
                 1e-7);
 }
 
-/** Assembly meshes the nearest teeth; with a phase they mesh that much further on. **/
+/** Assembly meshes the nearest teeth; a phase shifts the mesh. **/
 TEST(Gear, IsAssembledInTheNearestTooth) {
     for (const Real phase : {0.0, 1.2}) {
         MultibodySystem system;
@@ -295,7 +296,7 @@ TEST(Coupler, RackRollsOnItsPinion) {
         const State& now = integrator.getState();
         const Real x = slide.calcCoordinates(now)[0] - 0.3;
         error[run] = std::abs(x - 0.5 * a * 0.25);
-        // The pinion has turned by 7.8 turns.
+        // The pinion has made 7.8 turns.
         EXPECT_NEAR(std::remainder(bearing.calcCoordinates(now)[0] - x / r, 2 * Pi), 0, 1e-7);
         EXPECT_NEAR(slide.calcCoordinateDots(now)[0], r * bearing.calcCoordinateDots(now)[0], 1e-9);
     }
@@ -303,8 +304,8 @@ TEST(Coupler, RackRollsOnItsPinion) {
     EXPECT_LT(error[1], error[0] / 8 + 1e-7);
 }
 
-/** Planetary set with its ring held, a carrier with two planets: the sun turns 1 + n_R/n_S times as
- * fast. The gear of ring and planet sees angles from the carrier. **/
+/** A planetary set with fixed ring and two planets on the carrier: the sun turns 1 + n_R/n_S times
+as fast as the carrier. The gear of ring and planet uses angles relative to the carrier. **/
 TEST(Coupler, PlanetarySetHasItsRatioAndReducedInertia) {
     const int sunTeeth = 24, planetTeeth = 18, ringTeeth = 60;
     const Real sunInertia = 0.01, planetInertia = 0.004, carrierInertia = 0.3, planetMass = 2,
@@ -348,7 +349,7 @@ TEST(Coupler, PlanetarySetHasItsRatioAndReducedInertia) {
     }
     EXPECT_LT((native.getMultipliers() - integrator.getMultipliers()).normInf(),
               1e-10 * native.getMultipliers().normInf());
-    // The second planet is one too many for the motion.
+    // The second planet's constraint is redundant.
     EXPECT_EQ(integrator.getRedundantConstraints().size(), 1u);
     Real error[2];
     for (int run = 0; run < 2; ++run) {
@@ -365,7 +366,7 @@ TEST(Coupler, PlanetarySetHasItsRatioAndReducedInertia) {
     EXPECT_LT(error[1], error[0] / 8);
 }
 
-/** Between stock mobilizers it is Simbody's CoordinateCoupler. **/
+/** Between stock mobilizers it equals Simbody's CoordinateCoupler. **/
 TEST(Coupler, IsSimbodysCouplerOfStockMobilizers) {
     const Real c[] = {2, -3, 0.4}, constant = 0.25;
     Vector uDot[3], lambda[3];
@@ -542,7 +543,7 @@ TEST(FlexibleGears, RunsAreTheSameToTheBitForAnyNumberOfThreads) {
     }
 }
 
-/** With position equations in the Newton system it comes to the same. **/
+/** With position equations in the Newton system the result is the same. **/
 TEST(FlexibleGears, Index3ApproachesStabilizedIndex2) {
     const FlexibleGears model;
     Vec3 ends[2];

@@ -23,8 +23,8 @@ using namespace SimTK;
 using ::testing::HasSubstr;
 using Kind = StaticEquilibrium::PathPoint::Kind;
 
-/** Mises's truss: a mass between two springs to supports at ±b, at first at height h; a force
-pushes it down by P. Straight down, F(w) = 2k (l₀/l − 1)(h − w) with l² = b² + (h − w)². **/
+/** Von Mises truss: a mass between two springs to supports at ±b, initially at height h, pushed
+down by a force P. Straight down, F(w) = 2k (l₀/l − 1)(h − w) with l² = b² + (h − w)². **/
 struct Truss {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -35,8 +35,8 @@ struct Truss {
     const Real h, P;
 
     enum class Mover {
-        Slider,  ///< a mobilizer: there are no joints
-        Pins     ///< rigid bars on pins between springs on sliders, a loop of joints
+        Slider,  ///< a mobilizer without joints
+        Pins     ///< rigid bars on pins between springs on sliders: a closed loop of joints
     };
 
     Truss(Real height, Real force, Mover mover) : h(height), P(force) {
@@ -50,7 +50,7 @@ struct Truss {
                                      Attachment(bodies[0]), k, 0, std::hypot(b, h));
             AttachmentForce(flexible, Attachment(bodies[0]), SpatialVec(Vec3(0), Vec3(0, -P, 0)));
         } else {
-            // Two bars of length b' whose feet slide against springs of 2k.
+            // Two bars of length b' whose feet slide against springs of stiffness 2k.
             const Real l = std::hypot(b, h);
             for (const Real side : {-1.0, 1.0}) {
                 const Rotation turned(side < 0 ? std::atan2(h, b) : Pi - std::atan2(h, b), ZAxis);
@@ -71,7 +71,7 @@ struct Truss {
         if (mover == Mover::Slider) bodies[0].setOneQ(state, 0, h);
     }
 
-    /** How far down it is. **/
+    /** Returns the downward displacement. **/
     Real measure(const State& at) const {
         system.realize(at, Stage::Position);
         if (bodies.size() == 1) return h - bodies[0].getBodyOriginLocation(at)[1];
@@ -89,7 +89,7 @@ struct Truss {
 };
 
 void checkTruss(const Truss& truss, const std::vector<StaticEquilibrium::PathPoint>& path) {
-    // Where F is largest: golden section of what rises and falls.
+    // Finds the maximum of F by ternary search.
     Real low = 0, high = truss.h;
     for (int i = 0; i < 200; ++i) {
         const Real a = low + (high - low) / 3, b = high - (high - low) / 3;
@@ -122,7 +122,7 @@ void checkTruss(const Truss& truss, const std::vector<StaticEquilibrium::PathPoi
 }
 
 TEST(EquilibriumPaths, TrussesSnapThroughAsInClosedForm) {
-    // However flat it is, and far below a step of the length of a bar.
+    // Holds for shallow trusses, whose motion is far below a step of a bar's length, too.
     for (const Truss::Mover mover : {Truss::Mover::Slider, Truss::Mover::Pins})
         for (const Real height : {0.3, 0.05, 0.01}) {
             SCOPED_TRACE(std::to_string(height) + (mover == Truss::Mover::Pins ? " pins" : ""));
@@ -138,7 +138,7 @@ TEST(EquilibriumPaths, TrussesSnapThroughAsInClosedForm) {
         }
 }
 
-/** A stop bends the path by an angle: where it is met on the way down of the loads they turn. **/
+/** A stop puts a kink in the path; if met where the load decreases, the load reverses. **/
 TEST(EquilibriumPaths, PathsGoOnBeyondStops) {
     const Real height = 0.3, stiffness = 2e5;
     for (const Real depth : {0.05, 0.2, 0.3, 0.4, 0.55}) {
@@ -178,8 +178,8 @@ TEST(EquilibriumPaths, PathsGoOnBeyondStops) {
     }
 }
 
-/** An arm on a pin with a torsion spring, pulled along and a little across: k q = f (e cos q − P
-sin q), whose f has a pole right behind its end. **/
+/** An arm on a pin with a torsion spring, pulled along and slightly across: k q = f (e cos q − P
+sin q), whose f has a pole just beyond the end. **/
 TEST(EquilibriumPaths, PullsThatHardlyMoveAnythingAreFollowedToTheirEnd) {
     for (const auto& [k, P, e] : {std::array<Real, 3>{1, 1000, 0.01},
                                   {1e-5, 20, 0.3},
@@ -230,8 +230,8 @@ TEST(EquilibriumPaths, PathsThatEndEarlySayWhere) {
     EXPECT_EQ(equilibrium.getState().getQ()[0], path.back().state.getQ()[0]);
 }
 
-/** n rigid links on pins with torsion springs in a column, the foot's too, under a weight on top
-that does not turn, beyond the smallest critical load of the discrete column. **/
+/** A column of n rigid links on pins with torsion springs, including its foot, under a load of
+fixed direction on top, beyond the smallest critical load of the discrete column. **/
 TEST(EquilibriumPaths, ImperfectColumnsBendAwayWithoutABifurcation) {
     constexpr Real k = 3, L = 0.4;
     for (const int count : {1, 2}) {
@@ -251,11 +251,11 @@ TEST(EquilibriumPaths, ImperfectColumnsBendAwayWithoutABifurcation) {
             TorsionSpring(flexible, Attachment(before, frame), Attachment(next), k);
             links.push_back(next);
         }
-        // Of two links: F = k/L (3 − √5)/2.
+        // For two links: F = k/L (3 − √5)/2.
         const Real critical = count == 1 ? k / L : k / L * (3 - std::sqrt(5)) / 2;
         AttachmentForce(flexible, Attachment(links.back(), Vec3(L, 0, 0)),
                         SpatialVec(Vec3(0), Vec3(1e-3 * critical, -1.3 * critical, 0)));
-        // A small force sideways bends it away.
+        // A small lateral force bends it.
         State state = system.realizeTopology();
         StaticEquilibrium equilibrium(system);
         const auto path = equilibrium.followPath(state, {});
@@ -264,13 +264,13 @@ TEST(EquilibriumPaths, ImperfectColumnsBendAwayWithoutABifurcation) {
     }
 }
 
-/** From one regular point to the next, the number of unstable motions changes by what the limit
-points and bifurcations between them say; where a motion is lost and another one gained at the same
-load, it does not change. **/
+/** Checks that the number of unstable motions changes between regular points as the limit points
+and bifurcations between them say. If one motion is lost and another gained at the same load, the
+number does not change. **/
 void checkCounts(const std::vector<StaticEquilibrium::PathPoint>& path) {
     int count = path.front().numUnstable;
     bool mayChange = false;
-    std::vector<int> changes{0};  // of what lies between two regular points, added up in all ways
+    std::vector<int> changes{0};  // all possible sums of the changes between two regular points
     for (const auto& point : path) {
         if (point.kind == Kind::Regular) {
             EXPECT_TRUE(std::count(changes.begin(), changes.end(), point.numUnstable - count))
@@ -290,8 +290,8 @@ void checkCounts(const std::vector<StaticEquilibrium::PathPoint>& path) {
     EXPECT_TRUE(mayChange);
 }
 
-/** n rigid links of length L in a column, on pins with torsion springs, the foot's too: in one
-plane or in two. Under a weight P that goes down with the top, K = k T and −P L Σ(1 − cos θ): the
+/** A column of n rigid links of length L on pins with torsion springs, including its foot, in one
+plane or two. Under a weight P that moves down with the top, K = k T and −P L Σ(1 − cos θ): the
 critical loads are k/L times the eigenvalues of the springs' stiffness. **/
 struct Column {
     static constexpr Real k = 3, L = 0.4, Foot = 100;
@@ -301,11 +301,11 @@ struct Column {
     std::vector<Real> critical;
     Real load;
 
-    /** What it stands on. **/
+    /** Base of the column. **/
     enum class Base {
-        Slider,  ///< and a soft spring, which the load presses down
-        Joint,   ///< the same with a joint: nothing turns but by round-off
-        Ground   ///< the load moves nothing at all
+        Slider,  ///< with a soft spring that the load compresses
+        Joint,   ///< the same with a joint: rotations are round-off only
+        Ground   ///< the load moves nothing
     };
 
     Column(int count, int numPlanes, Real overload, Base base = Base::Slider) {
@@ -327,7 +327,7 @@ struct Column {
                               : base == Base::Ground ? up
                                                      : Transform();
             for (int plane = 0; plane < numPlanes; ++plane) {
-                // About its z, or y, axis; x is along the column throughout.
+                // The pin is about z or y; x stays along the column.
                 const Rotation axis = plane == 0 ? Rotation() : Rotation(Pi / 2, XAxis);
                 const Transform own = frame * Transform(axis);
                 MobilizedBody::Pin next(top, own, mass, Transform(axis));
@@ -411,8 +411,8 @@ TEST(EquilibriumPaths, PathsMayEndNextToABifurcation) {
     }
 }
 
-/** Mises's truss that is steep, and whose mass may go aside, too: at height y above its feet
-K_yy = 2k (1 − l₀b²/l³) and K_xx = 2k (1 − l₀y²/l³). It goes aside before it snaps through. **/
+/** A steep von Mises truss whose mass may also move sideways: at height y above its feet K_yy = 2k
+(1 − l₀b²/l³) and K_xx = 2k (1 − l₀y²/l³). It buckles sideways before it snaps through. **/
 TEST(EquilibriumPaths, BifurcationsAndLimitPointsAreToldApart) {
     constexpr Real k = 1e3, b = 1, h = 3, P = 4e3;
     const Real l0 = std::hypot(b, h);
@@ -496,7 +496,7 @@ TEST(EquilibriumPaths, PlainStaticsNamesTheLoadAtWhichThePathTurns) {
     FlexibleBodySubsystem flexible(system, matter);
     MobilizedBody::Pin lever(matter.Ground(), Vec3(0),
                              Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))), Vec3(0));
-    // A long spring from far away pulls its tip along x: Fl sin θ is Fl at most.
+    // A long spring from far away pulls its tip along x: the moment Fl sin θ is at most Fl.
     constexpr Real Far = 1e4, Stiffness = 1, l = 0.5, Pull = Stiffness * Far;
     TwoPointSpringDamper(flexible, Attachment(matter.Ground(), Vec3(2 * Far, 0, 0)),
                          Attachment(lever, Vec3(l, 0, 0)), Stiffness, 0, Far);

@@ -1,4 +1,4 @@
-// Reporters and handlers are called as SimTK::TimeStepper calls them.
+// Reporters and handlers are called as by SimTK::TimeStepper.
 
 #include <gtest/gtest.h>
 
@@ -175,7 +175,7 @@ TEST(Events, SingleStepsAdvanceToTheSameResult) {
 }
 
 TEST(Events, BounceTimesOfAFallingStoneAreExactToANanosecond) {
-    // BDF2 started by the trapezoidal rule has no error on parabolas.
+    // BDF2 started by the trapezoidal rule is exact for parabolas.
     FallingStone model;
     auto* floor = new Floor(model.stone);
     model.system.addEventHandler(floor);
@@ -189,7 +189,7 @@ TEST(Events, BounceTimesOfAFallingStoneAreExactToANanosecond) {
         EXPECT_NEAR(floor->times[bounce], (2 * bounce + 1) * first, 1e-9);
 }
 
-/** Records when a coordinate passes zero; changes nothing. **/
+/** Records when a coordinate passes zero, and changes nothing. **/
 class ZeroCrossing : public TriggeredEventHandler {
 public:
     ZeroCrossing(const MobilizedBody& body, Real window)
@@ -238,14 +238,15 @@ TEST(Events, RequiredLocalizationWindowsAreHonoured) {
         integrator.initialize(model.system.realizeTopology());
         integrator.stepTo(0.5);
         ASSERT_EQ(floor->times.size(), 1u);
-        // In units of accuracy times the system's time scale, after the root.
+        // Located after the root, within a window in units of accuracy times the system's time
+        // scale.
         const Real late = floor->times[0] - std::sqrt(2 / model.g);
         EXPECT_GE(late, -1e-12);
         EXPECT_LE(late, window * 1e-3 * model.system.getDefaultTimeScale() + 1e-12);
     }
 }
 
-/** A subsystem that counts what it is told. **/
+/** A subsystem that counts the calls it receives. **/
 class Witness : public Subsystem {
 public:
     struct Counts {
@@ -289,7 +290,7 @@ TEST(Events, InitializationTimeAdvancedAndTerminationAreAnnouncedOnceEach) {
     EXPECT_EQ(counts.termination, 1);
 }
 
-/** Every call, as "kind time", times rounded to 1e-5 s. **/
+/** Every call as "kind time", with times rounded to 1e-5 s. **/
 using Log = std::vector<std::string>;
 
 void record(Log& log, const char* kind, Real time) {

@@ -1,4 +1,4 @@
-// What a failure says: who, when, how much, and what to do.
+// Failure messages name the object, time, size and remedy.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -107,7 +107,7 @@ TEST(FailureDiagnosis, MotionsThatFightAreBothNamed) {
                       HasSubstr("contradict each other"), HasSubstr("Leave one of the motions")));
 }
 
-/** A crank of 1 m and a rod of 1.5 m to a slider that is pushed along x. **/
+/** A crank of 1 m and a rod of 1.5 m to a slider that is driven along x. **/
 TEST(FailureDiagnosis, AMotionBeyondTheReachOfAMechanismIsASingularPosition) {
     Rigid model;
     MobilizedBody::Pin crank(model.matter.Ground(), Body::Rigid(Stone));
@@ -136,7 +136,7 @@ TEST(FailureDiagnosis, AMotionBeyondTheReachOfAMechanismIsASingularPosition) {
                                         "'wrist'")),
                           HasSubstr("Start beside it"), HasSubstr("keep motions within reach"),
                           HasSubstr("last good State")));
-        // The links lie in one line at x = 2.5.
+        // The links are collinear at x = 2.5.
         EXPECT_NEAR(integrator.getTime(), 0.5, 1e-3);
     }
 }
@@ -155,7 +155,7 @@ TEST(FailureDiagnosis, AMotionThatJumpsIsNamedWithTimeAndSize) {
 //---------------------------------------------------------------------------------------------------------
 // forces
 
-/** A force of Simbody's: f along y on a body. **/
+/** A Simbody force element: f along y on a body. **/
 class Custom : public Force::Custom::Implementation {
 public:
     Custom(const MobilizedBody& body, std::function<Real(const State&)> f)
@@ -214,7 +214,7 @@ TEST(FailureDiagnosis, AMotionThatTurnsNaNNamesItsJoint) {
 TEST(FailureDiagnosis, AForceTooStiffForTheIterationIsNamedWithWhatToDo) {
     Rigid model;
     MobilizedBody::Slider body(model.matter.Ground(), Body::Rigid(Stone));
-    // Without its stiffness in the Newton matrix a step of 1 ms can't converge.
+    // Without its stiffness in the Newton matrix, a step of 1 ms cannot converge.
     Force::TwoPointLinearSpring(model.forces, model.matter.Ground(), Vec3(-1, 0, 0), body, Vec3(0),
                                 1e9, 1);
     State state = model.system.realizeTopology();
@@ -247,7 +247,7 @@ TEST(FailureDiagnosis, AnErrorThatStaysTooLargeNamesTheModeOrCoordinate) {
 //---------------------------------------------------------------------------------------------------------
 // masses
 
-/** ż jumps from 0 to 1e9 at 0.01 s, and moves nothing. **/
+/** ż jumps from 0 to 1e9 at 0.01 s and has no effect. **/
 class Burst : public Force::Custom::Implementation {
 public:
     explicit Burst(const Subsystem& subsystem) : m_subsystem(subsystem) {}
@@ -286,8 +286,8 @@ TEST(FailureDiagnosis, AMasslessBodyInATreeIsNamed) {
                                           HasSubstr("no mass"), HasSubstr("weld it")));
 }
 
-/** Neither body of a pair of opposed slides is without mass where it is alone: what the first takes
- * along, the second may undo. **/
+/** Neither body of a pair of opposed slides is massless by itself: the second can cancel the motion
+of the first. **/
 TEST(FailureDiagnosis, ASpeedThatUndoesAnotherIsNamed) {
     Rigid model;
     MobilizedBody::Pin first(model.matter.Ground(), Body::Rigid(Stone));

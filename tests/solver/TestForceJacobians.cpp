@@ -21,7 +21,7 @@ using namespace SimTK;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/** What a user would write: a spring and damper between stations of two bodies. **/
+/** A typical user force: a spring and damper between stations of two bodies. **/
 class UserSpring : public Force::Custom::Implementation {
 public:
     UserSpring(const MobilizedBody& first, const Vec3& atFirst, const MobilizedBody& second,
@@ -57,13 +57,13 @@ Body makeBrick() {
     return Body::Rigid(MassProperties(2, Vec3(0), 2 * UnitInertia(0.01, 0.02, 0.025)));
 }
 
-const Vec3 kApart(0.2, -0.2, 0.1);  ///< frames of two bodies
+const Vec3 kApart(0.2, -0.2, 0.1);  ///< distance between the frames of two bodies
 const Rotation kTurn(0.3, ZAxis);
 
 enum class Jacobian { None, Found, Named };
 
-/** Two flexible bodies, the first on a ball joint, and a brick; stiff springs from frame to frame
-and from frame to brick. **/
+/** Two flexible bodies, the first on a ball joint, and a brick, with stiff springs from frame to
+frame and from frame to brick. **/
 struct SprungBodies {
     explicit SprungBodies(Real stiffness)
         : first(flexible, part, "first"),
@@ -86,14 +86,14 @@ struct SprungBodies {
         return state;
     }
 
-    /** Of a point on the brick. **/
+    /** Returns the initial location of a point on the brick. **/
     Vec3 getStart() {
         const State state = makeState();
         system.realize(state, Stage::Position);
         return brick.findStationLocationInGround(state, Vec3(0.1, 0, 0));
     }
 
-    /** That point after `time`. **/
+    /** Returns the location of that point after `time`. **/
     Vec3 run(BdfIntegrator& integrator, Jacobian jacobian, Real time) {
         using Bodies = std::vector<MobilizedBodyIndex>;
         const MobilizedBodyIndex ends[] = {first.getFrame().getMobilizedBodyIndex(),
@@ -148,7 +148,7 @@ TEST(ForceJacobian, ChangesConvergenceAndNotTheSolution) {
         end[int(jacobian)] = model.run(integrator, jacobian, 0.05);
         iterations[int(jacobian)] = integrator.getStatistics().newtonIterations;
     }
-    // All within the integrator's error; both ways to name the bodies are one.
+    // Differences are within the integration error; both ways to name the bodies are identical.
     EXPECT_LT((end[1] - end[0]).norm(), 1e-6);
     EXPECT_EQ(end[2], end[1]);
     EXPECT_LT(1.5 * iterations[1], iterations[0]);
@@ -174,7 +174,7 @@ TEST(ForceJacobian, SolutionIsThatOfSimbodysIntegrator) {
     EXPECT_LT((end - expected).norm(), 1e-6);
 }
 
-/** A cable that hangs slack at the start pulls later: the bodies of its path are known. **/
+/** A cable that is slack at the start and pulls later: its path gives the bodies. **/
 TEST(ForceJacobian, OfACableThatIsSlackIsThatOfItsPath) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -183,7 +183,7 @@ TEST(ForceJacobian, OfACableThatIsSlackIsThatOfItsPath) {
     MobilizedBody::Free first(matter.Ground(), makeBrick()), other(matter.Ground(), makeBrick());
     MobilizedBody::Pin carried(first, Transform(), makeBrick(), Transform());
     CablePath path(cables, matter.Ground(), Vec3(0), carried, Vec3(0.1, 0, 0));
-    CableSpring cable(forces, path, 1e4, 2, 0);  // 2 m long
+    CableSpring cable(forces, path, 1e4, 2, 0);  // free length 2 m
     State state = system.realizeTopology();
     first.setQToFitTranslation(state, Vec3(0.5, 0, 0));
     system.realize(state, Stage::Velocity);
@@ -195,7 +195,7 @@ TEST(ForceJacobian, OfACableThatIsSlackIsThatOfItsPath) {
             speeds.push_back(
                 {body.getMobilizedBodyIndex(), int(body.getFirstUIndex(state)) + u, 1, 1e-6});
     const ForceDifferences differences(system, {cable, {}}, speeds, state);
-    ASSERT_EQ(differences.getSpeeds().size(), 7u);  // of the carried body and what carries it
+    ASSERT_EQ(differences.getSpeeds().size(), 7u);  // of the carried body and its carrier
     for (const ForceDifferences::Speed& speed : differences.getSpeeds())
         EXPECT_NE(speed.body, other.getMobilizedBodyIndex());
 }
@@ -246,7 +246,7 @@ TEST(ForceJacobian, TermsOfASpringAreThoseOfItsClosedForm) {
         }
 }
 
-/** Σ σ d dᵀ of rows beyond the constraints, in all speeds of the solver's. **/
+/** Returns Σ σ d dᵀ of the rows beyond the constraints, in all speeds of the solver. **/
 Matrix expandTerms(const NewtonSystem& system, int numConstraints) {
     const int n = system.numSpeeds();
     Matrix Gt(n, int(system.c.size()), Real(0)), sum(n, n, Real(0));
@@ -310,12 +310,12 @@ TEST(ForceJacobian, TermsAreTheDerivativesOfTheResidual) {
     EXPECT_LT((expandTerms(system, with.getTopology().numMultipliers) - expected).norm(),
               1e-6 * scale);
 
-    // No force has a part in accelerations.
+    // No force depends on accelerations.
     with.formMassSystem(system);
     EXPECT_EQ(expandTerms(system, with.getTopology().numMultipliers).norm(), 0);
 }
 
-/** A force that is not defined on one side. **/
+/** A force that is undefined on one side. **/
 class OneSided : public Force::Custom::Implementation {
 public:
     explicit OneSided(const MobilizedBody& slider) : m_slider(slider) {}
@@ -330,7 +330,7 @@ private:
     const MobilizedBody& m_slider;
 };
 
-/** A force that refuses to be evaluated beyond its range. **/
+/** A force that throws outside its range. **/
 class Ranged : public Force::Custom::Implementation {
 public:
     explicit Ranged(const MobilizedBody& slider) : m_slider(slider) {}
@@ -404,7 +404,7 @@ TEST(ForceJacobian, WhatCannotBeDifferentiatedIsNamed) {
                 HasSubstr("no bodies"));
 }
 
-/** A brick that swings on a spring: Simbody's, with its Jacobian, or our own. **/
+/** A brick that swings on a spring: Simbody's with its Jacobian, or ours. **/
 IntegratorStatistics swing(bool isOurs, Jacobian jacobian) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -434,12 +434,12 @@ TEST(ForceJacobian, SimbodysSpringTakesTheStepsOfOurs) {
                                without = swing(false, Jacobian::None);
     EXPECT_NEAR(with.stepsTaken, ours.stepsTaken, 0.02 * ours.stepsTaken);
     EXPECT_NEAR(with.newtonIterations, ours.newtonIterations, 0.02 * ours.newtonIterations);
-    // Where all is rigid, stiff forces are found out when the iteration does not converge.
+    // In rigid systems, stiff forces are detected when the iteration does not converge.
     EXPECT_LT(without.newtonIterations, 2 * ours.newtonIterations);
 }
 
-/** A pendulum of three links in one tree, a stiff spring and damper on the last pin: as if locked
-there, it swings. **/
+/** A pendulum of three links in one tree with a stiff spring and damper on the last pin: it swings
+as if locked there. **/
 TEST(ForceJacobian, SpringsOnMobilitiesCount) {
     const auto swingTo = [](Real stiffness, Real* angle) {
         MultibodySystem system;
@@ -473,8 +473,8 @@ TEST(ForceJacobian, SpringsOnMobilitiesCount) {
     EXPECT_LT(stiff.newtonIterations, 1.5 * rigid.newtonIterations);
 }
 
-/** A ball swings in the ground until it rests. Contact subsystems are no force elements: bodies are
-named. **/
+/** A ball bounces on the ground until it rests. Contact subsystems are not force elements, so the
+bodies are named. **/
 TEST(ForceJacobian, ContactsOfNamedBodiesCount) {
     const auto run = [](bool hasJacobian) {
         MultibodySystem system;
@@ -506,8 +506,8 @@ TEST(ForceJacobian, ContactsOfNamedBodiesCount) {
     EXPECT_THROW(run(false), std::runtime_error);
 }
 
-/** A ball that slides, begins to roll and rolls on, on a floor whose friction is regularised within
-1 mm/s. **/
+/** A ball that slides, starts to roll and rolls on a floor whose friction is regularised within 1
+mm/s. **/
 TEST(ForceJacobian, FrictionIsDifferentiatedByItself) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -531,7 +531,7 @@ TEST(ForceJacobian, FrictionIsDifferentiatedByItself) {
     integrator.setAccuracy(1e-5);
     integrator.initialize(state);
     integrator.stepTo(1);
-    // A sphere rolls on with 5/7 of its speed, from 2 v/(7 μ g) = 0.286 s on.
+    // A sphere rolls at 5/7 of its initial speed from 2 v/(7 μ g) = 0.286 s on.
     const SpatialVec V = free.getBodyVelocity(integrator.getState());
     EXPECT_NEAR(V[1][0], 10.0 / 7, 5e-3);
     EXPECT_NEAR(-V[0][2] * radius, 10.0 / 7, 5e-3);

@@ -1,4 +1,4 @@
-// What a Simbody program may do: forces with memory, handles out of scope, triggers on reactions.
+// Legal uses in Simbody programs: forces with memory, handles out of scope, triggers on reactions.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,8 @@ Body::Rigid makeBody(Real mass) {
     return Body::Rigid(MassProperties(mass, Vec3(0), mass * Inertia(1)));
 }
 
-/** −stiffness·(largest x so far) on a slider's mobility: a spring out, a constant force back. **/
+/** −stiffness·(largest x so far) on a slider's mobility: a spring outwards, a constant force on
+return. **/
 class Ratchet : public Force::Custom::Implementation {
 public:
     Ratchet(const MobilizedBody& body, Real stiffness) : m_body(body), m_stiffness(stiffness) {}
@@ -67,8 +68,8 @@ TEST(ForeignPrograms, ForcesRememberWhatWasReached) {
     EXPECT_LT(errors[1], 0.2 * errors[0]);
 }
 
-/** x = 1 + cos 3t / 2; no handle but the system's is left. (Some of Simbody's own force elements
-ask the handle that they were made with, and must not lose it.) **/
+/** x = 1 + cos 3t / 2; only the system's handle remains. (Some of Simbody's force elements query
+the handle that created them and must not lose it.) **/
 std::unique_ptr<MultibodySystem> makeOscillator(Force* spring = nullptr) {
     auto system = std::make_unique<MultibodySystem>();
     SimbodyMatterSubsystem matter(*system);
@@ -102,7 +103,7 @@ TEST(ForeignPrograms, HandlesMayGoOutOfScope) {
     EXPECT_THROW(integrator.initialize(other->getDefaultState()), std::invalid_argument);
 }
 
-/** Keeps a force's size in a variable of the system's own subsystem. **/
+/** Stores a force's magnitude in a variable of the system's own subsystem. **/
 class KeptElsewhere : public Force::Custom::Implementation {
 public:
     explicit KeptElsewhere(const MobilizedBody& body) : m_body(body) {}
@@ -111,7 +112,7 @@ public:
             state.allocateDiscreteVariable(SubsystemIndex(0), Stage::Dynamics, new Value<Real>(1));
     }
     void realizePosition(const State& state) const override {
-        // As a surface that ends.
+        // Like a surface that ends.
         if (std::abs(m_body.getOneQ(state, 0)) > 0.1) throw std::domain_error("off the surface");
     }
     void calcForce(const State& state, Vector_<SpatialVec>&, Vector_<Vec3>&,
@@ -145,7 +146,7 @@ TEST(ForeignPrograms, VariablesAndCoordinatesAreOnlyThoseThatTheStateHas) {
     EXPECT_NEAR(mass.getOneQ(integrator.getState(), 0), 0.025, 1e-6);
 }
 
-/** Lets a rod go when it would have to push. **/
+/** Disables a rod when it would go into compression. **/
 class LetGo : public TriggeredEventHandler {
 public:
     explicit LetGo(const Constraint::Rod& rod)
@@ -170,7 +171,7 @@ private:
 
 TEST(ForeignPrograms, TriggersSeeReactions) {
     // A mass swings up on a rod that can only pull: with u² = 3.5 g L at the bottom it goes slack
-    // at the height L/2, and flies on.
+    // at the height L/2 and continues in free flight.
     const Real g = 9.81, L = 0.8;
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -214,7 +215,7 @@ TEST(ForeignPrograms, WeightsOfTheStateStay) {
     EXPECT_EQ(state.getUErrWeights()[0], 4);
 }
 
-/** Notes times, and what stands in the State without being asked for. **/
+/** Records times, and whether values in the State are available without a request. **/
 struct Notes {
     std::vector<Real> reports, events, accelerations;
 };

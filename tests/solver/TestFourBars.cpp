@@ -1,13 +1,13 @@
 // The N-four-bar mechanism of the multibody benchmark library (IFToMM Technical Committee for
 // Multibody Dynamics; M. González et al., Multibody System Dynamics 16, 2006): N + 1 uprights on
-// pins at the ground, 1 m apart, N couplers between their tops; bars of 1 m and 1 kg; the tops
-// start at 1 m/s along x, uprights vertical, under gravity; 10 s.
+// ground pins 1 m apart, N couplers between their tops; bars of 1 m and 1 kg. The uprights start
+// vertical, with their tops at 1 m/s along x, under gravity; 10 s.
 //
-// The parallelograms stay parallelograms, so that the whole is one pendulum,
+// The parallelograms remain parallelograms, so that the mechanism is a single pendulum,
 //     ((N + 1)/3 + N) θ̈ = −((N + 1)/2 + N) g cos θ,     θ: uprights against x,
-// which turns over and over. Twice a turn all bars lie in one line: there every loop may as well
-// fold into an antiparallelogram and the constraints lose rank. Every planar loop of pins has
-// 3 redundant equations in space.
+// which makes full turns. Twice a turn all bars are collinear: there every loop could also fold
+// into an antiparallelogram, and the constraints lose rank. Every planar loop of pins has 3
+// redundant equations in space.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ using namespace SimTK;
 
 constexpr Real Gravity = 9.81, Length = 1, Mass = 1;
 
-/** A slender bar along its own x, from x = 0 to 1; 0.02 m thick. **/
+/** A slender bar along its own x axis, from x = 0 to 1; 0.02 m thick. **/
 Body::Rigid makeBar() {
     const Vec3 center(Length / 2, 0, 0);
     return Body::Rigid(
@@ -36,9 +36,9 @@ Body::Rigid makeBar() {
 }
 
 enum class Assembly {
-    FreeBodies,   ///< every bar free, every pin a joint
+    FreeBodies,   ///< all bars free, all pins joints
     Trees,        ///< pin mobilizers; a joint where each coupler meets the next upright
-    SimbodysOwn,  ///< as Trees, with Simbody's own constraints in the joints' place
+    SimbodysOwn,  ///< as Trees, with Simbody's own constraints instead of joints
 };
 
 class FourBars {
@@ -105,7 +105,7 @@ public:
     const State& getStart() const { return m_start; }
     int getNumLoops() const { return m_loops; }
 
-    /** What kinetic and potential energy exchange [J]. **/
+    /** Returns the energy exchanged between kinetic and potential [J]. **/
     Real calcExchangedEnergy() const {
         return ((m_loops + 1) / 2.0 + m_loops) * 2 * Mass * Gravity * Length;
     }
@@ -115,7 +115,7 @@ public:
         return m_flexible.calcEnergy(state);
     }
 
-    /** Right ends of the couplers. **/
+    /** Returns the right ends of the couplers. **/
     std::vector<Vec3> getCouplerEnds(const State& state) const {
         std::vector<Vec3> ends;
         for (const MobilizedBody& coupler : m_couplers)
@@ -123,7 +123,7 @@ public:
         return ends;
     }
 
-    /** Largest distance of any of them from `expected`. **/
+    /** Returns the largest distance of any coupler end from `expected`. **/
     Real calcLargestDistance(const State& state, const std::vector<Vec3>& expected) const {
         const std::vector<Vec3> ends = getCouplerEnds(state);
         Real largest = 0;
@@ -132,7 +132,7 @@ public:
         return largest;
     }
 
-    /** The same from where the pendulum at angle θ has them. **/
+    /** The same relative to the pendulum at angle θ. **/
     Real calcLargestDistance(const State& state, Real theta) const {
         std::vector<Vec3> expected;
         for (int i = 1; i <= m_loops; ++i)
@@ -140,8 +140,8 @@ public:
         return calcLargestDistance(state, expected);
     }
 
-    /** (θ, θ̇) after `time`: the pendulum's equation by Runge and Kutta's fourth-order method, 1e-4
-    s a step (1e-11 of error). **/
+    /** Returns (θ, θ̇) after `time`: the pendulum's equation by the classical Runge–Kutta method
+    with steps of 1e-4 s (error 1e-11). **/
     Vec2 solvePendulum(Real time) const {
         const Real stiffness =
             ((m_loops + 1) / 2.0 + m_loops) * Gravity / (((m_loops + 1) / 3.0 + m_loops) * Length);
@@ -171,11 +171,11 @@ private:
 };
 
 struct Errors {
-    Real energy;    ///< relative to what kinetic and potential energy exchange
+    Real energy;    ///< relative to the energy exchanged between kinetic and potential
     Real distance;  ///< relative to the path of the tops
 };
 
-/** After `time`; expects the redundant equations to be counted. **/
+/** Returns the errors after `time`; also checks the number of redundant equations. **/
 Errors measureErrors(const FourBars& mechanism, ImplicitIntegrator& integrator, Real time) {
     const int loops = mechanism.getNumLoops();
     integrator.initialize(mechanism.getStart());
@@ -191,7 +191,7 @@ Errors measureErrors(const FourBars& mechanism, ImplicitIntegrator& integrator, 
                 (Length * std::abs(pendulum[0] - Pi / 2))};
 }
 
-/** With BDF of orders up to 4. **/
+/** The same with BDF of orders up to 4. **/
 Errors measureErrors(int loops, Assembly assembly, Real accuracy, Real time) {
     const FourBars mechanism(loops, assembly);
     BdfIntegrator integrator(mechanism.getSystem());
@@ -200,7 +200,7 @@ Errors measureErrors(int loops, Assembly assembly, Real accuracy, Real time) {
     return measureErrors(mechanism, integrator, time);
 }
 
-/** Two decades of accuracy must gain 100^(p/(p+1)), p ≥ 2. **/
+/** Tightening the accuracy by two decades must gain 100^(p/(p+1)), p ≥ 2. **/
 void expectOnePendulum(int loops, Assembly assembly, Real time) {
     const Errors coarse = measureErrors(loops, assembly, 1e-6, time);
     const Errors fine = measureErrors(loops, assembly, 1e-8, time);
@@ -218,15 +218,15 @@ TEST(FourBars, FiveLoopsOfFreeBarsTurnOverAsOnePendulum) {
     expectOnePendulum(5, Assembly::FreeBodies, 10);
 }
 
-// One second holds one passage through the line.
+// In one second the bars become collinear once.
 TEST(FourBars, FortyLoopsOfTreesPassTheSingularPosition) {
     const Errors errors = measureErrors(40, Assembly::Trees, 1e-8, 1);
     EXPECT_LT(errors.energy, 1e-5);
     EXPECT_LT(errors.distance, 1e-5);
 }
 
-/** Largest energy error seen every half second in 10 s, in which the bars lie in one line 22 times
-    [J]. **/
+/** Returns the largest energy error at every half second of 10 s, in which the bars become
+collinear 22 times [J]. **/
 Real measureDrift(const FourBars& mechanism, ImplicitIntegrator& integrator, Real accuracy) {
     integrator.setAccuracy(accuracy);
     integrator.setNumThreads(1);
@@ -259,8 +259,8 @@ Real measureRadauDrift(const FourBars& mechanism, Real accuracy) {
 TEST(FourBars, EnergyDriftFallsWithTheAccuracy) {
     for (Assembly assembly : {Assembly::Trees, Assembly::FreeBodies}) {
         const FourBars mechanism(2, assembly);
-        // By theory two decades gain 100^(2/3) = 21; how steps fall moves each by some parts of
-        // ten.
+        // In theory two decades gain 100^(2/3) = 21; step placement changes each value by some tens
+        // of per cent.
         const auto expectFall = [&](const char* name, auto&& measure) {
             std::vector<Real> drifts{mechanism.calcExchangedEnergy()};
             for (Real accuracy : {1e-5, 1e-6, 1e-7, 1e-8, 1e-9}) {
@@ -275,7 +275,7 @@ TEST(FourBars, EnergyDriftFallsWithTheAccuracy) {
         expectFall("BDF4", [&](Real accuracy) { return measureBdfDrift(mechanism, 4, accuracy); });
         expectFall("generalized-alpha",
                    [&](Real accuracy) { return measureAlphaDrift(mechanism, accuracy); });
-        // Radau takes steps of BDF2 near the line, now more, now fewer.
+        // Near the collinear position Radau falls back on a varying number of BDF2 steps.
         EXPECT_LT(measureRadauDrift(mechanism, 1e-9), measureRadauDrift(mechanism, 1e-5) / 100);
     }
 }
@@ -292,7 +292,8 @@ TEST(FourBars, LoopsOfAnyNumberKeepTheBenchmarksEnergy) {
     }
 }
 
-// Fixed steps, of which the 400th ends in the line or up to a step before or after it.
+// Fixed steps, chosen so that the 400th ends in the collinear position or up to a step before or
+// after it.
 TEST(FourBars, StepsMayEndAtTheSingularPosition) {
     for (Assembly assembly : {Assembly::Trees, Assembly::FreeBodies}) {
         const FourBars mechanism(2, assembly);

@@ -1,5 +1,5 @@
-// A spinning, vibrating body in free flight keeps momentum and energy, to the integrator's
-// tolerance and falling with it.
+// A spinning, vibrating body in free flight conserves momentum and energy to the integrator's
+// tolerance; the errors fall with it.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ struct Drift {
     long steps;
 };
 
-/** @param fixedStep  0: the step is chosen by the error **/
+/** @param fixedStep  step size; 0 selects error control **/
 Drift calcDrift(Real accuracy, int maximumOrder, BdfIntegrator::BlockForm form,
                 Real fixedStep = 0) {
     MultibodySystem system;
@@ -70,7 +70,8 @@ TEST(FreeFlight, MomentumAndEnergyErrorsFallWithAccuracy) {
     for (Real accuracy : {1e-5, 1e-6, 1e-7, 1e-8})
         drifts.push_back(calcDrift(accuracy, 2, BdfIntegrator::BlockForm::Automatic));
     for (size_t i = 1; i < drifts.size(); ++i) {
-        // accuracy^(2/3): a factor 4.6 a decade; 2.5 leaves room for the step size's granularity.
+        // accuracy^(2/3): a factor of 4.6 per decade; 2.5 leaves room for the step size's
+        // granularity.
         EXPECT_LT(drifts[i].angularMomentum, drifts[i - 1].angularMomentum / 2.5);
         EXPECT_LT(drifts[i].energy, drifts[i - 1].energy / 2.5);
     }
@@ -88,8 +89,8 @@ TEST(FreeFlight, HigherOrderKeepsEnergyBetterInFewerSteps) {
 }
 
 TEST(FreeFlight, ArrowAndDenseBlocksGiveTheSameMotion) {
-    // Equal steps, hence equal equations: only what Newton's iteration leaves may differ, and that
-    // the accuracy keeps small.
+    // Equal steps give equal equations: differences come only from the Newton residual, which the
+    // accuracy keeps small.
     const Drift arrow = calcDrift(1e-10, 2, BdfIntegrator::BlockForm::Arrow, 1e-3);
     const Drift dense = calcDrift(1e-10, 2, BdfIntegrator::BlockForm::Dense, 1e-3);
     EXPECT_NEAR(arrow.energy, dense.energy, 1e-4 * dense.energy);

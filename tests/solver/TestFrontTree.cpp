@@ -1,4 +1,4 @@
-// The symbolic analysis against elimination of the pattern as a dense matrix of true and false.
+// The symbolic analysis against elimination of a dense Boolean pattern.
 
 #include "simflex/solver/elimination/FrontTree.h"
 
@@ -28,7 +28,7 @@ Pattern eliminate(const CliquePattern& pattern, const std::vector<int>& position
     return isFilled;
 }
 
-/** Elimination positions of a front's rows. **/
+/** Returns the elimination positions of a front's rows. **/
 std::vector<int> getRows(const FrontTree::Front& front) {
     std::vector<int> rows(static_cast<size_t>(front.numPivots));
     std::iota(rows.begin(), rows.end(), front.firstPivot);
@@ -44,7 +44,7 @@ void check(const CliquePattern& pattern) {
     std::sort(sorted.begin(), sorted.end());
     for (int i = 0; i < pattern.numUnknowns; ++i) ASSERT_EQ(sorted[size_t(i)], i);
 
-    // Fronts eliminate all unknowns, one after another, children before parents.
+    // Fronts eliminate all unknowns in sequence, children before parents.
     int next = 0;
     const auto& fronts = tree.fronts();
     for (size_t f = 0; f < fronts.size(); ++f) {
@@ -59,7 +59,7 @@ void check(const CliquePattern& pattern) {
     }
     EXPECT_EQ(next, pattern.numUnknowns);
 
-    // A front has room for all fill of its pivots.
+    // A front contains all fill of its pivots.
     const Pattern isFilled = eliminate(pattern, position);
     for (const FrontTree::Front& front : fronts) {
         const std::vector<int> rows = getRows(front);
@@ -70,7 +70,7 @@ void check(const CliquePattern& pattern) {
                     << "row " << i << " of pivot " << pivot;
     }
 
-    // Each clique is added once, at its unknowns' rows.
+    // Each clique is assembled once, at its unknowns' rows.
     std::vector<int> numAdded(pattern.cliques.size());
     for (const FrontTree::Front& front : fronts) {
         const std::vector<int> rows = getRows(front);
@@ -85,7 +85,7 @@ void check(const CliquePattern& pattern) {
     for (size_t c = 0; c < numAdded.size(); ++c)
         EXPECT_EQ(numAdded[c], pattern.cliques[c].empty() ? numAdded[c] : 1) << "clique " << c;
 
-    // What comes last does so, in the order wanted.
+    // Unknowns marked as last come last, in the requested order.
     const size_t numLast = pattern.lastUnknowns.size();
     for (size_t i = 0; i < numLast; ++i)
         EXPECT_EQ(position[size_t(pattern.lastUnknowns[i])],

@@ -36,7 +36,7 @@ struct SoftBody {
             body->setFrameVelocity(state, SpatialVec(Vec3(3, 1, -2), Vec3(0.3, -0.2, 0.1)));
     }
 
-    /** Integrates with the integrator's settings and returns the end. **/
+    /** Integrates with the integrator's settings and returns the final State. **/
     State integrate(ImplicitIntegrator& integrator, Real time) const {
         integrator.initialize(state);
         integrator.stepTo(time);
@@ -114,8 +114,8 @@ TEST(GeneralizedAlpha, GlobalErrorFallsAsAccuracyToTheTwoThirds) {
     EXPECT_LT(errors.back(), errors.front() / 50);
 }
 
-/** Amplification of the pair (x, ẋ/ω) of ẍ = −ω²x in one step: eigenvalues of the scheme's matrix
-by its definition, 3×3 in (x, hẋ, h²a). **/
+/** Returns the amplification of the pair (x, ẋ/ω) of ẍ = −ω²x in one step: eigenvalues of the
+scheme's 3×3 matrix in (x, hẋ, h²a), from its definition. **/
 Real calcSpectralRadius(Real rho, Real omegaH) {
     const Real am = (2 * rho - 1) / (rho + 1), af = rho / (rho + 1), gamma = 0.5 - am + af,
                beta = 0.25 * square(gamma + 0.5), w2 = square(omegaH);
@@ -136,7 +136,7 @@ Real calcSpectralRadius(Real rho, Real omegaH) {
     return std::exp(logNorm);
 }
 
-/** Amplitude ratio per step of a single mode over many fixed steps. **/
+/** Returns the amplitude ratio per step of a single mode over many fixed steps. **/
 Real measureAmplification(Real rho, Real frequency, Real h, int steps) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -168,7 +168,7 @@ Real measureAmplification(Real rho, Real frequency, Real h, int steps) {
 
 TEST(GeneralizedAlpha, AmplificationOfAModeIsTheSchemesOwn) {
     const Real frequency = 100, omega = 2 * Pi * frequency;
-    // In the limit of high frequencies it is ρ itself.
+    // In the high-frequency limit it is ρ itself.
     for (Real rho : {0.0, 0.5, 0.8}) EXPECT_NEAR(calcSpectralRadius(rho, 1e4), rho, 2e-2) << rho;
     for (Real omegaH : {0.3, 1.0}) {
         EXPECT_NEAR(measureAmplification(0.8, frequency, omegaH / omega, 400),
@@ -179,7 +179,7 @@ TEST(GeneralizedAlpha, AmplificationOfAModeIsTheSchemesOwn) {
             << omegaH;
         EXPECT_NEAR(measureAmplification(1.0, frequency, omegaH / omega, 400), 1, 1e-5) << omegaH;
     }
-    // Far above 1/h, ρ = 0 leaves nothing, ρ = 1 everything.
+    // Far above 1/h, ρ = 0 removes everything and ρ = 1 nothing.
     EXPECT_LT(measureAmplification(0.0, frequency, 1e3 / omega, 5), 0.1);
     EXPECT_NEAR(measureAmplification(1.0, frequency, 1e3 / omega, 20), 1, 1e-3);
 }

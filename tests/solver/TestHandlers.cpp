@@ -1,4 +1,4 @@
-// What goes wrong in handlers, and what is looked at, leaves the integration as it was.
+// Errors in handlers, and reading the state, leave the integration unchanged.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,8 @@ namespace {
 using namespace SimTK;
 using Status = ImplicitIntegrator::StepStatus;
 
-/** A closed loop: two bars from Ground on pins, tops joined by a third; two more swing from it. **/
+/** A closed loop: two bars on pins from Ground, joined at the top by a third; two more swing from
+it. **/
 struct Loop {
     Loop() {
         const Body::Rigid bar(MassProperties(1, Vec3(0, -0.5, 0), Inertia(0.34, 0.01, 0.34)));
@@ -45,7 +46,7 @@ struct Loop {
     State state;
 };
 
-/** Records the times at which the left bar passes the vertical; changes nothing. **/
+/** Records the times at which the left bar passes the vertical, and changes nothing. **/
 class Passing : public TriggeredEventHandler {
 public:
     explicit Passing(const MobilizedBody& body)
@@ -123,7 +124,7 @@ TEST(Reports, ChangeNoBitOfTheMotion) {
     expectNoTraceOfReports<RadauIntegrator>();
 }
 
-/** Changes the State at 0.1 s, then does what is asked. **/
+/** Changes the State at 0.1 s, then calls `then`. **/
 class Trouble : public ScheduledEventHandler {
 public:
     Trouble(const Loop& model, std::function<void(State&)> then) : m_model(model), m_then(then) {}
@@ -170,7 +171,7 @@ void expectToGoOnAfter(const std::function<void(const Loop&, State&)>& trouble,
         EXPECT_GE(now.getSystemStage(), Stage::Velocity);
         EXPECT_EQ(integrator.getMultipliers().size(), 3);
     }
-    // The event is still to come.
+    // The event is still pending.
     isTrouble = false;
     EXPECT_EQ(integrator.stepTo(0.3), Status::ReachedTime);
     EXPECT_EQ((integrator.getState().getQ() - undisturbed.getState().getQ()).norm(), 0);
@@ -244,7 +245,7 @@ TEST(Handlers, ThatLockAJointMakeTwoBodiesOne) {
     RadauIntegrator integrator(system);
     integrator.setAccuracy(1e-9);
     integrator.initialize(state);
-    const auto calcMomentum = [&] {  // about the hip; its reaction has no moment there
+    const auto calcMomentum = [&] {  // about the hip, where its reaction has no moment
         const SpatialVec momentum =
             matter.calcSystemMomentumAboutGroundOrigin(integrator.getState());
         return momentum[0][2];
@@ -275,7 +276,7 @@ TEST(Handlers, ThatLockAJointMakeTwoBodiesOne) {
     EXPECT_LT((native.getState().getU() - integrator.getState().getU()).norm(), 1e-5);
 }
 
-/** Does what is asked at 0.1 s. **/
+/** Calls a function at 0.1 s. **/
 class AtATenth : public ScheduledEventHandler {
 public:
     explicit AtATenth(std::function<void(State&)> act) : m_act(std::move(act)) {}
@@ -289,8 +290,9 @@ private:
     std::function<void(State&)> m_act;
 };
 
-/** Two rods in a row turn as one at 1 rad/s; then the first is held. Momentum of the second about
-its pin is (1/12 + 3/4) kg m²/s before, (1/12 + 1/4) kg m² ω after: springs have no part in it. **/
+/** Two rods in a row rotate as one at 1 rad/s; then the first is locked. The momentum of the second
+about its pin is (1/12 + 3/4) kg m²/s before and (1/12 + 1/4) kg m² ω after; springs do not affect
+it. **/
 template <class Integrator>
 void expectRodsStop(Real stiffness) {
     MultibodySystem system;
@@ -322,8 +324,8 @@ TEST(Handlers, ThatLockAMobilizerMakeAnImpact) {
     }
 }
 
-/** Two flexible bodies on a hinge, and a bushing, in free flight: an impact at the hinge keeps all
-six momenta, and no energy comes from anywhere. **/
+/** Two flexible bodies on a hinge, with a bushing, in free flight: an impact at the hinge conserves
+all six momenta and adds no energy. **/
 template <class Integrator>
 void expectMomentaKept(Real stiffness, Real damping) {
     MultibodySystem system;
@@ -408,7 +410,7 @@ TEST(Settings, AreRefusedByNameOnceTheIntegrationHasBegun) {
                   [&] { bdf.addForceJacobian({model.left.getMobilizedBodyIndex()}); });
     expectRefused("GeneralizedAlphaIntegrator::setSpectralRadius",
                   [&] { alpha.setSpectralRadius(0.5); });
-    // What counts at once may be set at any time.
+    // Settings that take effect immediately may change at any time.
     bdf.setNumThreads(2);
     bdf.setStepObserver([](Real) { return true; });
     bdf.stepTo(0.1);
@@ -420,7 +422,7 @@ TEST(Settings, AreRefusedByNameOnceTheIntegrationHasBegun) {
     EXPECT_EQ(bdf.getTime(), 0.3);
 }
 
-/** Holds a force on a mobility, another one in every period. **/
+/** Holds a force on a mobility, with a new value in every period. **/
 class Holder : public PeriodicEventHandler {
 public:
     Holder(const Force::DiscreteForces& forces, const MobilizedBody& body, Real period,
@@ -513,7 +515,7 @@ TEST(HeldForces, AreServedAsOftenAsBySimbodysIntegrator) {
     }
 }
 
-/** A body that flies and one that turns on it, under forces of all the kinds that hold. **/
+/** A flying body and one that rotates on it, under forces of all kinds that hold their value. **/
 struct HeldFlight {
     HeldFlight() {
         const Body::Rigid block(MassProperties(2, Vec3(0), Inertia(0.1, 0.2, 0.3)));

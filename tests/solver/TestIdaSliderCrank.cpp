@@ -1,11 +1,11 @@
-// The planar slider-crank that SUNDIALS' IDA solves in stabilised index-2 form, rebuilt of rigid
+// The planar slider-crank that SUNDIALS' IDA solves in stabilised index-2 form, rebuilt with rigid
 // bodies and joints.
 //
-// Crank 0.5 m, turning about the origin; rod 1 m, between the crank's pin and a block that slides
+// Crank 0.5 m, rotating about the origin; rod 1 m, between the crank's pin and a block that slides
 // along x. The rod's centre of mass is at the block; moments of inertia 1 and 2 kg m², 1 kg for rod
-// and block together. A spring (1 N/m, 1 m long unloaded) with a damper (1 N s/m) between the
-// middles of crank and rod; a constant force of 1 N along x on the rod, 1 m beyond the block (that
-// is where the example's generalized force −F sin p on the rod's angle puts it). At rest at first,
+// and block together. A spring (1 N/m, free length 1 m) with a damper (1 N s/m) between the
+// midpoints of crank and rod; a constant force of 1 N along x on the rod, 1 m beyond the block
+// (consistent with the example's generalized force −F sin p on the rod's angle). Initially at rest,
 // crank upright.
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ using namespace SimTK;
 
 constexpr Real CrankLength = 0.5, RodLength = 1;
 
-/** A line of IDA's table. **/
+/** A row of IDA's table. **/
 struct Line {
     Real time, crank, block, rod;  // [s], [rad], [m], [rad]
 };
@@ -52,14 +52,14 @@ constexpr Line Table[] = {
     {9.75, 1.3185e+00, 9.9977e-01, -5.0542e-01}, {10.00, 1.2757e+00, 1.0236e+00, -4.9881e-01},
 };
 
-/** What a printed figure leaves open: half a unit of its fifth digit, and 1e-5 for IDA's own error
-(its tolerance is 1e-6 a step; the mechanism's single equation in the crank's angle, solved to
-1e-12, differs from the table by half a unit and at most 5e-6 more). **/
+/** Returns the uncertainty of a printed value: half a unit of its fifth digit, and 1e-5 for IDA's
+own error (its tolerance is 1e-6 per step; the mechanism's single equation in the crank's angle,
+solved to 1e-12, differs from the table by half a unit and at most 5e-6 more). **/
 Real allowance(Real printed) {
     return 0.5e-4 * std::pow(10, std::floor(std::log10(std::abs(printed)))) + 1e-5;
 }
 
-/** How the mechanism is put together. **/
+/** Assembly of the mechanism. **/
 enum class Assembly {
     FreeBodies,     ///< three free bodies, three pins and a slide: 20 equations, 17 independent
     ClosedByAPin,   ///< two trees, one pin between them: 5 equations, 2 independent
@@ -70,7 +70,7 @@ class SliderCrank {
 public:
     explicit SliderCrank(Assembly assembly)
         : m_matter(m_system), m_forces(m_system), m_flexible(m_system, m_matter) {
-        // Only the moments about z matter; the others keep the bodies free to turn any way.
+        // Only the moments about z matter; the others are arbitrary and nonzero.
         const Body::Rigid crankBody(MassProperties(1, Vec3(0), Inertia(0.5, 0.8, 1)));
         const Body::Rigid rodBody(MassProperties(0.6, Vec3(0), Inertia(1.2, 1.5, 2)));
         const Body::Rigid blockBody(MassProperties(0.4, Vec3(0), Inertia(0.1, 0.1, 0.1)));
@@ -113,7 +113,7 @@ public:
     const MultibodySystem& getSystem() const { return m_system; }
     const State& getStart() const { return m_start; }
 
-    /** In the columns of IDA's table. **/
+    /** Returns the columns of IDA's table. **/
     Line measure(const State& state) const {
         const auto angle = [&](const MobilizedBody& body) {
             const Rotation& R = body.getBodyRotation(state);

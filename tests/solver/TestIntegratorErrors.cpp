@@ -1,4 +1,4 @@
-// What cannot be done is refused by name, and what was reached is kept.
+// Impossible requests are refused by name, and the last State is kept.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ struct Model {
     FlexibleBody body;
 };
 
-/** Message of the exception that f throws; empty if none. **/
+/** Returns the message of the exception that f throws; empty if none. **/
 template <class F>
 std::string messageOf(F f) {
     try {
@@ -123,7 +123,7 @@ TEST(IntegratorErrors, ALoadThatTurnsNaNStopsTheRunAndKeepsTheLastGoodState) {
     expectContains(messageOf([&] { integrator.stepTo(0.1); }),
                    {"no step could be taken", "t = 0.0", "boom", "not finite"});
     EXPECT_TRUE(integrator.getState().getQ().normInf() < Infinity);
-    // The last good State is the one just before the load broke.
+    // The last good State is just before the load failed.
     EXPECT_NEAR(integrator.getTime(), 0.01, 1e-4);
 }
 
@@ -162,7 +162,7 @@ TEST(IntegratorErrors, AReporterThatStepsIsRefused) {
         integrator->initialize(state);
         misuse = what;
         expectContains(messageOf([&] { integrator->stepTo(0.1); }), {"by a reporter", "stepTo"});
-        // What is wrong is the reporter, not the run.
+        // The error is in the reporter, not in the run.
         misuse = [] {};
         integrator->stepTo(0.1);
         EXPECT_EQ(integrator->getTime(), 0.1);

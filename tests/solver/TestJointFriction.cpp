@@ -1,4 +1,4 @@
-// Friction of joints: sticking without creep, sliding, and what both cost.
+// Joint friction: sticking without creep, sliding, and the cost of both.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ FrictionCoefficients makeCoefficients(Real coulomb, Real breakaway, Real radius 
     return made;
 }
 
-/** Bodies that fly freely but for joints. **/
+/** Free bodies, constrained by joints only. **/
 struct FrictionModel {
     explicit FrictionModel(const Vec3& pull = Vec3(0, -Weight, 0))
         : gravity(forces, matter, pull) {}
@@ -90,7 +90,7 @@ TYPED_TEST(JointFrictions, BlockOnAnInclineSticksWithoutCreeping) {
         integrator.stepTo(10);
         EXPECT_LT(std::abs(model.place(integrator)), 1e-12);
         EXPECT_LT(std::abs(model.speed(integrator)), 1e-12);
-        // It holds what pulls, not what it could.
+        // The friction force balances the pull and stays below its limit.
         const Real pull = 2 * Weight * std::sin(std::atan(0.2));
         const JointFriction::Contact contact = model.friction.calcContact(
             integrator.getState(), integrator.getMultipliers(model.slide),
@@ -132,7 +132,7 @@ TYPED_TEST(JointFrictions, BlockOnAnInclineStopsWhereItShould) {
         EXPECT_NEAR(model.place(integrator), distance, 100 * accuracy);
         EXPECT_NEAR(model.place(integrator), distance, 1e-3 * distance);
         EXPECT_LT(std::abs(model.speed(integrator)), 1e-12);
-        // Its energy is gone.
+        // Friction has dissipated the kinetic energy.
         const Real energy = model.system.calcEnergy(integrator.getState()),
                    start = 0.5 * 2 * square(speed);
         EXPECT_NEAR(energy - integrator.getWork(), start, 200 * accuracy);
@@ -161,7 +161,7 @@ TYPED_TEST(JointFrictions, MassOnABeltSticksAndSlipsWithItsPeriod) {
     integrator.setAccuracy(1e-7);
     integrator.initialize(state);
     const auto displacement = [&] { return block.getBodyOriginLocation(integrator.getState())[0]; };
-    // It tears off at μ_s N/k.
+    // It breaks away at μ_s N/k.
     const Real tear = breakaway * Weight * mass / stiffness;
     const Real omega = std::sqrt(stiffness / mass),
                swing = (breakaway - coulomb) * Weight * mass / stiffness;
@@ -173,7 +173,7 @@ TYPED_TEST(JointFrictions, MassOnABeltSticksAndSlipsWithItsPeriod) {
         integrator.stepTo(1e-3 * i);
         EXPECT_LT(displacement(), tear + swing);
         const Real speed = block.getBodyOriginVelocity(integrator.getState())[0];
-        // Half-way back of every swing.
+        // The turning point of each swing.
         if (last > 0 && speed <= 0) tears.push_back(1e-3 * (i - 1) + 1e-3 * last / (last - speed));
         last = speed;
     }
@@ -182,13 +182,13 @@ TYPED_TEST(JointFrictions, MassOnABeltSticksAndSlipsWithItsPeriod) {
         EXPECT_NEAR(tears[k] - tears[k - 1], period, 1e-3 * period) << k;
 }
 
-/** A block that a force A sin(wt) pushes to and fro, piece by piece in closed form. **/
+/** A block pushed back and forth by a force A sin(wt): piecewise closed form. **/
 struct PushedBlock {
     static constexpr Real mass = 10, push = 60;
     Real coulomb, breakaway, w = 6 * Pi;
 
     Real calcForce(Real t) const { return push * std::sin(w * t); }
-    /** Where `excess` becomes positive after t. **/
+    /** Returns the first time after t at which `excess` becomes positive. **/
     template <class Excess>
     static Real findRoot(const Excess& excess, Real t, Real end) {
         constexpr Real Step = 1e-5;
@@ -203,7 +203,7 @@ struct PushedBlock {
         }
         return Infinity;
     }
-    /** Where it is at `end`; counts switches. **/
+    /** Returns the position at time `end` and counts switches between sticking and sliding. **/
     Real calcPlace(Real end, int& switches) const {
         const Real load = mass * Weight;
         Real t = 0, x = 0, direction = 0;
@@ -235,7 +235,8 @@ struct PushedBlock {
 };
 
 TYPED_TEST(JointFrictions, ManySwitchesAreAsAccurateAsAskedForWhateverTheRows) {
-    // Slides, with rest between; slides on in the other direction, torn off by a jump.
+    // The first block rests between slides; the second slides on in the other direction, with a
+    // force jump at breakaway.
     for (const PushedBlock& block : {PushedBlock{0.3, 0.3}, PushedBlock{0.1, 0.3}}) {
         int switches = 0;
         const Real end = 3, expected = block.calcPlace(end, switches);
@@ -255,7 +256,7 @@ TYPED_TEST(JointFrictions, ManySwitchesAreAsAccurateAsAskedForWhateverTheRows) {
                 integrator.initialize(model.system.realizeTopology());
                 for (int row = 1; row <= std::lround(end / interval); ++row)
                     integrator.stepTo(row * interval);
-                // By an order of 2 in the other two.
+                // The other two methods are of order 2.
                 const Real allowed = std::is_same_v<TypeParam, RadauIntegrator>
                                          ? 30 * accuracy
                                          : 10 * std::pow(accuracy, 2. / 3);
@@ -267,7 +268,7 @@ TYPED_TEST(JointFrictions, ManySwitchesAreAsAccurateAsAskedForWhateverTheRows) {
 
 TYPED_TEST(JointFrictions, LoadedPinTurnsAgainstItsFrictionTorque) {
     const Real mass = 3, inertia = 0.02, radius = 0.05, mu = 0.15, axialRadius = 0.03;
-    // Gravity across and along the axis z.
+    // Gravity has components across and along the axis z.
     FrictionModel model(Vec3(3, -8, 4));
     MobilizedBody::Free disc = model.addBody(mass, Vec3(0.05, 0.05, inertia));
     Joint::Pin pin(model.flexible, model.matter.Ground(), disc, "pin");
@@ -319,8 +320,8 @@ TYPED_TEST(JointFrictions, ScrewRaisesItsLoadAsATextbookHasIt) {
 }
 
 TYPED_TEST(JointFrictions, CylinderRubsAgainstItsWayAlongTheHelix) {
-    // One force μ N against the velocity (r θ', z') of the surface: with I = m r² the direction of
-    // sliding stays.
+    // A single force μ N opposes the velocity (r θ', z') of the surface: with I = m r² the sliding
+    // direction is constant.
     const Real mass = 2, radius = 0.1, mu = 0.2;
     FrictionModel model;
     MobilizedBody::Free shaft = model.addBody(mass, Vec3(0.03, 0.03, mass * square(radius)));
@@ -363,7 +364,7 @@ TYPED_TEST(JointFrictions, BallTurnsAgainstItsAngularVelocity) {
 }
 
 TYPED_TEST(JointFrictions, UniversalRubsInEachOfItsBearings) {
-    // It spins about F's x axis; the other bearing holds.
+    // It spins about F's x axis; the other bearing sticks.
     const Real mass = 2, inertia = 0.05, radius = 0.04, mu = 0.1;
     FrictionModel model;
     MobilizedBody::Free cross = model.addBody(mass, Vec3(inertia));
@@ -384,8 +385,8 @@ TYPED_TEST(JointFrictions, UniversalRubsInEachOfItsBearings) {
 }
 
 TYPED_TEST(JointFrictions, SeveralJointsThatHoldTheSameShareTheLoad) {
-    // A pendulum between two pins, and an arm of two joints in line: as many ways to hold as
-    // contacts.
+    // A pendulum between two pins, and an arm with two collinear joints: friction can hold in each
+    // of the contacts.
     FrictionModel model;
     MobilizedBody::Free arm(model.matter.Ground(), Transform(),
                             Body::Rigid(MassProperties(1, Vec3(0.01, 0, 0), Inertia(0.02))),
@@ -411,7 +412,8 @@ TYPED_TEST(JointFrictions, SeveralJointsThatHoldTheSameShareTheLoad) {
 }
 
 TYPED_TEST(JointFrictions, RedundantJointsOfAPlanarMechanismRubAsThoseThatAreNot) {
-    // Four bars with four pins, or with pins, a ball and a point on a line that hold each once.
+    // Four-bar linkages with four pins, or with pins, a ball and a point on a line that constrain
+    // each freedom once.
     const auto run = [](bool isRedundant, Real accuracy) {
         FrictionModel model;
         const Vec3 places[] = {Vec3(0), Vec3(0.1, 0.17, 0), Vec3(0.5, 0.4, 0), Vec3(0.5, 0, 0)};
@@ -434,7 +436,7 @@ TYPED_TEST(JointFrictions, RedundantJointsOfAPlanarMechanismRubAsThoseThatAreNot
                 joints.push_back(Joint::Pin(model.flexible, F, M));
                 JointFriction(model.flexible, joints.back(), rubbing);
             } else if (i == 2) {
-                // About z in the plane, as a pin would.
+                // About z in the plane, as for a pin.
                 joints.push_back(Joint::Ball(model.flexible, F, M));
                 JointFriction(model.flexible, joints.back(), rubbing);
             } else {
@@ -458,7 +460,7 @@ TYPED_TEST(JointFrictions, RedundantJointsOfAPlanarMechanismRubAsThoseThatAreNot
         return bars[1].getBodyOriginLocation(integrator.getState());
     };
     const Vec3 redundant = run(true, 1e-8), definite = run(false, 1e-8);
-    // The middle joint turns back while the others move: steps end at, before and after it.
+    // The middle joint reverses while the others move; steps end at, before and after the reversal.
     for (const Real accuracy : {4e-9, 2e-8})
         EXPECT_LT((run(false, accuracy) - definite).norm(), 3e-6);
     EXPECT_LT((redundant - definite).norm(), 3e-6);
@@ -466,7 +468,7 @@ TYPED_TEST(JointFrictions, RedundantJointsOfAPlanarMechanismRubAsThoseThatAreNot
 }
 
 TEST(JointFriction, WhatRedundantJointsLeaveUndeterminedIsNamed) {
-    // A shaft in two pins: which of them holds it along its axis nobody knows.
+    // A shaft in two pins: which of them carries the axial load is undetermined.
     FrictionModel model(Vec3(0, -Weight, 1));
     MobilizedBody::Free shaft = model.addBody(1, Vec3(0.01));
     std::vector<Joint> pins;
@@ -574,7 +576,7 @@ TEST(JointFriction, WrongCoefficientsAreRefusedByName) {
 TEST(JointFriction, NativeRunsAreRefused) {
     Incline model(0.2, makeCoefficients(0.1, 0.1));
     EXPECT_THROW(model.flexible.initializeNative(model.state), std::invalid_argument);
-    // Without that call, too: Simbody's accelerations would be those without friction.
+    // Refused without that call, too: Simbody's accelerations would ignore friction.
     const auto refusalOf = [](const auto& act) -> std::string {
         try {
             act();
@@ -596,21 +598,22 @@ TEST(JointFriction, NativeRunsAreRefused) {
         });
     };
     EXPECT_NE(runNatively(model.state).find("friction"), std::string::npos);
-    // What an integrator that knows it shows may be realized further, and does not go on natively.
+    // A State shown by an integrator that supports friction can be realized further, but not
+    // continued natively.
     RadauIntegrator integrator(model.system);
     integrator.initialize(model.state);
     integrator.stepTo(0.1);
     EXPECT_EQ(refusalOf([&] { model.system.realize(integrator.getState(), Stage::Acceleration); }),
               "");
-    // Simbody's integrators take the refusal for a step that is too long.
+    // Simbody's integrators mistake the refusal for a step that is too long.
     EXPECT_NE(runNatively(integrator.getState()), "");
-    // A joint that is released rubs no more.
+    // A disabled joint has no friction.
     state = model.state;
     model.matter.getConstraint(model.slide.getConstraintIndex()).disable(state);
     EXPECT_EQ(runNatively(state), "");
 }
 
-// Handlers, reports and triggers realize what they are shown.
+// Handlers, reporters and triggers realize the States that they receive.
 TEST(JointFriction, EventsOfEveryStageRunBesideIt) {
     struct Handler : TriggeredEventHandler {
         Handler(const Incline& of, Stage stage) : TriggeredEventHandler(stage), incline(of) {}
@@ -648,7 +651,7 @@ TEST(JointFriction, EventsOfEveryStageRunBesideIt) {
 }
 
 TEST(JointFriction, EquilibriaHaveNoneAndSmallMotionsAreHeld) {
-    // A pendulum beside its lowest place, held by its bearing; a mass on a spring beside it.
+    // A pendulum near its lowest position, held by bearing friction; a mass on a spring beside it.
     FrictionModel model;
     MobilizedBody::Free arm(model.matter.Ground(), Transform(),
                             Body::Rigid(MassProperties(1, Vec3(0, -0.3, 0), Inertia(0.2))),
@@ -681,7 +684,8 @@ TEST(JointFriction, EquilibriaHaveNoneAndSmallMotionsAreHeld) {
     }
 }
 
-/** The flexible slider-crank whose pins rub, driven by a torque or at a given speed. **/
+/** The flexible slider-crank with friction in its pins, driven by a torque or at a prescribed
+speed. **/
 struct RubbingCrank : FlexibleSliderCrank {
     explicit RubbingCrank(const SliderCrankOptions& options, bool rubs = true)
         : FlexibleSliderCrank(options), start(makeStart(rubs)) {}

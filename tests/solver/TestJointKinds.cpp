@@ -1,6 +1,6 @@
 /** @file
-Every kind of joint in motion, between rigid bodies: against Simbody's mobilizers and constraints of
-the same name, in native and implicit runs; prescribed motions against closed forms; hubs. **/
+Every joint kind in motion between rigid bodies: against Simbody's mobilizers and constraints of the
+same name, in native and implicit runs; prescribed motions against closed forms; hubs. **/
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ Body::Rigid makeLink() {
 
 enum class Assembly { Mobilizers, Joints, JointsTurnedRound };
 
-/** Two links, each hung on the one before by the same kind of joint. **/
+/** Two links, each attached to the previous one by the same kind of joint. **/
 class Chain {
 public:
     Chain(Kind kind, Assembly assembly)
@@ -138,7 +138,7 @@ private:
             m_joints.push_back(makeJoint(F, M));
             return;
         }
-        // Universal's x axis of F and y axis of M change places by a quarter turn.
+        // A quarter turn swaps Universal's x axis of F and y axis of M.
         const Transform turn =
             m_kind == Kind::Universal ? Transform(Rotation(Pi / 2, ZAxis)) : Transform();
         const Attachment turnedF(m_matter.getMobilizedBody(M.getMobilizedBodyIndex()),
@@ -191,7 +191,7 @@ protected:
 INSTANTIATE_TEST_SUITE_P(Joints, JointKindsTest, ::testing::ValuesIn(AllKinds),
                          [](const auto& tested) { return KindNames[int(tested.param)]; });
 
-/** Forces in closed loop with the accelerations: Simbody finds them by its recursion. **/
+/** Reactions depend on the accelerations; Simbody computes them by its recursion. **/
 TEST_P(JointKindsTest, ReactionsAreThoseOfSimbodysMobilizers) {
     BdfIntegrator integrator(joints.getSystem());
     integrator.initialize(joints.getState());
@@ -224,7 +224,8 @@ TEST_P(JointKindsTest, NativeRunFollowsSimbodysMobilizers) {
               GetParam() == Kind::Weld ? -1 : 0.05);
 }
 
-/** With order 2 the error falls as accuracy^(2/3): by 21 for an accuracy a hundred times finer. **/
+/** With order 2 the error falls as accuracy^(2/3): by a factor of 21 for an accuracy a hundred
+times tighter. **/
 TEST_P(JointKindsTest, ImplicitRunApproachesSimbodysMobilizers) {
     const Vec3 expected = mobilizers.getTip(mobilizers.runNatively(Time));
     const Real coarse = (joints.getTip(joints.runImplicitly(Time, 1e-5)) - expected).norm();
@@ -240,7 +241,7 @@ TEST_P(JointKindsTest, TurnedRoundItMovesTheSame) {
         1e-7);
 }
 
-/** Constraints of Simbody without a mobilizer of the same name. **/
+/** Simbody constraints without a mobilizer of the same name. **/
 enum class PointKind { PointOnLine, PointInPlane, Rod };
 
 const char* const PointKindNames[] = {"PointOnLine", "PointInPlane", "Rod"};
@@ -301,7 +302,7 @@ TEST_P(PointJointsTest, MovesAsSimbodysConstraint) {
         follower.setQToFitTransform(state, Transform(R, F * offset - R * M));
         base.setUToFitAngularVelocity(state, Vec3(1, -2, 3));
         system.realize(state, Stage::Velocity);
-        // The follower moves along with the base and turns about M besides.
+        // The follower moves with the base and also rotates about M.
         const Vec3 v = base.findStationVelocityInGround(state, F * offset), omega(-2, 1, 1);
         follower.setUToFitVelocity(state, SpatialVec(omega, v - omega % (R * M)));
         system.realize(state, Stage::Velocity);
@@ -327,7 +328,7 @@ TEST_P(PointJointsTest, MovesAsSimbodysConstraint) {
     EXPECT_LT((tips[2] - tips[0]).norm(), 1e-5);
 }
 
-/** A lift of mass m driven as s(t) carries m (g + s̈); its work is the energy it gains. **/
+/** A lift of mass m driven along s(t) needs m (g + s̈); the work equals its energy gain. **/
 TEST(PrescribedMotionOfJoints, LiftIsDrivenByItsWeightAndInertia) {
     const Real m = 1.5, g = 9.81;
     const auto motion = [](Real t) {
@@ -346,7 +347,7 @@ TEST(PrescribedMotionOfJoints, LiftIsDrivenByItsWeightAndInertia) {
                                              "drive");
     State state = system.realizeTopology();
 
-    Real imbalance[2] = {0, 0};  // largest of energy and work
+    Real imbalance[2] = {0, 0};  // largest difference between energy and work
     for (int run = 0; run < 2; ++run) {
         BdfIntegrator integrator(system);
         integrator.setAccuracy(run == 0 ? 1e-5 : 1e-7);
@@ -361,7 +362,7 @@ TEST(PrescribedMotionOfJoints, LiftIsDrivenByItsWeightAndInertia) {
             const State& now = integrator.getState();
             EXPECT_NEAR(drive.calcCoordinates(now)[0], motion(t)[0], 1e-9);
             EXPECT_NEAR(drive.calcCoordinateDots(now)[0], motion(t)[1], 1e-9);
-            // A native State of this moment has the exact force, and the power of its gain.
+            // A native State at this time has the exact force and the power of the energy gain.
             State native = now;
             system.realize(native, Stage::Acceleration);
             const Real force = drive.calcDrivingForces(drive.getMultipliers(native))[0];
@@ -381,7 +382,7 @@ TEST(PrescribedMotionOfJoints, LiftIsDrivenByItsWeightAndInertia) {
     EXPECT_LT(imbalance[1], imbalance[0] / 8);
 }
 
-/** A body led along a circle by its centre of mass needs m (a − g), wherever it is. **/
+/** Guiding a body's centre of mass along a circle needs m (a − g), at any position. **/
 TEST(PrescribedMotionOfJoints, PointIsLedAlongACircle) {
     const auto circle = [](Real t) {
         const Real c = std::cos(2 * t), s = std::sin(2 * t);
@@ -409,8 +410,9 @@ TEST(PrescribedMotionOfJoints, PointIsLedAlongACircle) {
     EXPECT_LT((lead.calcDrivingForces(lead.getMultipliers(now)) - Vector(force)).norm(), 1e-7);
 }
 
-/** A pose that turns about an axis of no symmetry and shifts; the inverse motion, of F seen from M.
- * **/
+/** Returns a pose that rotates about a non-symmetry axis and translates. The inverse motion is that
+of F seen from M.
+**/
 FrameMotion poseAt(Real t) {
     const Vec3 axis(UnitVec3(1, -2, 2));
     FrameMotion pose;
@@ -432,7 +434,7 @@ FrameMotion inversePoseAt(Real t) {
     return inverse;
 }
 
-/** Newton and Euler: m (a − g) through the centre of mass, I α + ω × I ω about it. **/
+/** Newton-Euler: m (a − g) through the centre of mass, I α + ω × I ω about it. **/
 TEST(PrescribedMotionOfJoints, PoseIsDrivenByWeightAndInertia) {
     const Vec3 g(1, -9, 3);
     MultibodySystem system;
@@ -480,8 +482,8 @@ TEST(PrescribedMotionOfJoints, PoseIsDrivenByWeightAndInertia) {
     }
 }
 
-/** Two bodies in space lead each other: momentum stays, energy is the drive's work, and from the
- * other body's side it is the same motion. **/
+/** The drive acts between two free bodies: momentum is conserved, energy equals the drive's work,
+and the motion is the same seen from the other body. **/
 TEST(PrescribedMotionOfJoints, PoseBetweenFreeBodiesKeepsMomentumAndEnergyLessItsWork) {
     const Transform F(Rotation(0.7, UnitVec3(1, 1, 3)), Vec3(0.3, 0.2, 0.1)),
         M(Rotation(-0.5, UnitVec3(2, 0, 1)), Vec3(0.05, 0.1, -0.2));
@@ -531,7 +533,7 @@ TEST(PrescribedMotionOfJoints, PoseBetweenFreeBodiesKeepsMomentumAndEnergyLessIt
 }
 
 /** A bending beam driven about its bearing: the integral of torque times rate, by Simpson's rule
- * over exact multipliers, is the energy it gains. **/
+over exact multipliers, equals its energy gain. **/
 TEST(PrescribedMotionOfJoints, DrivingTorquesPowerIsTheEnergyGained) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -575,8 +577,8 @@ TEST(PrescribedMotionOfJoints, DrivingTorquesPowerIsTheEnergyGained) {
     EXPECT_NEAR(integrator.getWork(), gained, 1e-3 * largest);
 }
 
-/** A nut on a screw without friction: the angle counts all its turns and stays the
- * displacement over the pitch. **/
+/** A nut on a frictionless screw: the angle counts all turns and stays equal to displacement over
+pitch. **/
 TEST(ScrewJoint, CountsManyTurns) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -586,7 +588,7 @@ TEST(ScrewJoint, CountsManyTurns) {
     const Joint::Screw screw(flexible, matter.Ground(), nut, 0.002);
     State state = system.realizeTopology();
     nut.setUToFitVelocity(state, SpatialVec(Vec3(0, 0, 80), Vec3(0, 0, 0.16)));
-    // No force acts along the thread: it turns evenly, 80 rad/s.
+    // No force acts along the thread, so it turns uniformly at 80 rad/s.
     Real error[2];
     for (int run = 0; run < 2; ++run) {
         BdfIntegrator integrator(system);
@@ -598,7 +600,7 @@ TEST(ScrewJoint, CountsManyTurns) {
         error[run] = std::abs(angle - 80);
         EXPECT_NEAR(screw.calcCoordinateDots(now)[0], 80, 1e-8);
         EXPECT_NEAR(nut.getBodyOriginLocation(now)[2], 0.002 * angle, 1e-9);
-        // A run that starts from the saved State goes on on the same turn.
+        // A run from the saved State continues on the same turn.
         BdfIntegrator second(system);
         second.setAccuracy(1e-8);
         second.initialize(now);
@@ -617,7 +619,7 @@ TEST(ScrewJoint, CountsManyTurns) {
     EXPECT_NEAR(screw.calcCoordinates(stepper.getState())[0], 80, 1e-4);
 }
 
-/** A pendulum on a hub on a bending part: energy is kept and the weld holds. **/
+/** A pendulum on a hub on a bending part: energy is conserved and the weld holds. **/
 TEST(HubTest, CarriesStockMobilizers) {
     Real drift[2];
     for (int run = 0; run < 2; ++run) {

@@ -1,4 +1,4 @@
-// Forces with kinks, near and far, in statics and in equations that are linearised.
+// Forces with kinks, near and far, in statics and linearization.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using ::testing::HasSubstr;
 constexpr Real Stiff = 1e6;
 const Real Gaps[] = {1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4, 1e-3, 1e-2, 1e-1};
 
-/** A mass on a slider along x, with what holds it. **/
+/** A mass on a slider along x with its supports. **/
 struct Slide {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -35,7 +35,7 @@ struct Slide {
     MobilizedBody::Slider mass{matter.Ground(), Transform(),
                                Body::Rigid(MassProperties(1, Vec3(0), Inertia(0.01))), Transform()};
 
-    /** Beyond x; pushes back. **/
+    /** Adds a stop at x that pushes back. **/
     void addStop(Real x) {
         const UnitVec3 back(x < 0 ? 1 : -1, 0, 0);
         ContactStop(flexible,
@@ -48,7 +48,7 @@ struct Slide {
     Signal getSpeed() {
         return Signal::displacementRate(Attachment(matter.Ground()), Attachment(mass), XAxis);
     }
-    /** A force along x. **/
+    /** Adds a force along x. **/
     void addLaw(const Signal& of, const std::function<Real(Real x)>& law) {
         const Signal force = Signal::function({of}, [law](Real, const Real* x, Real* slopes) {
             if (slopes) slopes[0] = (law(x[0] + 1e-9) - law(x[0] - 1e-9)) / 2e-9;
@@ -89,7 +89,7 @@ TEST(Kinks, FreePlayHasNoStiffnessHoweverLittleOfItThereIs) {
         EXPECT_NEAR(law.calcStiffness(), 40, 1e-6);
         EXPECT_TRUE(
             calcEigenmodes(calcLinearization(both.system, both.start())).at(0).isRigidMotion());
-        // Against a stop, by as much: all of it counts.
+        // In contact by the same distance, the full stiffness counts.
         EXPECT_NEAR(both.calcStiffness(2 * gap), Stiff, 1e-6 * Stiff);
         EXPECT_NEAR(one.calcStiffness(-2 * gap), Stiff, 1e-6 * Stiff);
         EXPECT_NEAR(law.calcStiffness(-2 * gap), Stiff + 40, 1e-6 * Stiff);
@@ -185,7 +185,7 @@ TEST(Kinks, StopsOfFlexibleBodiesCountOnTheirSideOnly) {
 }
 
 TEST(Kinks, PlacesFarFromTheOriginHaveNone) {
-    // A pendulum that bends, drawn aside by a spring; round-off of places is no kink.
+    // A flexible pendulum pulled sideways by a spring; round-off of positions is not a kink.
     const auto calcModes = [](const Vec3& origin) {
         MultibodySystem system;
         SimbodyMatterSubsystem matter(system);
@@ -258,7 +258,7 @@ TEST(Kinks, StaticsCrossesFreePlay) {
     }
 }
 
-/** However large the forces are that a neighbour is assembled with. **/
+/** Regardless of the size of the forces in a neighbouring assembly. **/
 TEST(Kinks, ASmallLoadOnWhatIsFreeIsSeenBesideLargeForces) {
     for (const Real force : {1e-6, 1e-3, 1.0, 1e2}) {
         Slide slide;

@@ -1,4 +1,4 @@
-// Linearised equations and natural modes against closed forms, and against accelerations of
+// Linearized equations and natural modes against closed forms and against accelerations of
 // displaced states.
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ Body::Rigid makeTop(Real mass, const Vec3& center, Real I1, Real I3) {
     return Body::Rigid(MassProperties(mass, center, central.shiftFromMassCenter(center, mass)));
 }
 
-/** A part of random modes, and a spring and a damper from its frame to Ground. **/
+/** A part with random modes, and a spring and a damper from its frame to Ground. **/
 struct SpringMounted {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -64,7 +64,7 @@ struct SpringMounted {
     }
 };
 
-/** Flexible and rigid bodies with joints, a bushing between two of them and a load, displaced. **/
+/** Displaced flexible and rigid bodies with joints, a bushing between two of them and a load. **/
 struct Assembly {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -153,7 +153,7 @@ TEST(Linearization, StiffnessAndDampingFoundInFramesAreThoseOfDifferencesOfAllFo
         };
         checkDamping();
 
-        // What is eliminated: K + M with the joints.
+        // Eliminates K + M with the joints.
         K.addMass(mass, 1e5);
         TangentElimination<double> elimination(graph, mass);
         elimination.factor(K, ::Eigen::VectorXd::Constant(n, 1e-3),
@@ -173,7 +173,7 @@ TEST(Linearization, PredictsAccelerationsOfDisplacedStates) {
     const Linearization linear = calcLinearization(model.system, model.state);
     const Vector before = model.calcUDot(model.state);
     EXPECT_LT((before - linear.uDot).normInf(), 1e-9 * before.normInf());
-    // Displaced by ±h along random directions, second order drops out.
+    // Displacements of ±h along random directions: second-order terms cancel.
     const int n = linear.M.nrow(), first = model.body.getFrame().getFirstUIndex(model.state);
     for (int trial = 0; trial < 3; ++trial) {
         Vector delta(n);
@@ -201,7 +201,7 @@ TEST(Linearization, PredictsAccelerationsOfDisplacedStates) {
 }
 
 TEST(Linearization, StiffnessAboutAnEquilibriumIsTheHessianOfTheEnergy) {
-    // Without joints δᵀKδ is the second difference of the energy along any path, if its gradient
+    // Without joints, δᵀKδ is the second difference of the energy along any path if its gradient
     // vanishes.
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -227,7 +227,7 @@ TEST(Linearization, StiffnessAboutAnEquilibriumIsTheHessianOfTheEnergy) {
     system.realize(state, Stage::Dynamics);
     const Real atRest = flexible.calcEnergy(state), h = 1e-3;
     for (const size_t k : {0, 2, 5, 6, 9}) {
-        // ω² of a mode from the energies of two amplitudes and its displacement per unit of x.
+        // ω² of a mode from the energies at two amplitudes and its displacement per unit of x.
         Eigenmode opposite = modes[k];
         opposite.shape *= Complex(-1);
         const Real work = calcEnergy(modes[k], h) + calcEnergy(opposite, h) - 2 * atRest;
@@ -323,7 +323,7 @@ TEST(Eigenmodes, StandingPendulumGrowsAndShrinks) {
 }
 
 TEST(Eigenmodes, SleepingTopPrecessesAndNutates) {
-    // I₁ω² − I₃Ωω + mgl = 0 about the pivot. Axes that do not turn: two pins and the spin.
+    // I₁ω² − I₃Ωω + mgl = 0 about the pivot. Non-rotating axes: two pins and the spin.
     const Real m = 1.5, l = 0.1, I1 = 0.02, I3 = 0.008, spin = 150;
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -340,12 +340,12 @@ TEST(Eigenmodes, SleepingTopPrecessesAndNutates) {
     const std::vector<Eigenmode> modes = calcEigenmodes(calcLinearization(system, state));
     const Real root = std::sqrt(I3 * I3 * spin * spin - 4 * I1 * m * Gravity * l);
     ASSERT_EQ(modes.size(), 3u);
-    EXPECT_TRUE(modes[0].isRigidMotion());  // its angle of spin
+    EXPECT_TRUE(modes[0].isRigidMotion());  // the spin angle
     const Real precession = (I3 * spin - root) / (2 * I1), nutation = (I3 * spin + root) / (2 * I1);
     EXPECT_NEAR(modes[1].eigenvalue.imag(), precession, 1e-8 * nutation);
     EXPECT_NEAR(modes[2].eigenvalue.imag(), nutation, 1e-8 * nutation);
     EXPECT_NEAR(modes[2].dampingRatio, 0, 1e-8);
-    // Round in a circle: a quarter period apart.
+    // Circular motion: a quarter period apart.
     const Complex ratio = modes[2].shape[1] / modes[2].shape[0];
     EXPECT_NEAR(std::abs(ratio), 1, 1e-8);
     EXPECT_NEAR(ratio.real(), 0, 1e-8);
@@ -366,7 +366,7 @@ TEST(Eigenmodes, FreeSymmetricBodyNutatesAtItsEulerFrequencyInTurningAxes) {
         const Real rate = mode.eigenvalue.imag();
         hasEuler = hasEuler || std::abs(rate - spin * (I3 - I1) / I1) < 1e-6 * spin;
         EXPECT_LT(std::abs(mode.eigenvalue.real()), 1e-5 * spin);
-        // Others: at rest in space, hence turning with Ω, or at rest in the body.
+        // The other modes are at rest in space, so rotate with Ω, or at rest in the body.
         EXPECT_TRUE(rate < 1e-5 * spin || std::abs(rate - spin) < 1e-5 * spin ||
                     std::abs(rate - spin * (I3 - I1) / I1) < 1e-6 * spin)
             << rate;
@@ -374,7 +374,7 @@ TEST(Eigenmodes, FreeSymmetricBodyNutatesAtItsEulerFrequencyInTurningAxes) {
     EXPECT_TRUE(hasEuler);
 }
 
-/** The same part on a ball at its first interface, rigid and symmetric, spinning upright. **/
+/** The same part, rigid and symmetric, on a ball at its first interface, spinning upright. **/
 TEST(Eigenmodes, FlexibleBodyOnABallSpinsAsATopInTurningAxes) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -441,7 +441,7 @@ TEST(Eigenmodes, ModeStatesMoveByTheAmplitudeAndComeBack) {
     const Vector first = body.getModalCoordinates(frames[0]);
     EXPECT_LT((body.getModalCoordinates(frames[4]) + first).normInf(), 1e-12);
     EXPECT_LT(body.getModalCoordinates(frames[2]).normInf(), 1e-9 * first.normInf());
-    // One node moves by the amplitude: the first mode alone is in it.
+    // The first mode alone moves one node by the amplitude.
     EXPECT_NEAR(body.calcLargestDisplacement(frames[0]), 0.01, 1e-6);
     EXPECT_THROW(calcModeStates(system, linear, modes[6], 0, 8), std::invalid_argument);
 }
@@ -485,7 +485,7 @@ LinearOutputs makeOutputs(int n, int m, int s) {
     return outputs;
 }
 
-/** (−ω²M + iωD + K) x + Gᵀλ = f, as it stands. **/
+/** Solves (−ω²M + iωD + K) x + Gᵀλ = f directly. **/
 Matrix_<Complex> calcDirectly(const Linearization& linear, Real omega, const LinearInputs& inputs,
                               const LinearOutputs& outputs) {
     const int n = linear.M.nrow(), m = linear.G.nrow(), p = inputs.forces.ncol(),
@@ -524,7 +524,7 @@ void expectSameTransfer(const Matrix_<Complex>& found, const Matrix_<Complex>& e
                 << i << ' ' << k << " at " << omega;
 }
 
-/** A flexible body on a pin, swinging about its equilibrium, with a damped spring. **/
+/** A flexible body on a pin with a damped spring, swinging about its equilibrium. **/
 struct HangingPart {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -651,7 +651,7 @@ TEST(StateSpace, TheSizeOfWhatIsZeroHasNoDerivative) {
     const HangingPart model;
     const Linearization linear = calcLinearization(model.system, model.state);
     const Vec3 place = model.body.getFramePose(model.state).p();
-    const Vec3 beside = place - Vec3(1e-5, 0, 0);  // far less than differences go
+    const Vec3 beside = place - Vec3(1e-5, 0, 0);  // far less than the difference step
     const auto observe = [&](const State& state, const Vector&, const Vector& multipliers) {
         const Vec3 p = model.body.getFramePose(state).p();
         return std::vector<double>{p[1],

@@ -1,4 +1,5 @@
-// What a body's own motion changes in the loads on it: in the dense form of the Newton matrix.
+// Derivatives of loads with respect to the body's own motion, in the dense form of the Newton
+// matrix.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +18,7 @@ namespace {
 
 using namespace SimTK;
 
-/** A flexible body and a rigid one, and loads on both. **/
+/** A flexible body and a rigid one with loads on both. **/
 struct LoadedBodies {
     using Adder = std::function<void(LoadedBodies&)>;
 
@@ -47,7 +48,7 @@ struct LoadedBodies {
     MobilizedBody::Free brick;
 };
 
-/** A spring to a point in Ground and a damper, as a user would write them. **/
+/** A user-defined spring and damper to a point in Ground. **/
 SpatialVec pull(Real, const FrameMotion& motion) {
     return {Vec3(0), -3e4 * (motion.X.p() - Vec3(0.5, 1, 2)) - 40 * motion.V[1]};
 }
@@ -102,8 +103,8 @@ class LoadJacobian : public ::testing::TestWithParam<LoadCase> {};
 INSTANTIATE_TEST_SUITE_P(Loads, LoadJacobian, ::testing::ValuesIn(loadCases),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// At rest and without accelerations inertia forces have no derivatives: what remains of the
-// residual's are elasticity, damping and loads.
+// At rest and without accelerations, inertia forces have no derivatives: the residual's derivatives
+// are those of elasticity, damping and loads.
 TEST_P(LoadJacobian, IsTheDerivativeOfTheResidual) {
     LoadedBodies model(GetParam().add), bare([](LoadedBodies&) {});
     const State state = model.makeState(), bareState = bare.makeState();
@@ -125,7 +126,7 @@ TEST_P(LoadJacobian, IsTheDerivativeOfTheResidual) {
         NewtonSystem system = equations.getTopology().makeNewtonSystem();
         equations.formNewtonSystem(NewtonFactors(gamma), true, q.data(), u.data(), uDot.data(),
                                    system);
-        // The loads leave the blocks where they stood.
+        // The loads leave the evaluation point unchanged.
         std::vector<double> after(size_t(n), 0);
         equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), after.data());
         EXPECT_EQ(after, r);
@@ -170,7 +171,8 @@ TEST_P(LoadJacobian, IsTheDerivativeOfTheResidual) {
     EXPECT_LT(worst, 1e-5 * largest);
 }
 
-/** A law too stiff for Newton's iteration to do without: found by itself when the arrow fails. **/
+/** A law so stiff that Newton's iteration needs its derivatives: they are added automatically when
+the arrow fails. **/
 TEST(LoadJacobian, StiffLawsTakeStepsThatTheArrowCouldNotTake) {
     const auto run = [](ImplicitIntegrator::BlockForm form) {
         const auto law = [](Real, const FrameMotion& motion) -> SpatialVec {

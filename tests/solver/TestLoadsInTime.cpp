@@ -1,4 +1,5 @@
-// Loads and motions that begin, end or jump at some time are seen, known or not.
+// Loads and motions that begin, end or jump at some time are resolved, whether the time is known or
+// not.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +25,7 @@ namespace {
 using namespace SimTK;
 using Function = std::function<Real(Real)>;
 
-/** A force along x on one body, Simbody's way. **/
+/** A force along x on one body as a Simbody force element. **/
 class NativeForce : public Force::Custom::Implementation {
 public:
     NativeForce(const MobilizedBody& body, Function force) : m_body(body), m_force(force) {}
@@ -160,7 +161,7 @@ TYPED_TEST(LoadsInTime, ALoadOnASystemAtRestIsSeenUntold) {
 }
 
 TYPED_TEST(LoadsInTime, ABumpOfAThirdOfTheLongestStepIsSeen) {
-    // Wherever it lies in a step.
+    // At any position within a step.
     for (const Real start : {0.5, 0.502, 0.504, 0.506, 0.508}) {
         const Real width = 0.003;
         const auto bump = [&](Real t) {
@@ -200,7 +201,7 @@ TYPED_TEST(LoadsInTime, ASmoothLoadCostsNoFurtherSteps) {
     EXPECT_LE(integrator.getStatistics().calcRejectedFraction(), 0.05);
 }
 
-/** An acceleration along x, as a Motion's or a constraint's. **/
+/** An acceleration along x prescribed by a Motion or a constraint. **/
 class Accelerator : public Motion::Custom::Implementation {
 public:
     explicit Accelerator(Function acceleration) : m_acceleration(acceleration) {}
@@ -214,12 +215,12 @@ private:
     Function m_acceleration;
 };
 
-/** Holds the speed of a slide, or its acceleration, to a function of time. **/
+/** Constrains the speed or acceleration of a slide to a function of time. **/
 class Pacer : public Constraint::Custom::Implementation {
 public:
     enum class Level { Velocity, Acceleration };
 
-    /** @param speed, acceleration  of time **/
+    /** @param speed, acceleration  functions of time **/
     Pacer(MobilizedBody& body, Level level, Function speed, Function acceleration)
         : Implementation(body.updMatterSubsystem(), 0, level == Level::Velocity ? 1 : 0,
                          level == Level::Acceleration ? 1 : 0),
@@ -262,12 +263,12 @@ private:
 enum class Drive { Motion, Speed, Acceleration };
 
 TYPED_TEST(LoadsInTime, ABriefDriveOfASystemAtRestIsSeen) {
-    // A push forth and back again, of a third of the longest step.
+    // A push forth and back again, lasting a third of the longest step.
     for (const Drive drive : {Drive::Motion, Drive::Speed, Drive::Acceleration})
         for (const Real start : {0.5, 0.502, 0.504, 0.506, 0.508}) {
             const Real width = 0.003;
             const auto shift = [&](Real t) { return std::clamp((t - start) / width, 0.0, 1.0); };
-            // 10 m/s at most; moved on by ∫ 10 sin²(πx) dx or its like.
+            // Up to 10 m/s; the displacement is ∫ 10 sin²(πx) dx or similar.
             const auto speed = [&](Real t) { return 10 * square(std::sin(Pi * shift(t))); };
             const auto acceleration = [&](Real t) {
                 return 10 * Pi / width * std::sin(2 * Pi * shift(t));
@@ -314,7 +315,7 @@ public:
     }
 };
 
-/** A cam with a dwell, and a follower that a spring and a damper bring back to it. **/
+/** A cam with a dwell, and a follower pressed against it by a spring and a damper. **/
 struct Cam {
     explicit Cam(Kind kind) {
         if (kind == Kind::Native)
@@ -354,10 +355,10 @@ TYPED_TEST(LoadsInTime, EveryLobeOfACamLiftsItsFollower) {
     }
 }
 
-/** Keeps the times that functions of a model are asked for. **/
+/** Records the times at which a model's functions are evaluated. **/
 class Asked {
 public:
-    /** A function of a model's: what it returns is not changed. **/
+    /** Wraps a function of the model without changing its results. **/
     template <class Function>
     auto watch(Function function) {
         m_times.emplace_back();
@@ -369,9 +370,9 @@ public:
             return value;
         };
     }
-    /** How often each function was asked, by time. **/
+    /** Returns the number of evaluations of each function by time. **/
     const std::vector<std::map<Real, int>>& getTimes() const { return m_times; }
-    /** True if none was asked while another one was. **/
+    /** Returns true if no two evaluations overlapped. **/
     bool isAlone() const { return m_isAlone; }
 
 private:
@@ -379,7 +380,8 @@ private:
     std::atomic<bool> m_isBusy{false}, m_isAlone{true};
 };
 
-/** A flexible body led by its interface, rigid ones led by a point and by an angle, loads. **/
+/** A flexible body driven at its interface, rigid ones driven by a point and by an angle, and
+loads. **/
 struct LedBodies {
     LedBodies()
         : body(flexible, test::makePointMassPart().body, "body"),
@@ -431,7 +433,7 @@ TYPED_TEST(LoadsInTime, FunctionsAreAskedOnceForEveryTimeOneAfterAnother) {
     for (const std::map<Real, int>& times : model.asked.getTimes()) {
         for (const auto& [time, count] : times)
             EXPECT_EQ(count, time > 0 ? 1 : count) << "at t = " << time;
-        // The end of a step or its stages, four times inside of it, and a few at the start.
+        // The end of a step or its stages, four times inside it, and a few at the start.
         const int timesOfAStep = std::is_same<TypeParam, RadauIntegrator>::value ? 7 : 5;
         EXPECT_LE(int(times.size()), timesOfAStep * statistics.stepsAttempted + 5);
     }
@@ -465,7 +467,7 @@ TEST(FunctionsOfTime, KeepTheLastTimesUntilTheyAreForgotten) {
         for (const Real time : {0.0, 1.0, 2.0})
             EXPECT_EQ(functions.calc(time).drives[place].motions[0], Vec3(time, 1, 0));
     EXPECT_EQ(count, 4);
-    // Whatever else is asked for, the time moved to stays.
+    // Other evaluations do not change the current time.
     for (int k = 0; k < 100; ++k) functions.calc(4 + k);
     EXPECT_EQ(functions.get().drives[place].motions[0], Vec3(3, 1, 0));
     EXPECT_THROW(functions.moveTo(-1), std::runtime_error);

@@ -1,5 +1,5 @@
-// Many steps and many systems: no memory is lost, threads do not disturb each other, and the same
-// run gives the same bits.
+// Many steps and many systems: no memory leaks, no interference between threads, and repeated runs
+// are bit-identical.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ std::shared_ptr<const ReducedBody> makePart() {
     return makePointMassPart(options).body;
 }
 
-/** Turns the pendulum's body rigid and flexible again, in turn. **/
+/** Makes the pendulum's body rigid and flexible alternately. **/
 class Switch : public PeriodicEventHandler {
 public:
     Switch(const FlexibleBody& body, Real interval)
@@ -124,7 +124,7 @@ TEST(LongRuns, SystemsInThreadsThatShareAPartGiveTheBitsOfALoneOne) {
 }
 
 TEST(LongRuns, AReportAheadByRoundOffComesOnce) {
-    // 0.15·k, reached in steps of 1e-3 whose sum is now and then a last digit short.
+    // 0.15·k, reached in steps of 1e-3 whose sum is sometimes short by the last digit.
     class Counter : public PeriodicEventReporter {
     public:
         Counter() : PeriodicEventReporter(0.15) {}
@@ -144,7 +144,7 @@ TEST(LongRuns, AReportAheadByRoundOffComesOnce) {
         EXPECT_NEAR(counter->times[k], 0.15 * double(k), 1e-12);
 }
 
-/** Energy of gravity in a State in which nothing was computed before. **/
+/** Returns the gravitational energy of a State without cached values. **/
 Real calcPotentialEnergy(const Chain& model, const State& state) {
     State fresh = model.system.getDefaultState();
     fresh.updQ() = state.getQ();
@@ -153,8 +153,8 @@ Real calcPotentialEnergy(const Chain& model, const State& state) {
 }
 
 TEST(LongRuns, AStateThatWasRealizedFurtherStartsARunWithTrueEnergies) {
-    // Simbody takes a value computed in the first run for one of the second if the State was
-    // changed as often there.
+    // Simbody would reuse a value cached in the first run if the State had been changed equally
+    // often there.
     Chain model(makePart(), 100);
     BdfIntegrator first(model.system);
     first.initialize(model.state);
@@ -181,7 +181,7 @@ TEST(LongRuns, AStateThatWasRealizedFurtherStartsARunWithTrueEnergies) {
 }
 
 TEST(LongRuns, StepsRestartsReportsAndCheckpointsLoseNoMemory) {
-    // SIMFLEX_STEPS=1000000 for a long one.
+    // SIMFLEX_STEPS=1000000 makes a long run.
     const char* wanted = std::getenv("SIMFLEX_STEPS");
     const long numSteps = wanted ? std::atol(wanted) : 100000, warmUp = numSteps / 5;
     constexpr Real Step = 1e-3;
@@ -199,7 +199,7 @@ TEST(LongRuns, StepsRestartsReportsAndCheckpointsLoseNoMemory) {
         integrator.writeCheckpoint(checkpoint);
         integrator.readCheckpoint(checkpoint, model.state);
     }
-    // A leak of one double in a step would be as large.
+    // A leak of one double per step would be as large.
     const double growth = double(testing::getHeapUse()) - double(before);
     EXPECT_LT(growth, 8.0 * double(numSteps - warmUp));
     RecordProperty("steps", std::to_string(integrator.getStatistics().stepsTaken));

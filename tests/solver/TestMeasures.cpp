@@ -1,4 +1,4 @@
-// Auxiliary variables z, auto-update variables and Initialization: Simbody's Measures in a run.
+// Auxiliary variables z, auto-update variables and initialization: Simbody's Measures in a run.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 using namespace SimTK;
 
-/** Amplitude 1 at the start, angular frequency 3 rad/s: x = cos 3t. **/
+/** Initial amplitude 1, angular frequency 3 rad/s: x = cos 3t. **/
 struct Oscillator {
     Oscillator()
         : matter(system),
@@ -80,14 +80,14 @@ TEST(Measures, ExtremesAndDelaysAreUpdatedStepByStep) {
     integrator.initialize(model.makeState());
     EXPECT_NEAR(model.largest.getValue(integrator.getState()), 1.5 * std::sin(0.3), 1e-12);
     integrator.stepTo(1);
-    // The top of the sine is passed at t = 0.318; a step's length limits how near it was seen.
+    // The sine peaks at t = 0.318; the step length limits the resolution of the peak.
     EXPECT_NEAR(model.largest.getValue(integrator.getState()), 1.5, 1e-3);
     model.system.realize(integrator.getState(), Stage::Velocity);
     EXPECT_NEAR(model.delayed.getValue(integrator.getState()), 1.5 * std::sin(4 * 0.95 + 0.3),
                 1e-3);
 }
 
-/** ż = −k z, fed back as a force on the slider: k and force make a coupled linear system. **/
+/** ż = −k z, fed back as a force on the slider: a coupled linear system. **/
 class Lag : public Force::Custom::Implementation {
 public:
     Lag(const MobilizedBody& mass, const Subsystem& subsystem)
@@ -149,7 +149,7 @@ private:
 };
 
 // A soft body swings on a hinge under gravity: the integral of its centre's acceleration is its
-// change of velocity, joint forces, gravity and deformation all taken part.
+// change of velocity, including joint forces, gravity and deformation.
 TEST(Measures, IntegratedAccelerationsOfAHingedFlexibleBodyAreItsVelocity) {
     for (const bool isAlpha : {false, true}) {
         MultibodySystem system;

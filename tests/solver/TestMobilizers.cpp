@@ -1,5 +1,5 @@
 // Every mobilizer of Simbody inside BdfIntegrator, forward and reversed, with quaternions and Euler
-// angles: accelerations at the start and motion are Simbody's.
+// angles: initial accelerations and motion match Simbody's.
 
 #include <gtest/gtest.h>
 
@@ -62,8 +62,7 @@ private:
     }
 };
 
-/** A ball joint made by hand: angular coordinates that Simbody turns into quaternions or angles.
- * **/
+/** A custom ball joint: its angular coordinates become quaternions or angles in Simbody. **/
 class HandMadeBall : public MobilizedBody::Custom::Implementation {
 public:
     explicit HandMadeBall(SimbodyMatterSubsystem& matter) : Implementation(matter, 3, 4, 4) {}
@@ -88,7 +87,7 @@ public:
     void multiplyByHDotTranspose(const State&, const SpatialVec&, int, Real* f) const override {
         Vec3::updAs(f) = Vec3(0);
     }
-    // Where q̇ is not u, Simbody wants q̇ = N u and its relatives too.
+    // Where q̇ ≠ u, Simbody needs q̇ = N u and related operators.
     void multiplyByN(const State& state, bool transpose, int, const Real* in, int nOut,
                      Real* out) const override {
         const Vector q = getQ(state);
@@ -193,7 +192,7 @@ std::vector<Kind> makeKinds() {
         {"FunctionBased",
          [](SimbodyMatterSubsystem&, MobilizedBody& parent, const Transform& X_PF, const Body& body,
             const Transform& X_BM, Direction direction) {
-             // Two coordinates: a turn about x and y with a coupled shift along z.
+             // Two coordinates: a rotation about x and y with a coupled shift along z.
              const Array_<const Function*> functions{new Function::Linear(Vector(Vec2(1, 0.1))),
                                                      new Function::Linear(Vector(Vec2(1, 0))),
                                                      new Function::Constant(0.2, 0),
@@ -226,8 +225,8 @@ struct Case {
     bool useEulerAngles;
 };
 
-/** Reversed and with quaternions, Simbody 3.7's own q̇ of these does not fit its velocities: its
-integrators lose energy. They are refused. **/
+/** Reversed and with quaternions, Simbody 3.7's q̇ of these mobilizers is inconsistent with their
+velocities: its integrators lose energy. simflex refuses them. **/
 bool isLine(const Kind& kind) {
     return std::string(kind.name).find("Line") != std::string::npos;
 }
@@ -260,11 +259,11 @@ TEST_P(Mobilizers, MoveAsInSimbody) {
     State state = system.realizeTopology();
     matter.setUseEulerAngles(state, which.useEulerAngles);
     system.realizeModel(state);
-    // Away from the singular positions of angles and polar coordinates.
+    // Away from the singularities of angles and polar coordinates.
     for (int k = 0; k < middle.getNumQ(state); ++k)
         middle.setOneQ(state, k, middle.getOneQ(state, k) + 0.3 + 0.1 * k);
     for (int i = 0; i < state.getNU(); ++i) state.updU()[i] = 0.4 * std::cos(1.7 * i);
-    system.project(state);  // quaternions to length 1
+    system.project(state);  // normalizes quaternions
 
     RungeKuttaMersonIntegrator reference(system);
     reference.setAccuracy(1e-10);
@@ -320,7 +319,7 @@ TEST(MobilizerErrors, VelocitiesThatAreNotRatesOfPositionsAreRefusedByName) {
     }
 }
 
-/** Counts how often the system is realized to Stage::Position. **/
+/** Counts realizations of the system to Stage::Position. **/
 class Counter : public Subsystem::Guts {
 public:
     explicit Counter(int& count) : Guts("Counter", "1"), m_count(count) {}
@@ -377,7 +376,7 @@ TEST(Simbody, IsAskedForNothingInAModelWithoutForeignParts) {
     count = 0;
     integrator.stepTo(0.05);
     EXPECT_GT(integrator.getStatistics().stepsTaken - steps, 20);
-    EXPECT_LE(count, 2);  // the State that is handed out
+    EXPECT_LE(count, 2);  // for the returned State
 }
 
 TEST(Simbody, IsNotAskedForTreesOfPlainMobilizers) {

@@ -1,5 +1,5 @@
 /** @file
-Linear models in the coordinates of their modes: the same poles and responses. **/
+Linear models in modal coordinates have the same poles and responses. **/
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 using namespace SimTK;
 
-/** Masses in a row, ẋ = A x + B p of x = (q, q̇), seen in other coordinates x = T x′. **/
+/** Masses in a row, ẋ = A x + B p of x = (q, q̇), in transformed coordinates x = T x′. **/
 StateSpace makeSpace(const Matrix& M, const Matrix& K, const Matrix& D, const Matrix& forces,
                      const Matrix& observed) {
     const int n = M.nrow();
@@ -55,7 +55,7 @@ Matrix makeColumn(const std::vector<Real>& values) {
     return matrix;
 }
 
-/** Springs between neighbours, and from the first mass to a wall. **/
+/** Returns the stiffness of springs between neighbours and from the first mass to a wall. **/
 Matrix makeChain(const std::vector<Real>& springs) {
     Matrix K(int(springs.size()), int(springs.size()), 0.0);
     for (int i = 0; i < K.nrow(); ++i) {
@@ -133,7 +133,7 @@ TEST(ModalForm, AFreeBodyHasTwoZerosInOneBlock) {
         for (int j = 2; j < 6; ++j) EXPECT_EQ(modal.A(i, j), 0);
     const StateSpace rigid = calcModalForm(space, {ModalForm::Kind::Modal, 1});
     EXPECT_EQ(rigid.A.nrow(), 2);
-    // It moves as 3.5 kg do.
+    // It moves as a mass of 3.5 kg.
     expectSame(rigid, space, 1e-4, {0.05});
 }
 
@@ -148,14 +148,14 @@ TEST(ModalForm, FastModesThatAreLeftOutAnswerAsSpringsDo) {
     const auto poles = listPoles(space.A), kept = listPoles(low.A);
     for (size_t k = 0; k < kept.size(); ++k)
         EXPECT_LT(std::abs(std::abs(kept[k]) - std::abs(poles[k])), 1e-11 * std::abs(poles[k]));
-    // The same by their frequency.
+    // The same selection by frequency.
     ModalForm form{ModalForm::Kind::Modal};
     form.highest = 0.5 * (std::abs(poles[3]) + std::abs(poles[4]));
     EXPECT_EQ(calcModalForm(space, form).A.nrow(), 4);
 }
 
 TEST(ModalForm, TheMinimalOneHasWhatIsReachedAndSeen) {
-    // Pushed and seen in the middle, what moves against each other has no part.
+    // Actuated and observed in the middle, the antisymmetric mode has no part.
     Matrix K(3, 3, 0.0);
     for (const int i : {0, 2}) {
         K(i, i) += 400;
@@ -192,7 +192,7 @@ TEST(ModalForm, ACriticallyDampedMassIsOneBlock) {
     expectSame(modal, space, 1e-7);
 }
 
-// One of two real poles next to each other answers a thousand times as much as both together.
+// The response of one of two neighbouring real poles is a thousand times that of both together.
 TEST(ModalForm, WhatIsDampedNearlyCriticallyStaysTogether) {
     for (const Real factor : {0.999, 1.0, 1 + 1e-7, 1.001, 1.05}) {
         const StateSpace space = makeSpace(makeDiagonal({1, 1, 1}), makeDiagonal({2500, 2500, 1e8}),
@@ -200,7 +200,7 @@ TEST(ModalForm, WhatIsDampedNearlyCriticallyStaysTogether) {
                                            makeColumn({1, 0.5, 1}), ~makeColumn({1, -0.2, 1}));
         for (const int modes : {1, 2}) {
             const StateSpace low = calcModalForm(space, {ModalForm::Kind::Modal, modes});
-            EXPECT_EQ(low.A.nrow(), 4) << factor;  // two of one frequency
+            EXPECT_EQ(low.A.nrow(), 4) << factor;  // two of equal frequency
             expectSame(low, space, 1e-5, {1, 20, 100});
         }
     }

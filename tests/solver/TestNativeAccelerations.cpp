@@ -1,5 +1,5 @@
-// Simbody's own accelerations, multipliers and reactions of systems with flexible bodies: exact,
-// against one dense matrix made from point masses and against block elimination.
+// Simbody's accelerations, multipliers and reactions of systems with flexible bodies are exact:
+// compared with one dense matrix made from point masses and with block elimination.
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ Body::Rigid makeBrick(Real mass) {
 }
 
 /** Two flexible bodies and a rigid arm of three mobilizers in a closed loop of joints and stock
- * constraints, with stock forces on everything. **/
+constraints, with stock forces on everything. **/
 struct Loop {
     explicit Loop(int numModes = 8)
         : matter(system),
@@ -77,8 +77,9 @@ struct Loop {
             bodies[size_t(k)].body.getModalMobilizer(carrier).getMobilizedBodyIndex());
     }
 
-    /** Everything in motion, bodies deformed; joints stand open, which accelerations do not mind.
-     * **/
+    /** Returns a State with all speeds nonzero and deformed bodies. Joints are not assembled, which
+    does not affect accelerations.
+    **/
     State makeState(bool useEulerAngles = false) {
         State state = system.realizeTopology();
         matter.setUseEulerAngles(state, useEulerAngles);
@@ -95,7 +96,7 @@ struct Loop {
         return state;
     }
 
-    /** Simbody's own solution must be that of the dense matrix. **/
+    /** Compares Simbody's solution with that of the dense matrix. **/
     void expectExact(State state) {
         system.realize(state, Stage::Acceleration);
         const Vector uDot = state.getUDot(), multipliers = state.getMultipliers();
@@ -114,13 +115,13 @@ struct Loop {
                 std::max(multiplierDifference, std::abs(multipliers[i] - expected.multipliers[i]));
         }
         EXPECT_LE(multiplierDifference, 1e-10 * multiplierScale);
-        // Without the coupling they are far from it.
+        // Without the coupling subsystem they differ widely.
         flexible.getGuts().setNativeForcesEnabled(state, false);
         system.realize(state, Stage::Acceleration);
         EXPECT_GT((state.getUDot() - uDot).normInf(), 0.01 * scale);
     }
 
-    /** And so must that of block elimination. **/
+    /** Compares Simbody's solution with block elimination. **/
     void expectSameByBlockElimination(State state) const {
         BdfIntegrator integrator(system);
         integrator.setProjectInitialState(false);
@@ -221,7 +222,7 @@ TEST(NativeAccelerations, DisabledJointsAndConstraintsStayOut) {
         model.matter.getConstraint(i).disable(state);
         model.expectExact(state);
     }
-    // The first configuration again, from a State of its own.
+    // The first configuration again, from a new State.
     model.expectExact(model.makeState());
 }
 
@@ -246,7 +247,7 @@ TEST(NativeAccelerations, TreeThatOnlySimbodyKnowsIsExact) {
     model.expectExact(model.makeState());
 }
 
-/** A gear and a coupler that reach over flexible bodies, a rigid tree and Ground. **/
+/** A gear and a coupler acting on flexible bodies, a rigid tree and Ground. **/
 TEST(NativeAccelerations, CouplersOfJointsAreExact) {
     Loop model;
     model.closeLoop();
@@ -284,7 +285,7 @@ TEST(NativeAccelerations, PrescribedPosesAreExact) {
     model.expectSameByBlockElimination(state);
 }
 
-/** Mobilizers, forces, constraints and a lock of Simbody's on a hub. **/
+/** Simbody mobilizers, forces, constraints and a lock on a hub. **/
 TEST(NativeAccelerations, HubsCarryStockElementsExactly) {
     Loop model;
     model.closeLoop();
@@ -308,7 +309,7 @@ TEST(NativeAccelerations, HubsCarryStockElementsExactly) {
     model.expectSameByBlockElimination(state);
 }
 
-/** Block elimination as the integrators use it, on a model with real parts. **/
+/** Block elimination as used by the integrators, on a model with real parts. **/
 TEST(NativeAccelerations, SliderCrankHasThoseOfBlockElimination) {
     SliderCrankOptions options;
     options.dampingRatio = 0.01;
@@ -334,8 +335,8 @@ TEST(NativeAccelerations, SliderCrankHasThoseOfBlockElimination) {
               1e-10 * multipliers.normInf());
 }
 
-/** A mobilizer's reaction, forces on its mobilities included, is its masses' inertia less the
- * forces on its body. **/
+/** A mobilizer's reaction, including its mobility forces, equals the inertia forces of its masses
+minus the forces on its body. **/
 TEST(NativeAccelerations, ReactionOnALockedFrameIsWhatHoldsIt) {
     Loop model;
     State state = model.makeState();
@@ -351,7 +352,7 @@ TEST(NativeAccelerations, ReactionOnALockedFrameIsWhatHoldsIt) {
     const Eigen::VectorXd inertia = calcInertiaForces(item.part, motion);
     Vector_<SpatialVec> reactions;
     model.matter.calcMobilizerReactionForces(state, reactions);
-    // What the stock elements put on the frame.
+    // Forces of the stock elements on the frame.
     State foreign = state;
     model.flexible.getGuts().setNativeForcesEnabled(foreign, false);
     model.system.realize(foreign, Stage::Dynamics);

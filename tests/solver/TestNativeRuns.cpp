@@ -51,7 +51,7 @@ struct Drift {
     Real energy, angularMomentum, linearMomentum;
 };
 
-/** Relative changes in 0.25 s with fixed steps, by sums over the masses. **/
+/** Returns the relative changes in 0.25 s with fixed steps, by sums over the masses. **/
 Drift calcDrift(Real h) {
     Tumbling model;
     RungeKuttaMersonIntegrator integrator(model.system);
@@ -78,7 +78,7 @@ Drift calcDrift(Real h) {
 
 TEST(NativeRuns, TumblingBodyKeepsEnergyAndMomentumToTheOrderOfTheIntegrator) {
     const Drift coarse = calcDrift(2e-3), fine = calcDrift(1e-3);
-    // Order 4: a factor 16; energy's signs may cancel.
+    // Order 4 gives a factor of 16; energy errors may cancel in part.
     EXPECT_GT(coarse.energy / fine.energy, 14);
     EXPECT_NEAR(std::log2(coarse.angularMomentum / fine.angularMomentum), 4, 0.4);
     EXPECT_LT(fine.energy, 1e-5);
@@ -129,8 +129,8 @@ TEST(NativeRuns, EnergyAndMomentumOfTheSystemAreThoseOfItsMassesInBothModes) {
     }
 }
 
-// Without a GeneralForceSubsystem: that of Simbody 3.7 keeps what all States of a system share, and
-// gives wrong forces now and then when several threads realize theirs.
+// No GeneralForceSubsystem: that of Simbody 3.7 keeps data shared by all States of a system and
+// gives occasional wrong forces when several threads realize theirs.
 TEST(NativeRuns, StatesInSeveralThreadsHaveTheSameAccelerationsToTheBit) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -147,7 +147,7 @@ TEST(NativeRuns, StatesInSeveralThreadsHaveTheSameAccelerationsToTheBit) {
             states[size_t(k)].updU()[i] = std::sin(1 + i) * (1 + 0.1 * k);
     const auto calcAt = [&](int k) {
         State& state = states[size_t(k)];
-        state.updU();  // what was known of it is not any more
+        state.updU();  // invalidates the cache
         system.realize(state, Stage::Acceleration);
         return Vector(state.getUDot());
     };
@@ -187,7 +187,7 @@ TEST(InitializeNative, AssemblesJointsWithoutStrainingTheParts) {
 
     State plain = apart;
     model.system.project(plain, 1e-10);
-    EXPECT_GT(calcStrainEnergy(plain), 10);  // what Simbody's own weights do
+    EXPECT_GT(calcStrainEnergy(plain), 10);  // with Simbody's default weights
 
     State state = apart;
     model.flexible.initializeNative(state);
@@ -195,7 +195,7 @@ TEST(InitializeNative, AssemblesJointsWithoutStrainingTheParts) {
     EXPECT_LT(calcStrainEnergy(state), 1e-9);
 }
 
-// Of all assembled shapes the one in equilibrium has the least strain energy.
+// Among all assembled shapes the equilibrium has the least strain energy.
 TEST(InitializeNative, StrainsPartsAsLittleAsTheirJointsAllow) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -232,7 +232,7 @@ TEST(InitializeNative, SpeedsKeepShapesAndAreThoseOfImplicitRuns) {
     EXPECT_LT((integrator.getState().getQ() - start.getQ()).normInf(), 1e-10);
     EXPECT_LT((integrator.getState().getU() - start.getU()).normInf(),
               1e-8 * start.getU().normInf());
-    // Of all consistent speeds the nearest: the jump is orthogonal to them in kinetic energy.
+    // The nearest consistent speeds: the jump is orthogonal to all of them in kinetic energy.
     State before = start, jump = start;
     before.updU() = state.getU();
     jump.updU() = start.getU() - state.getU();
@@ -251,7 +251,7 @@ TEST(InitializeNative, WeightsAreTheDisplacementsThatSpeedsCause) {
     const State state = model.makeState();
     const FlexibleBody& body = model.item.body;
     const Vector& weights = state.getUWeights();
-    // By unit motions of the undeformed body's masses.
+    // Unit motions of the undeformed body's masses.
     const auto calcLargest = [&](const PointMassMotion& motion) {
         return std::sqrt(calcMassVelocities(model.part, motion).colwise().squaredNorm().maxCoeff());
     };

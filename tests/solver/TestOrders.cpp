@@ -38,8 +38,9 @@ protected:
         m_start = integrator.getState();
     }
 
-    /** States every `spacing` from 0 to `count·spacing` by Runge–Kutta with steps of about 1e-4 s.
-     * **/
+    /** Returns the States every `spacing` from 0 to `count·spacing` by Runge–Kutta with steps of
+    about 1e-4 s.
+    **/
     Array_<State> integrateReference(Real spacing, int count) {
         Evaluation equations(m_system, m_start);
         IntegratorStatistics statistics;
@@ -58,7 +59,8 @@ protected:
             m_system.realize(state, Stage::Velocity);
             states.push_back(state);
         };
-        // Speeds and quasi-displacements are combined; q moves once a stage from the step's start.
+        // Speeds and quasi-displacements are combined; each stage moves q once from the step's
+        // start.
         const auto combine = [](const std::vector<double>& a, double factor,
                                 const std::vector<double>& b) {
             std::vector<double> sum = a;
@@ -66,7 +68,7 @@ protected:
             return sum;
         };
         const auto qDotOf = [&](const std::vector<double>& at, const std::vector<double>& speeds) {
-            // q̇ = N(q)u, column by column exact: (q_hist + γNu − q_hist)/γ of the linear map q ↦ q
+            // q̇ = N(q)u, exact column by column: (q_hist + γNu − q_hist)/γ of the linear map q ↦ q
             // + N(q)u.
             std::vector<double> qDot(at.size());
             qDot.assign(at.size(), 0);
@@ -170,7 +172,7 @@ protected:
         }
     }
 
-    /** Times of output lie at 0.2, 0.4, 0.6 and 0.8 of steps, whichever their length. **/
+    /** Output times lie at 0.2, 0.4, 0.6 and 0.8 of steps, for any step length. **/
     void expectRadausOrderInsideOfSteps() {
         const Real spacing = 0.008, coarsest = 0.02;
         const int count = 40;
@@ -240,7 +242,7 @@ TEST_F(SoftPendulum, GlobalErrorFallsMonotonicallyWithAccuracy) {
         integrator.stepTo(span);
         errors.push_back(calcDistance(integrator.getState(), reference.back()));
     }
-    // Order 2 promises accuracy^(2/3); over three decades that is a factor 100.
+    // Order 2 promises accuracy^(2/3): a factor of 100 over three decades.
     for (size_t i = 1; i < errors.size(); ++i) EXPECT_LT(errors[i], errors[i - 1]);
     EXPECT_LT(errors.back(), errors.front() / 50);
 }

@@ -22,7 +22,7 @@ MassProperties makeMass(Real mass) {
                           Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4)));
 }
 
-/** A tree of arm, ball and universal joint, and a free box held to it by a rod. **/
+/** A tree of arm, ball and universal joint, and a free box attached to it by a rod. **/
 struct Rigid {
     Rigid()
         : matter(system),
@@ -58,7 +58,8 @@ struct Rigid {
     Constraint::Rod rod;
 };
 
-/** Acceleration from time and state: neither Simbody nor we know it in advance. **/
+/** The acceleration depends on time and state, so neither Simbody nor simflex knows it in
+advance. **/
 class StateDependent : public Motion::Custom::Implementation {
 public:
     explicit StateDependent(Motion::Level level) : m_level(level) {}
@@ -177,7 +178,7 @@ TEST_P(Prescribed, AccelerationsMultipliersAndMotionAreSimbodysAndWorkIsCounted)
     }
     EXPECT_NEAR(rigid.system.calcEnergy(ours) - integrator.getWork(), energy,
                 2e-5 * (1 + kineticEnergy));
-    // What is prescribed is met exactly, at the end and in between.
+    // Prescribed values are met exactly, at the end and in between.
     integrator.stepTo(0.2512);
     ours = integrator.getState();
     rigid.system.realize(ours, Stage::Velocity);
@@ -215,7 +216,8 @@ using DrivingIntegrators =
 TYPED_TEST_SUITE(DrivenWork, DrivingIntegrators);
 
 TYPED_TEST(DrivenWork, BalancesEnergyWhereAllMotionIsPrescribed) {
-    // 1 kg to and fro: what is given is exact, and steps are as long as it lets them be.
+    // A 1 kg mass moves back and forth: the prescribed motion is exact, and steps are as long as it
+    // allows.
     for (const Real accuracy : {1e-4, 1e-6, 1e-8}) {
         MultibodySystem system;
         SimbodyMatterSubsystem matter(system);
@@ -230,7 +232,7 @@ TYPED_TEST(DrivenWork, BalancesEnergyWhereAllMotionIsPrescribed) {
         for (int row = 1; row <= 30; ++row) {
             integrator.stepTo(0.1 * row);
             const Real energy = system.calcEnergy(integrator.getState()) - start;
-            // Of 2 J.
+            // The energy scale is 2 J.
             EXPECT_NEAR(energy, integrator.getWork(), 2 * std::pow(accuracy, 0.6)) << accuracy;
         }
     }
@@ -276,7 +278,7 @@ TEST(PrescribedMotion, PositionsCanBeSolvedInTheNewtonSystemToo) {
              {BdfIntegrator::Formulation::StabilizedIndex2, BdfIntegrator::Formulation::Index3}) {
             Rigid rigid;
             which.addMotion(rigid);
-            // Nonholonomic and acceleration-only rows beside the holonomic rod.
+            // Nonholonomic and acceleration-only rows in addition to the holonomic rod.
             Constraint::ConstantSpeed(rigid.box, MobilizerUIndex(0), 0.4);
             Constraint::ConstantAcceleration(rigid.box, MobilizerUIndex(4), -2);
             State state = rigid.makeState();
@@ -431,7 +433,7 @@ TEST(PrescribedMotion, ADrivenModeAndFrameConserveEnergyLessWork) {
     EXPECT_LT((V[0] - Vec3(2, -1, 3)).norm() + (V[1] - Vec3(0.1, 0.2, -0.3)).norm(), 1e-12);
 }
 
-/** Frame on a circle in the xy-plane, turning with it: angle 0.5 sin 4t. **/
+/** The frame moves on a circle in the xy-plane and turns with it: angle 0.5 sin 4t. **/
 class Swing : public Motion::Custom::Implementation {
 public:
     Implementation* clone() const override { return new Swing(*this); }

@@ -1,4 +1,4 @@
-// Radau IIA: its constants, the accuracy that a user gets, its Newton matrix and its events.
+// Radau IIA: its constants, achieved accuracy, Newton matrix and events.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ using namespace SimTK;
 
 TEST(RadauTableau, IntegratesPolynomialsExactlyAndFallsIntoARealAndAComplexPart) {
     const ::Eigen::Matrix3d A = toMatrix(radau::A), W = toMatrix(radau::W), T = toMatrix(radau::T);
-    // Stages to degree 2, the step's end to degree 4.
+    // Stages are exact to degree 2, the step's end to degree 4.
     for (int k = 1; k <= 5; ++k)
         for (int i = 0; i < 3; ++i) {
             if (k > 3 && i < 2) continue;
@@ -42,7 +42,7 @@ TEST(RadauTableau, IntegratesPolynomialsExactlyAndFallsIntoARealAndAComplexPart)
     parts << radau::RealEigenvalue, 0, 0, 0, radau::Alpha, -radau::Beta, 0, radau::Beta,
         radau::Alpha;
     EXPECT_LT((toMatrix(radau::InverseT) * W * T - parts).norm(), 1e-13);
-    // ŷ has order 3: its difference to the collocation solution of ẏ = t^k vanishes to k = 2.
+    // ŷ has order 3: its difference from the collocation solution of ẏ = t^k vanishes up to k = 2.
     for (int k = 0; k <= 3; ++k) {
         double difference = k == 0 ? 1 : 0;
         for (int i = 0; i < 3; ++i) {
@@ -57,7 +57,7 @@ TEST(RadauTableau, IntegratesPolynomialsExactlyAndFallsIntoARealAndAComplexPart)
     }
 }
 
-/** A mass on a spring, one of each at 1 and 2.7 Hz, and their closed form. **/
+/** Masses on springs at 1 and 2.7 Hz, and their closed form. **/
 struct Springs {
     Springs() {
         for (const Real frequency : {1.0, 2.7}) {
@@ -96,15 +96,15 @@ TEST(Radau, GlobalErrorIsTenTimesTheAccuracyAtMostInTenPeriods) {
             error = std::max(error, model.calcError(integrator.getState()));
         }
         EXPECT_LT(error, 10 * accuracy) << accuracy;
-        // Nor is more done than was asked.
+        // The accuracy is not far exceeded either.
         EXPECT_GT(error, 1e-3 * accuracy) << accuracy;
         steps = integrator.getStatistics().stepsTaken;
     }
     EXPECT_LT(steps, 6000);
 }
 
-/** Two links on pins and a thin one on a ball, which turns fast about its own axis: by mobilizers
-of Simbody, or by joints between free bodies. **/
+/** Two links on pins and a thin one on a ball that spins fast about its own axis: with Simbody's
+mobilizers, or with joints between free bodies. **/
 struct ThinLink {
     enum class Angles { Quaternion, Euler };
     explicit ThinLink(bool byJoints, Angles angles = Angles::Quaternion) {
@@ -163,7 +163,7 @@ struct ThinLink {
     State state;
 };
 
-/** Ends of the thin link at 0.1 s, 0.2 s and so on. **/
+/** Returns the end positions of the thin link at 0.1 s, 0.2 s and so on. **/
 template <class Advance>
 std::vector<Vec3> findEnds(const ThinLink& model, const Advance& advance) {
     std::vector<Vec3> ends;
@@ -187,7 +187,7 @@ std::vector<Vec3> findEndsBySimbody() {
     });
 }
 
-/** @returns largest distance from these ends **/
+/** @returns largest distance from the `exact` ends **/
 Real run(RadauIntegrator& integrator, const ThinLink& model, const std::vector<Vec3>& exact) {
     integrator.setMaximumStepSize(1e-2);
     integrator.initialize(model.state);
@@ -210,7 +210,7 @@ TEST(Radau, FollowsAThinBodyThatTurnsFastAboutItsAxis) {
             EXPECT_LT(run(integrator, model, exact), 10 * accuracy) << accuracy;
             const IntegratorStatistics& statistics = integrator.getStatistics();
             EXPECT_LE(statistics.convergenceFailures, 2) << accuracy;
-            if (angles == ThinLink::Angles::Quaternion) {  // others pass singular ones
+            if (angles == ThinLink::Angles::Quaternion) {  // Euler angles pass singularities
                 EXPECT_LT(statistics.calcRejectedFraction(), 0.05) << accuracy;
             }
         }
@@ -235,7 +235,7 @@ TEST(Radau, ShortensStepsThatDoNotConvergeAndKeepsItsOrder) {
     }
 }
 
-/** Two soft links and a stiff one, on balls, out of the plane. **/
+/** Two soft links and a stiff one on balls, moving out of the plane. **/
 struct Chain {
     Chain() {
         for (int k = 0; k < 3; ++k) {
@@ -255,7 +255,7 @@ struct Chain {
             system.realize(state, Stage::Velocity);
             end = link.interface("B").calcMotion(state).X;
         }
-        // About the ball that it hangs on: speeds that contradict a joint would be a blow.
+        // The spin is about its ball: speeds that violate a joint would cause an impact.
         system.realize(state, Stage::Velocity);
         const FlexibleBody& last = links.back();
         const Vec3 spin(1, 4, -2), origin = last.getFramePose(state).p(),
@@ -282,7 +282,7 @@ TEST(Radau, FollowsFlexibleBodiesWithStiffModesInFewSteps) {
     exact.setAccuracy(1e-11);
     exact.initialize(model.state);
     exact.stepTo(end);
-    // Not the reference of its own: BDF agrees with it as far as it gets.
+    // The reference is independent: BDF agrees with it within its own accuracy.
     BdfIntegrator bdf(model.system);
     bdf.setAccuracy(1e-9);
     bdf.initialize(model.state);
@@ -324,8 +324,8 @@ Transform findInterface(const std::shared_ptr<const ReducedBody>& part, const ch
     return body.interface(name).calcMotion(state).X;
 }
 
-/** The rows of stiff force elements stand twice in the complex system: were one of them wrong, or
-the combination of J, the iteration would crawl. **/
+/** Rows of stiff force elements appear twice in the complex system. An error in one of them, or in
+the combination of J, would slow the convergence. **/
 TEST(Radau, NewtonsMatrixOfALinearSystemIsExact) {
     const auto part = test::makePointMassPart().body;
     MultibodySystem system;
@@ -350,7 +350,7 @@ TEST(Radau, NewtonsMatrixOfALinearSystemIsExact) {
     EXPECT_EQ(statistics.convergenceFailures, 0);
 }
 
-/** Turns the speed around where the mass passes 0.03 m upwards. **/
+/** Reverses the speed where the mass passes 0.03 m upwards. **/
 class Mirror : public TriggeredEventHandler {
 public:
     explicit Mirror(const MobilizedBody& mass)
@@ -382,7 +382,7 @@ TEST(Radau, EventsAreLocatedInsideOfLongStepsToTheAccuracy) {
         integrator.setAccuracy(accuracy);
         integrator.initialize(state);
         integrator.stepTo(3);
-        // −0.1 cos(2πt) reaches 0.03, turns round and comes back after twice that time.
+        // −0.1 cos(2πt) reaches 0.03, reverses and returns after twice that time.
         const Real first = std::acos(-0.3) / (2 * Pi);
         ASSERT_EQ(mirror->times.size(), 5u);
         for (size_t k = 0; k < mirror->times.size(); ++k)
@@ -391,9 +391,9 @@ TEST(Radau, EventsAreLocatedInsideOfLongStepsToTheAccuracy) {
     }
 }
 
-/** A driven slider-crank of rigid bodies on spatial pins, its rod in a plane beside the crank's:
-three equations follow from others, and what the multipliers have of them must not grow from step to
-step. **/
+/** A driven slider-crank of rigid bodies on spatial pins, with its rod in a plane beside the
+crank's. Three equations are redundant, and the corresponding multiplier components must not grow
+from step to step. **/
 template <class Integrator>
 void expectReactionsOfLeastNorm() {
     MultibodySystem system;
@@ -425,7 +425,7 @@ void expectReactionsOfLeastNorm() {
     integrator.setAccuracy(1e-6);
     integrator.setMaximumStepSize(5e-4);
     integrator.initialize(state);
-    // Inertia forces are some kN.
+    // Inertia forces are a few kN.
     for (int k = 1; k <= 20; ++k) {
         integrator.stepTo(0.05 * k);
         EXPECT_LT(integrator.getMultipliers().normInf(), 2e4) << integrator.getTime();
@@ -438,8 +438,8 @@ TEST(RedundantConstraints, KeepTheirReactionsSmallFromStepToStep) {
     expectReactionsOfLeastNorm<RadauIntegrator>();
 }
 
-/** A ball that falls on a stop and springs back, again and again: what an error of position as
-large as the accuracy would do against the largest force is the measure. **/
+/** A ball bounces on a stop. The energy error is compared with the work of the largest force over a
+position error as large as the accuracy. **/
 TEST(Radau, EnergyAtAStopFollowsTheAccuracy) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);

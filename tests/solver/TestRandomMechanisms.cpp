@@ -1,5 +1,5 @@
-// Iterates that lead nowhere: random rigid mechanisms with loops, contact, springs and dampers go
-// through with every scheme, whatever Newton's iteration tries on the way.
+// Random rigid mechanisms with loops, contact, springs and dampers complete with every scheme, even
+// if Newton iterates go astray.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 using namespace SimTK;
 
-/** A tree of a few bodies, or several, and what acts between them. **/
+/** One or more trees of a few bodies, and interactions between them. **/
 struct RandomMechanism {
     explicit RandomMechanism(unsigned seed) : random(seed) {
         Force::UniformGravity(forces, matter, Vec3(3, -9.81, 1));
@@ -114,7 +114,7 @@ void expectThatItGoesThrough(unsigned seed) {
         };
         const Real start = calcEnergy();
         integrator.stepTo(0.15);
-        // Everything else takes energy away.
+        // All other elements dissipate energy.
         const Real gained = calcEnergy() - start;
         if (std::getenv("SIMFLEX_MECHANISMS"))
             std::printf(
@@ -142,7 +142,7 @@ TEST(RandomMechanisms, GoThroughWithEveryScheme) {
     }
 }
 
-/** A ball over a floor of Simbody's, with or without a subsystem of ours. **/
+/** A ball over one of Simbody's floors, with or without our subsystem. **/
 struct Ball {
     enum class Subsystem { None, Flexible };
     explicit Ball(Subsystem subsystem, Real height) {
@@ -199,14 +199,14 @@ TEST(BouncingBall, GoesThroughWithEverySchemeAtEveryAccuracy) {
 }
 
 TEST(BouncingBall, MayBeInContactAtTheStart) {
-    // Contacts that a State remembers and forces that belong to them go together.
+    // Contacts stored in a State and their forces stay consistent.
     expectThatItBounces<RadauIntegrator>(0.0199, 0.01);
     expectThatItBounces<BdfIntegrator>(0.0199, 0.01);
     expectThatItBounces<GeneralizedAlphaIntegrator>(0.0199, 0.01);
 }
 
 TEST(BouncingBall, ForcesFollowTheContactsThatAreTakenOver) {
-    // Where a step begins, contacts are those that the last one has found, under their own numbers.
+    // A step starts with the contacts found at the end of the previous one, with unchanged ids.
     const Ball model(Ball::Subsystem::None, 0.0199);
     State known = model.state;
     model.system.realize(known, Stage::Acceleration);

@@ -1,5 +1,5 @@
-// Bodies that are rigid for a while: against rigid bodies in plain Simbody, with BDF, generalized-α
-// and Simbody's own integrators; and accelerations of the first two against the last.
+// Bodies that are temporarily rigid: motion against rigid bodies in plain Simbody, with BDF,
+// generalized-α and Simbody's own integrators; accelerations of the first two against the last.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ const char* nameOf(Way way) {
                                           : "RungeKuttaMerson";
 }
 
-/** The State at `time`, realized to Stage::Dynamics. **/
+/** Returns the State at `time`, realized to Stage::Dynamics. **/
 State run(const MultibodySystem& system, const State& start, Real time, Real accuracy, Way way) {
     State end;
     if (way == Way::RungeKuttaMerson) {
@@ -75,11 +75,12 @@ class RigidSwitch : public testing::TestWithParam<Way> {};
 //---------------------------------------------------------------------------------------------------------
 // one body on a ball joint
 
-/** Switches a body to rigid at 0.1 s and back at 0.2 s. **/
+/** Makes a body rigid at 0.1 s and flexible at 0.2 s. **/
 class SwitchTwice : public ScheduledEventHandler {
 public:
-    /** @param native  if Simbody's own integrator runs, to which handlers owe an assembled State
-     * **/
+    /** @param native  subsystem if Simbody's own integrator runs, whose handlers must return an
+    assembled State
+    **/
     SwitchTwice(const FlexibleBody& body, const FlexibleBodySubsystem* native)
         : m_body(body), m_native(native) {}
     Real getNextEventTime(const State& state, bool includeCurrent) const override {
@@ -143,7 +144,7 @@ Vec3 positionOf(const ReducedBody& part, const std::string& interface) {
     return {s[0], s[1], s[2]};
 }
 
-/** The same body, rigid, on one of Simbody's own Ball mobilizers. **/
+/** The same body, rigid, on Simbody's own Ball mobilizer. **/
 struct RigidPendulum {
     explicit RigidPendulum(const ReducedBody& part)
         : RigidPendulum(massPropertiesOf(part), positionOf(part, "A")) {}
@@ -153,7 +154,7 @@ struct RigidPendulum {
           gravity(forces, matter, GravityVector),
           ball(matter.Ground(), Transform(), Body::Rigid(properties), Transform(hook)) {}
 
-    /** Pose of the body `time` after a State of the flexible model. **/
+    /** Returns the pose of the body `time` after a State of the flexible model. **/
     Transform moveFrom(const Pendulum& model, const State& start, Real time) {
         State state = system.realizeTopology();
         ball.setQToFitRotation(state, model.boom.getFramePose(start).R());
@@ -174,7 +175,7 @@ struct RigidPendulum {
     MobilizedBody::Ball ball;
 };
 
-/** Of the frames, in metres of the part's ends. **/
+/** Returns the difference of two frames in metres at the part's ends. **/
 Real calcDifference(const Transform& a, const Transform& b) {
     return (a.p() - b.p()).norm() + 0.2 * (a.R().asMat33() - b.R().asMat33()).norm();
 }
@@ -182,7 +183,7 @@ Real calcDifference(const Transform& a, const Transform& b) {
 TEST_P(RigidSwitch, RigidBodyMovesAsSimbodysOwn) {
     for (const double stiffening : {0.0, 1.0}) {
         Pendulum model(stiffening);
-        ModalDamping(model.flexible, model.boom, 0.1);  // of no account
+        ModalDamping(model.flexible, model.boom, 0.1);  // no effect
         State state = model.makeState();
         model.boom.setRigid(state);
         model.system.realize(state, Stage::Dynamics);
@@ -217,7 +218,7 @@ TEST_P(RigidSwitch, BodyLockedInABentShapeMovesAsARigidOneOfThatShape) {
     EXPECT_FALSE(model.boom.isRigid(state));
     model.flexible.initializeNative(state);
 
-    // The point masses themselves, where ξ has put them.
+    // The point masses at the positions given by ξ.
     const PointMassPart part = makePointMassPart(makeOptions(3, 8));
     const size_t rows = part.body->Phi.size() / size_t(n);
     Inertia inertia(0);
@@ -257,7 +258,7 @@ TEST_P(RigidSwitch, HandlersSwitchAsFreshRunsDo) {
     const State end = run(model.system, start, 0.3, Accuracy, GetParam());
     EXPECT_GT(model.boom.calcLargestDisplacement(end), 5e-4);
 
-    // Three runs of models that know of no switch, each from the last one's end.
+    // Three runs of models without a switch, each starting from the previous end.
     Pendulum fresh;
     const State first = run(fresh.system, fresh.makeState(), 0.1, Accuracy, GetParam());
     Pendulum held;
@@ -287,8 +288,7 @@ TEST_P(RigidSwitch, AFreedBodyIsAFlexibleOneStartedFromThere) {
     model.boom.setRigid(state);
     state = run(model.system, state, 0.15, 1e-9, GetParam());
     model.boom.setFlexible(state);
-    // Simbody 3.7 may take Force::Gravity's old energy for a copy's if the original is not
-    // realized.
+    // Simbody 3.7 may keep Force::Gravity's old energy in a copy if the original is not realized.
     model.system.realize(state, Stage::Velocity);
     State same = fresh.makeState();
     same.setTime(0.15);
@@ -313,7 +313,7 @@ INSTANTIATE_TEST_SUITE_P(All, RigidSwitch,
 //---------------------------------------------------------------------------------------------------------
 // rigid and flexible bodies side by side
 
-/** Two links of one part and one of another, with everything that can act on them. **/
+/** Two links of one part and one of another, under all kinds of loads. **/
 struct Links {
     explicit Links(double stiffening) : matter(system), forces(system), flexible(system, matter) {
         Force::Gravity(forces, matter, GravityVector);
@@ -342,7 +342,7 @@ struct Links {
             modalSprings.push_back(Force::MobilityLinearSpring(
                 forces, (*body)->getModalMobilizer(0), MobilizerQIndex(2), 500, 0.01));
         }
-        // A constraint that reads a mode beside a rigid motion.
+        // A constraint that couples a mode to a rigid motion.
         Array_<MobilizedBodyIndex> bodies(2);
         bodies[0] = third->getModalMobilizer(0).getMobilizedBodyIndex();
         bodies[1] = third->getFrame().getMobilizedBodyIndex();
@@ -416,7 +416,7 @@ TEST(RigidBodies, StepsAreThoseOfBodiesWhoseModesAMotionHolds) {
             integrator->setAccuracy(1e-9);
             const Links& own = integrator == &rigid ? links : other;
             for (int k : {0, 1}) integrator->addForceJacobian(own.springs[size_t(k)]);
-            integrator->addForceJacobian(own.modalSprings[0]);  // on modes of a rigid body alone
+            integrator->addForceJacobian(own.modalSprings[0]);  // on modes of a rigid body only
             integrator->addForceJacobian(own.springs[2],
                                          {own.third->getFrame().getMobilizedBodyIndex(),
                                           own.third->getModalMobilizer(0).getMobilizedBodyIndex()});

@@ -1,4 +1,4 @@
-// Rigid trees inside BdfIntegrator against plain Simbody: the same system by Runge–Kutta–Merson.
+// Rigid trees inside BdfIntegrator against plain Simbody: the same system with Runge–Kutta–Merson.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ Body::Rigid makeBrick(Real mass) {
                        Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4))));
 }
 
-/** Fills the tree under test; `matter` stands in a system with gravity. **/
+/** Builds the tree under test; `matter` belongs to a system with gravity. **/
 using Build = void (*)(SimbodyMatterSubsystem&, GeneralForceSubsystem&);
 
 void buildSimpleMobilizers(SimbodyMatterSubsystem& matter, GeneralForceSubsystem&) {
@@ -90,7 +90,7 @@ void expectSameMotion(Build build, Rotations rotations = Rotations::Quaternions)
     integrator.setMaximumOrder(4);
     integrator.initialize(state);
 
-    // Accelerations at the start are Simbody's own.
+    // Initial accelerations are Simbody's.
     State start = integrator.getState();
     system.realize(start, Stage::Acceleration);
     const Vector uDot = integrator.getUDot();
@@ -158,7 +158,7 @@ TEST(RigidTrees, FreeRigidPendulumOnABallJointMovesAsABallMobilizer) {
     EXPECT_LT((free.getBodyOriginLocation(integrator.getState()) - ball.getBodyOriginLocation(end))
                   .norm(),
               2e-6);
-    // The joint's force on the body is the mobilizer's reaction.
+    // The joint's force on the body equals the mobilizer's reaction.
     Vector_<SpatialVec> reactions;
     plainMatter.calcMobilizerReactionForces(end, reactions);
     const SpatialVec force =
@@ -167,7 +167,7 @@ TEST(RigidTrees, FreeRigidPendulumOnABallJointMovesAsABallMobilizer) {
               1e-3 * reactions[ball.getMobilizedBodyIndex()][1].norm());
 }
 
-/** A pendulum's arm that is driven out of its hub, from 1 mm to a metre and more. **/
+/** A pendulum arm driven out of its hub, from 1 mm to more than a metre. **/
 TEST(RigidTrees, ATelescopeIsControlledByTheLengthThatItHas) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -308,7 +308,7 @@ struct RandomTree {
     State state;
 };
 
-/** Speeds, accelerations and coordinates of a RandomTree, and what its equations make of them. **/
+/** Speeds, accelerations and coordinates of a RandomTree, and evaluations of its equations. **/
 class TreeEquations {
 public:
     explicit TreeEquations(RandomTree& tree)
@@ -327,7 +327,7 @@ public:
         equations.calcResidual(atQ.data(), atU.data(), atUDot.data(), nullptr, r.data());
         return r;
     }
-    /** J by central differences. **/
+    /** Returns J by central differences. **/
     Eigen::MatrixXd calcDifferences(const NewtonFactors& factors) {
         constexpr double h = 1e-5;
         Eigen::MatrixXd J(numU, numU);
@@ -416,7 +416,7 @@ TEST(RigidTrees, LongTreesAreEliminatedBodyByBody) {
     expectSolution(combined, complex);
 }
 
-/** Against M written out, of all kinds of mobilizers. **/
+/** Compares with the assembled M for all kinds of mobilizers. **/
 TEST(RigidTrees, ForcesAreCarriedByTheAccelerationsThatTheyGive) {
     RandomTree tree(4, 26, RandomTree::Kinds::All, Rotations::Quaternions);
     TreeEquations trial(tree);
@@ -448,8 +448,8 @@ TEST(RigidTrees, ForcesAreCarriedByTheAccelerationsThatTheyGive) {
     }
 }
 
-/** M⁻¹ΔM is large in a long chain: a matrix of another place, an older one or that of another
-stage, leads away from the solution. **/
+/** M⁻¹ΔM is large in a long chain: a matrix from another position, an earlier iterate or another
+stage leads away from the solution. **/
 template <class Integrator>
 void expectFewIterationsOfLongChain(long mostByStep) {
     MultibodySystem system;

@@ -1,5 +1,5 @@
-// Small motions about a steady rotation of assemblies: a rigid body that is cut into welded pieces,
-// or carried by other joints, has the same modes; and they are those of Simbody's own motion.
+// Small motions about a steady rotation of assemblies. A rigid body cut into welded pieces, or
+// carried by other joints, has the same modes; and the modes match Simbody's own motion.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,19 +24,19 @@ const Rotation& zToX() {
     return R;
 }
 
-/** How a disc is made and what carries it. **/
+/** Construction and support of a disc. **/
 enum class Disc {
     Whole,            ///< one body on a Pin mobilizer of the hub
     Halves,           ///< two half-moons, the first on the mobilizer, welded
-    HalvesOfSimbody,  ///< the same by Simbody's own Weld
+    HalvesOfSimbody,  ///< the same with Simbody's own Weld
     FreeHalves,       ///< half-moons on a Joint::Pin
     OnJoint,          ///< one body on a Joint::Pin
-    OnTwoJoints,      ///< on two of them, which are redundant
+    OnTwoJoints,      ///< on two redundant Joint::Pin
     OnBallAndLine,    ///< on a Ball at one end of its shaft and a PointOnLine at the other
-    CarriesHub,       ///< the disc is the base body, the hub stands on it
-    OnCylinder,       ///< of three thirds, welded in a ring, on a Cylinder and a plane's point
+    CarriesHub,       ///< the disc is the base body and carries the hub
+    OnCylinder,       ///< three thirds, welded in a ring, on a Cylinder and a PointInPlane
     Driven,           ///< one body whose Pin has a Motion
-    DrivenHalves      ///< half-moons that a PrescribedRotation drives
+    DrivenHalves      ///< half-moons driven by a PrescribedRotation
 };
 
 const std::vector<std::pair<Disc, std::string>>& listDiscs() {
@@ -52,8 +52,8 @@ const std::vector<std::pair<Disc, std::string>>& listDiscs() {
     return discs;
 }
 
-/** A flexible part that is clamped at its interface A and carries a hub at B, on which a disc spins
-about the hub's x axis. **/
+/** A flexible part clamped at its interface A that carries a hub at B, on which a disc spins about
+the hub's x axis. **/
 struct Rotor {
     static constexpr Real DiscMass = 1.2, DiscI = 0.004, DiscI3 = 0.007;
 
@@ -62,12 +62,12 @@ struct Rotor {
     GeneralForceSubsystem forces{system};
     FlexibleBodySubsystem flexible{system, matter};
     FlexibleBody part{flexible, test::makePointMassPart().body, "part"};
-    std::vector<MobilizedBody> turning;  ///< bodies that turn with the disc
+    std::vector<MobilizedBody> turning;  ///< bodies that rotate with the disc
     MobilizedBody hub;
     State state;
 
-    /** One of `pieces` bodies that are the disc together, each with its centre of mass off the axis
-    and, of two, out of round. **/
+    /** Returns one of `pieces` bodies that together form the disc. Each has its centre of mass off
+    the axis; halves are out of round, too. **/
     static Body makePiece(int pieces, int index) {
         const Real turn = 2 * Pi * index / pieces, away = pieces > 1 ? 0.03 : 0;
         const Vec3 center = away * Vec3(0, std::cos(turn), std::sin(turn));
@@ -89,7 +89,7 @@ struct Rotor {
         const auto loose = [&](const Body& body) {
             return MobilizedBody::Free(matter.Ground(), Transform(), body, Transform());
         };
-        std::vector<MobilizedBody> placed;  // at the hub's place
+        std::vector<MobilizedBody> placed;  // with their origin at the hub
         if (disc == Disc::CarriesHub) {
             turning.push_back(loose(makePiece(1, 0)));
             hub = pinned(turning[0], hubBody);
@@ -176,7 +176,7 @@ struct Rotor {
     Linearization linearize() const { return calcLinearization(system, state); }
 };
 
-/** What oscillates, or dies away, by |λ|; its damping ratios too. **/
+/** Returns |λ| and damping ratio of the modes that oscillate or decay. **/
 std::vector<Vec2> listModes(const Linearization& linear) {
     std::vector<Vec2> modes;
     for (const Eigenmode& mode : calcEigenmodes(linear))
@@ -229,7 +229,7 @@ TEST(RotatingAssemblies, WhatDrivesADiscOfPiecesChangesNothingMore) {
 }
 
 TEST(RotatingAssemblies, EquilibriaAndModesAboutThemDoNotDependOnPieces) {
-    // Under its weight the part bends, and the axis of rotation with it.
+    // The part and the axis of rotation bend under the weight.
     std::vector<std::vector<Vec2>> found;
     std::vector<Vec3> places;
     for (const Disc disc : {Disc::Whole, Disc::Halves, Disc::FreeHalves}) {
@@ -272,18 +272,18 @@ TEST(RotatingAssemblies, UnsymmetricDiscOnAnUnsymmetricPartIsRefused) {
     } catch (const std::invalid_argument& error) {
         EXPECT_THAT(error.what(), HasSubstr("equations of small motions change"));
     }
-    // At rest there are, and where it turns slowly.
+    // At rest and in slow rotation it is a steady motion.
     state.updU() = 0;
     EXPECT_EQ(calcLinearization(rotor.system, state).unsteady, "");
     rotor.turning[0].setOneU(state, 0, 0.1);
     EXPECT_EQ(calcLinearization(rotor.system, state).unsteady, "");
 }
 
-//-------------------------------------------------------------------------------------------------
-// against Simbody's own motion
+// -------------------------------------------------------------------------------------------------
+// comparison with Simbody's own motion
 
-/** A hub on an elastic, unsymmetric support, and n equal blades around it that are welded to what
-spins on it. All bodies and constraints are Simbody's. **/
+/** A hub on an elastic, unsymmetric support, and n equal blades around it, welded to the spinning
+part. All bodies and constraints are Simbody's. **/
 struct Windmill {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -347,7 +347,8 @@ TEST(RotatingAssemblies, TwoBladesAreRefused) {
                  std::invalid_argument);
 }
 
-/** Frequency near `guess` at which the windowed transform of y is largest [Hz]. **/
+/** Returns the frequency near `guess` at which the windowed Fourier transform of y is largest
+[Hz]. **/
 Real findPeak(const std::vector<Real>& y, Real interval, Real guess) {
     const auto calcSize = [&](Real f) {
         Complex sum = 0;
@@ -370,7 +371,7 @@ TEST(RotatingAssemblies, BladesOnAHubMoveAsInSimbodysOwnMotion) {
     const Windmill windmill(3, false);
     State state = windmill.state;
     const std::vector<Vec2> modes = listModes(calcLinearization(windmill.system, state));
-    // Simbody integrates what follows on a small push.
+    // Simbody integrates the response to a small push.
     const Vec3 push(2e-4, 1e-4, -1.5e-4), twist(1e-3, -2e-3, 1.5e-3);
     windmill.nacelle.setUToFitVelocity(state, SpatialVec(twist, push));
     windmill.system.realize(state, Stage::Velocity);
@@ -411,8 +412,8 @@ TEST(RotatingAssemblies, BladesOnAHubMoveAsInSimbodysOwnMotion) {
 //-------------------------------------------------------------------------------------------------
 // several rotors, blades on hinges, tops
 
-/** A body of `pieces` equal sectors that are welded, centred on its z axis: they turn together on a
-pin of another body, with its inertia I, I, I3 about the centre. **/
+/** A body of `pieces` equal welded sectors, centred on its z axis. They rotate together on a pin of
+another body, with inertia I, I, I3 about the centre. **/
 struct Sectors {
     std::vector<MobilizedBody> bodies;
 
@@ -441,7 +442,7 @@ struct Sectors {
 };
 
 TEST(RotatingAssemblies, ASatelliteWithARotorNutatesAsInClosedForm) {
-    // h/I across the axis, for an observer who turns with the carrier.
+    // h/I across the axis, for an observer rotating with the carrier.
     const Real It = 0.3, I3 = 0.2, rotorI = 0.03, rotorI3 = 0.05, speed = 50;
     for (const int pieces : {1, 2, 3})
         for (const Real carrier : {0.0, 7.0}) {
@@ -465,19 +466,21 @@ TEST(RotatingAssemblies, ASatelliteWithARotorNutatesAsInClosedForm) {
                 const Real rate = std::abs(mode.eigenvalue);
                 numRigid += mode.isRigidMotion();
                 isFound = isFound || std::abs(rate - nutation) < 1e-7 * nutation;
-                // What rests in space turns with the carrier's rate in its axes.
+                // A direction fixed in space rotates at the carrier's rate in its axes.
                 EXPECT_TRUE(rate == 0 || std::abs(rate - nutation) < 1e-7 * nutation ||
                             std::abs(rate - carrier) < 1e-5 * carrier)
                     << rate;
             }
             EXPECT_TRUE(isFound);
-            // Along the axis and about it; across it in places and directions, if nothing turns.
+            // Along and about the axis; if nothing rotates, also transverse positions and
+            // directions.
             EXPECT_EQ(numRigid, carrier == 0 ? 7 : 3);
         }
 }
 
 TEST(RotatingAssemblies, RotorsOnOneBearingBlockAddTheirAngularMomenta) {
-    // I θ̈ ± h θ̇ + kθ = 0 with h = Σ I₃Ω; the second rotor stands on the block or on the first.
+    // I θ̈ ± h θ̇ + kθ = 0 with h = Σ I₃Ω; the second rotor is mounted on the block or on the
+    // first.
     const Real k = 200, I = 0.02, firstI3 = 0.03, secondI3 = 0.015;
     for (const bool isOnFirst : {false, true})
         for (const Vec2& speeds : {Vec2(300, -100), Vec2(300, 100), Vec2(100, -200)}) {
@@ -508,13 +511,13 @@ TEST(RotatingAssemblies, RotorsOnOneBearingBlockAddTheirAngularMomenta) {
         }
 }
 
-/** A nacelle on springs, a hub that spins about x on it, and blades on hinges with springs. **/
+/** A nacelle on springs, a hub that spins about x on it, and hinged blades with hinge springs. **/
 struct HingedBlades {
     static constexpr Real NacelleMass = 3, HubMass = 1, Mass = 0.5, Length = 1, Offset = 0.2,
                           HingeStiffness = 8;
     static constexpr Real I = Mass * Length * Length / 3, OwnI = 0.001, S = Mass * Length / 2;
 
-    enum class Hinges { Across, Along };  ///< the shaft: blades flap, or lag
+    enum class Hinges { Across, Along };  ///< relative to the shaft: blades flap or lag
     enum class Pieces { One, Two };
 
     MultibodySystem system;
@@ -525,7 +528,7 @@ struct HingedBlades {
     std::vector<MobilizedBody> blades, others;
     State state;
 
-    /** @param stiffness  of the nacelle: along x only, if blades flap **/
+    /** @param stiffness  of the nacelle; for flapping blades along x only **/
     HingedBlades(Hinges hinges, Pieces pieces, int numBlades, Real nacelleMass, Real stiffness,
                  Real speed) {
         const Body body = Body::Rigid(MassProperties(nacelleMass, Vec3(0), Inertia(1)));
@@ -567,7 +570,8 @@ struct HingedBlades {
 };
 
 TEST(RotatingAssemblies, BladesThatFlapOnASwayingNacelleAreThoseOfTheClosedForm) {
-    // M ẍ + n S β̈ + k x = 0, S ẍ + I β̈ + (k_h + Ω²(I + e S)) β = 0; others flap alone.
+    // M ẍ + n S β̈ + k x = 0, S ẍ + I β̈ + (k_h + Ω²(I + e S)) β = 0; the other modes flap without
+    // the nacelle.
     const Real k = 200;
     for (const int n : {2, 3})
         for (const Real speed : {0.0, 5.0, 20.0})
@@ -606,7 +610,7 @@ TEST(RotatingAssemblies, BladesThatLagOnASwayingNacelleAreRefusedHoweverHeavyItI
 }
 
 TEST(RotatingAssemblies, ATopInSteadyPrecessionNutatesAsInClosedForm) {
-    // I φ̇² cos θ − I₃ω₃φ̇ + mgl = 0, and small motions of θ with both momenta kept.
+    // I φ̇² cos θ − I₃ω₃φ̇ + mgl = 0, and small motions of θ that conserve both momenta.
     const Real m = 1, l = 0.1, I = 0.02, I3 = 0.005, weight = m * 9.81 * l;
     const Body::Rigid body(MassProperties(m, Vec3(0, 0, l), Inertia(I, I, I3)));
     const Body::Massless ring;
@@ -638,7 +642,7 @@ TEST(RotatingAssemblies, ATopInSteadyPrecessionNutatesAsInClosedForm) {
                         1e-7 * std::sqrt(stiffness / I));
             if (w3 > 100) continue;
 
-            // On a ball its twist is no steady motion: weight turns it about another axis.
+            // On a ball its twist is not a steady motion: gravity rotates it about another axis.
             MultibodySystem other;
             SimbodyMatterSubsystem itsMatter(other);
             GeneralForceSubsystem itsForces(other);
@@ -656,7 +660,7 @@ TEST(RotatingAssemblies, ATopInSteadyPrecessionNutatesAsInClosedForm) {
 //-------------------------------------------------------------------------------------------------
 // flexible rotors
 
-/** A part that turns on bearings at its interfaces, about an axis through its centre of mass. **/
+/** A part rotating on bearings at its interfaces, about an axis through its centre of mass. **/
 struct Shaft {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -708,7 +712,8 @@ TEST(RotatingAssemblies, AFreeSpinIsARigidMotionOfAFlexibleShaft) {
 }
 
 TEST(RotatingAssemblies, WeightThatBendsAShaftIsNoPartOfItsSteadyMotion) {
-    // In its axes the weight turns: that it holds the spin as a pendulum's is true for an instant.
+    // In body axes gravity rotates, so the pendulum-like stiffness on the spin holds for an instant
+    // only.
     for (const Real speed : {10.0, 50.0, 100.0, 200.0}) {
         const Shaft shaft(Shaft::Spin::Free, speed, 9.81);
         EXPECT_NE(calcLinearization(shaft.system, shaft.findSteadyMotion()).unsteady, "") << speed;

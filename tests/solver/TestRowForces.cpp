@@ -1,4 +1,4 @@
-// Accelerations and multipliers at any time are those of the State and the loads there.
+// Accelerations and multipliers at any time match the State and the loads at that time.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ namespace {
 
 using namespace SimTK;
 
-/** Along x of Ground, at a body's origin. **/
+/** A force along Ground's x axis at a body's origin. **/
 class Shake : public Force::Custom::Implementation {
 public:
     Shake(const MobilizedBody& body, std::function<Real(Real)> force)
@@ -90,7 +90,7 @@ TEST(RowForces, OfWhatIsHeldAreThoseOfTheLoadAtTheirTime) {
     expectHoldingForce<GeneralizedAlphaIntegrator>();
 }
 
-/** A rod that swings on a pin: λ and u̇ by its angle and rate, at times inside of steps. **/
+/** A rod swinging on a pin: λ and u̇ from its angle and rate, at times inside steps. **/
 struct Swing {
     Swing()
         : matter(system),
@@ -99,8 +99,8 @@ struct Swing {
           flexible(system, matter),
           rod(matter.Ground(), Body::Rigid(MassProperties(2, Vec3(0), Inertia(1.0 / 6)))),
           pivot(flexible, matter.Ground(), Attachment(rod, Vec3(0, 0.5, 0)), "pivot") {}
-    /** Largest errors of reaction [N] and angular acceleration against those of the State that is
-    shown, and of its angle against `exact`. **/
+    /** Largest errors of reaction [N] and angular acceleration relative to the returned State, and
+    of its angle relative to `exact`. **/
     struct Errors {
         Real reaction = 0, acceleration = 0;
     };
@@ -153,8 +153,8 @@ TEST(RowForces, OfRigidBodiesFollowFromStateAndTimeAlone) {
     }
 }
 
-/** What the steps do not resolve of a stiff body makes no noise of rows between them: an error of
-1e-7 m in a mode of 3 kHz would be an acceleration of 36 m/s². **/
+/** Unresolved motion of a stiff body adds no noise to rows between steps: an error of 1e-7 m in a 3
+kHz mode would be an acceleration of 36 m/s². **/
 TEST(RowForces, OfStiffBodiesAreNoRougherThanTheSteps) {
     for (const Real accuracy : {1e-5, 1e-7}) {
         test::PointMassPartOptions options;

@@ -1,4 +1,4 @@
-// Bodies of a part with some of its modes against the full part with the others held.
+// Bodies that keep some modes of a part against the full part with the other modes locked.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 using namespace SimTK;
 
-/** A swinging body with a force on its far end. **/
+/** A swinging body with a force at its far end. **/
 struct Swing {
     explicit Swing(std::shared_ptr<const ReducedBody> part)
         : body(flexible, std::move(part)),
@@ -28,7 +28,7 @@ struct Swing {
         ModalDamping(flexible, body, 0.03);
     }
 
-    /** The frame and the given modes in motion; the rest at zero. **/
+    /** Sets the frame and the given modes in motion; the other modes are zero. **/
     State makeState(const std::vector<int>& modes) {
         State state = system.realizeTopology();
         Vector xi(body.getNumModes(), Real(0)), xiDot = xi;
@@ -93,7 +93,7 @@ TEST_P(SelectedModes, EnergiesMomentumAndAccelerationsAreThoseOfTheFullPartWithT
                     .norm(),
                 1e-14);
 
-        // In both ways of running.
+        // Natively and with BdfIntegrator.
         BdfIntegrator fullBdf(full.system), selectedBdf(selected.system);
         for (BdfIntegrator* integrator : {&fullBdf, &selectedBdf})
             integrator->setProjectInitialState(false);

@@ -1,5 +1,5 @@
-// What people hold in their hands: SimTK::Integrator and SimTK::TimeStepper, method by method, and
-// the State from which a run starts.
+// The interface of SimTK::Integrator and SimTK::TimeStepper, method by method, and the State from
+// which a run starts.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ using namespace SimTK;
 //-------------------------------------------------------------------------------------------------
 // every method
 
-/** A pendulum of length 1 m on a pin about z, and a slider that nothing acts on but gravity. **/
+/** A pendulum of length 1 m on a pin about z, and a slider under gravity alone. **/
 struct Pendulum {
     Pendulum()
         : matter(system),
@@ -46,7 +46,7 @@ struct Pendulum {
     MobilizedBody::Slider lift;
 };
 
-/** Calls what SimTK::Integrator has. **/
+/** Calls the methods of SimTK::Integrator. **/
 template <class SomeIntegrator>
 void useAllOf(SomeIntegrator& integ, const State& start) {
     integ.setFinalTime(0.5);
@@ -164,8 +164,8 @@ TEST(SimbodyApi, MethodsSayWhatTheyAre) {
               "GeneralizedAlpha");
 }
 
-//-------------------------------------------------------------------------------------------------
-// statuses in their order
+// -------------------------------------------------------------------------------------------------
+// order of statuses
 
 struct Passed {
     Integrator::SuccessfulStepStatus status;
@@ -332,10 +332,10 @@ TEST(SimbodyApi, SettingsCountWhenSimbodysDo) {
     integ.setInitialStepSize(1e-5);
     integ.stepTo(0.2);
     EXPECT_EQ(integ.getAccuracyInUse(), 1e-3);
-    EXPECT_DOUBLE_EQ(integ.getConstraintToleranceInUse(), 1e-4);  // a tenth of it
+    EXPECT_DOUBLE_EQ(integ.getConstraintToleranceInUse(), 1e-4);  // a tenth of the accuracy
     EXPECT_GT(integ.getActualInitialStepSizeTaken(), 1e-5);
     const int coarse = integ.getNumStepsTaken();
-    integ.setMaximumStepSize(1e-3);  // at once
+    integ.setMaximumStepSize(1e-3);  // takes effect at once
     integ.stepTo(0.3);
     EXPECT_LE(integ.getLastStepSize(), 1e-3);
     EXPECT_GE(integ.getNumStepsTaken() - coarse, 20);  // one of the long ones may end after 0.2
@@ -415,8 +415,8 @@ TEST(SimbodyApi, MatricesAreFormedInEveryIterationOfFullNewton) {
     }
 }
 
-//-------------------------------------------------------------------------------------------------
-// what a user changes
+// -------------------------------------------------------------------------------------------------
+// changes by the user
 
 TEST(SimbodyApi, StepsBeginWithWhatWasChangedInTheAdvancedState) {
     Pendulum model;
@@ -430,7 +430,7 @@ TEST(SimbodyApi, StepsBeginWithWhatWasChangedInTheAdvancedState) {
     EXPECT_EQ(state.getTime(), t1);
     EXPECT_NEAR(y1, -9.81 / 2 * t1 * t1, 1e-7);
     EXPECT_NEAR(v1, -9.81 * t1, 1e-7);
-    // Speed, a force's parameter and a lock: variables of three stages.
+    // A speed, a force parameter and a lock: variables of three stages.
     model.lift.setOneU(state, 0, 3);
     model.gravity.setMagnitude(state, 5);
     model.pin.lock(state);
@@ -441,7 +441,7 @@ TEST(SimbodyApi, StepsBeginWithWhatWasChangedInTheAdvancedState) {
     EXPECT_NEAR(model.pin.getOneQ(integ.getState(), 0), angle, 1e-14);
     EXPECT_EQ(model.pin.getOneU(integ.getState(), 0), 0);
     EXPECT_EQ(&integ.updAdvancedState(), &state);
-    // What is not changed is not begun anew.
+    // No restart without a change.
     const long starts = integ.getStatistics().starts;
     model.system.realize(state, Stage::Acceleration);
     integ.stepTo(1.2);
@@ -471,7 +471,8 @@ TEST(SimbodyApi, ACheckpointHoldsWhatWasChangedInTheAdvancedState) {
 //-------------------------------------------------------------------------------------------------
 // the start
 
-/** A four-bar of pins closed by a ball: crank 0.5 m, coupler 2 m, follower 1 m of other masses. **/
+/** A four-bar of pins closed by a ball: crank 0.5 m, coupler 2 m, and a follower of 1 m, with
+different masses. **/
 struct OpenFourBar {
     OpenFourBar()
         : matter(system),
@@ -494,7 +495,7 @@ struct OpenFourBar {
     Constraint::Ball joint;
 };
 
-/** Where Simbody's integrator begins. **/
+/** Returns the State from which Simbody's integrator starts. **/
 State startNatively(const MultibodySystem& system, const State& state) {
     RungeKuttaMersonIntegrator native(system);
     native.setAccuracy(1e-9);
@@ -540,8 +541,8 @@ TEST(Start, KeepsLocksAndMotionsAsSimbodyDoes) {
     EXPECT_NEAR(model.crank.getRate(integ.getState()), 2 * std::sin(0.4), 1e-14);
 }
 
-/** Speeds that an impulse along the constraint leaves of given ones: of all consistent ones those
-that are nearest in kinetic energy, the change being orthogonal to all consistent speeds. **/
+/** An impulse along the constraint yields the consistent speeds nearest in kinetic energy to the
+given ones: the change is orthogonal to all consistent speeds. **/
 TEST(Start, ByInertiaIsThatOfAnImpulse) {
     OpenFourBar model;
     State state = model.system.realizeTopology();
@@ -562,7 +563,7 @@ TEST(Start, ByInertiaIsThatOfAnImpulse) {
     EXPECT_GT((start.getU() - startNatively(model.system, state).getU()).normInf(), 0.1);
 }
 
-/** Joints among rigid bodies are Constraint::Custom: they are projected with the rest. **/
+/** Joints between rigid bodies are Constraint::Custom and are projected with the others. **/
 TEST(Start, IsSimbodysWithJointsAmongRigidBodies) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -581,7 +582,7 @@ TEST(Start, IsSimbodysWithJointsAmongRigidBodies) {
     EXPECT_LT((integ.getState().getU() - theirs.getU()).normInf(), 1e-9);
 }
 
-/** A part held at one end whose other end is to come to a point of its circle. **/
+/** A part held at one end whose other end must reach a point of its circle. **/
 struct Swung {
     Swung()
         : matter(system),
@@ -589,7 +590,7 @@ struct Swung {
           rod(flexible, test::makePointMassPart().body, "rod"),
           pivot(flexible, matter.Ground(), rod.interface("A")),
           ball(flexible, rod.interface("B"), Attachment(matter.Ground(), findEnd(2))) {}
-    /** Place of B with the part turned. **/
+    /** Returns the location of B with the part rotated. **/
     Vec3 findEnd(Real angle) const {
         const auto& seats = rod.getPart().interfaces;
         const auto place = [&](const char* name) {
@@ -648,7 +649,7 @@ TEST(Start, ThatAnAssemblerHasBentIsRefusedAndALockedOneIsNot) {
 //-------------------------------------------------------------------------------------------------
 // one link made flexible
 
-/** A slider-crank from rest, driven by a torque on its crank; whatever the rod is. **/
+/** A slider-crank from rest, driven by a crank torque, with any kind of rod. **/
 struct SliderCrank {
     SliderCrank()
         : matter(system),

@@ -1,4 +1,4 @@
-// Simbody's own constraints inside BdfIntegrator: accelerations, multipliers and motion are
+// Simbody's own constraints inside BdfIntegrator: accelerations, multipliers and motion match
 // Simbody's.
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ Body::Rigid makeBrick(Real mass) {
                        Inertia(mass * Vec3(0.02, 0.03, 0.025), mass * Vec3(1e-3, -2e-3, 5e-4))));
 }
 
-/** Rigid trees side by side: an arm with two fore-arms, a free box, a cart and a wheel. **/
+/** Rigid trees side by side: an arm with two forearms, a free box, a cart and a wheel. **/
 struct Rigid {
     Rigid()
         : matter(system),
@@ -98,8 +98,8 @@ std::vector<Case> makeCases() {
              return Constraint::ConstantOrientation(r.wheel, Rotation(), r.box,
                                                     Rotation(0.1, XAxis));
          }},
-        // Rack and pinion: Simbody's ȧ is the derivative of its v only if the contact point stands
-        // still on the bodies' line of centres.
+        // Rack and pinion: Simbody's ȧ is the derivative of its v only if the contact point is
+        // stationary on the bodies' line of centres.
         {"NoSlip1D",
          [](Rigid& r) {
              return Constraint::NoSlip1D(r.matter.Ground(), Vec3(-0.5, -0.1, 0), UnitVec3(1, 0, 0),
@@ -251,7 +251,8 @@ TEST(SimbodyConstraint, ABoxOnARodSwingsAsAPendulum) {
 }
 
 TEST(SimbodyConstraint, APlanarFourBarLoopClosedByAWeldIsSolvedInTheLeastSquaresSense) {
-    // Three pins and a Weld: a planar loop of one freedom with 6 rows, 3 of them redundant.
+    // Three pins and a Weld: a planar loop with one degree of freedom and 6 rows, 3 of them
+    // redundant.
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
     GeneralForceSubsystem forces(system);
@@ -309,7 +310,7 @@ struct Flexible {
         return options;
     }
 
-    /** Undeformed, in full motion. **/
+    /** Returns an undeformed State with all speeds nonzero. **/
     State makeState() {
         State state = system.realizeTopology();
         system.realizeModel(state);
@@ -346,8 +347,8 @@ std::vector<FlexibleCase> makeFlexibleCases() {
          }},
         {"BallOnTheFrame",
          [](Flexible& f) {
-             // Where the station is with the boom undeformed and its end A in calcEnergyDrift()'s
-             // hinge.
+             // Location of the station with the boom undeformed and its end A at the hinge of
+             // calcEnergyDrift().
              const auto& end = f.boom.getPart().interfaces[0].position;
              const Vec3 station(0.1, 0.05, 0), hinge(-0.3, 0, 0);
              return Constraint::Ball(f.matter.Ground(),
@@ -397,7 +398,7 @@ TEST_P(FlexibleWithConstraint, AccelerationsAndMultipliersAreSimbodys) {
               1e-9 * (1 + expected.normInf()));
 }
 
-/** Relative change of energy less work in 0.1 s with a hinge at the boom's end. **/
+/** Returns the relative change of energy minus work in 0.1 s with a hinge at the boom's end. **/
 Real calcEnergyDrift(const FlexibleCase& which, Real accuracy) {
     Flexible model;
     const Joint::Ball hinge(model.flexible, Attachment(model.matter.Ground(), Vec3(-0.3, 0, 0)),
@@ -427,7 +428,8 @@ TEST_P(FlexibleWithConstraint, ConstraintHoldsAndEnergyLessWorkDriftsLessWithAcc
     const Real coarse = calcEnergyDrift(GetParam(), 1e-8),
                fine = calcEnergyDrift(GetParam(), 1e-10);
     EXPECT_LT(coarse, 2e-3);
-    // accuracy^(p/(p+1)) with p = 3: a factor 30; 8 leaves room for the step size's granularity.
+    // accuracy^(p/(p+1)) with p = 3 gives a factor of 30; 8 leaves room for the step size's
+    // granularity.
     EXPECT_LT(fine, coarse / 8);
 }
 

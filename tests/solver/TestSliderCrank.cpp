@@ -15,7 +15,7 @@ using test::FlexibleSliderCrank;
 using test::RigidSliderCrank;
 using test::SliderCrankOptions;
 
-/** |kinetic + potential − work| at the end, relative to the work done. **/
+/** Returns |kinetic + potential − work| at the end, relative to the work done. **/
 Real calcEnergyError(
     const SliderCrankOptions& options, Real accuracy, Real time,
     BdfIntegrator::Formulation formulation = BdfIntegrator::Formulation::StabilizedIndex2) {
@@ -74,7 +74,7 @@ TEST(SliderCrank, WorkOfAPrescribedRotationBalancesEnergy) {
 TEST(SliderCrank, StiffPartsMoveAsRigidOnesInSimbody) {
     const Real time = 0.1;
     SliderCrankOptions options;
-    // Damping does not touch the rigid limit; this much keeps BDF5 (stable within 51.8° of the
+    // Damping does not affect the rigid limit; this value keeps BDF5 (stable within 51.8° of the
     // negative axis) stable.
     options.dampingRatio = 0.7;
     RigidSliderCrank rigid(options);
@@ -94,8 +94,8 @@ TEST(SliderCrank, StiffPartsMoveAsRigidOnesInSimbody) {
         const State& state = integrator.getState();
         differences.push_back(std::abs(model.getSliderPosition(state) - rigidPosition) / travel);
 
-        // In-plane forces of the main bearing; out of the plane the rigid mechanism has none to
-        // compare with.
+        // In-plane forces of the main bearing; the rigid mechanism has no out-of-plane forces for
+        // comparison.
         Vector_<SpatialVec> reactions;
         rigid.matter.calcMobilizerReactionForces(end, reactions);
         const Vec3 bearing =
@@ -152,7 +152,7 @@ TEST(SliderCrank, RigidPartsWithThreeRedundantEquationsMoveAsInSimbody) {
     integrator.setMaximumOrder(5);
     integrator.initialize(state);
     EXPECT_EQ(integrator.getStatistics().redundantConstraints, 3);
-    // Each redundancy closes the loop: all three pins take part.
+    // Each redundancy closes the loop, so all three pins are listed.
     const std::vector<std::string> redundant = integrator.getRedundantConstraints();
     ASSERT_EQ(redundant.size(), 3u);
     for (const std::string& line : redundant) {
@@ -164,7 +164,7 @@ TEST(SliderCrank, RigidPartsWithThreeRedundantEquationsMoveAsInSimbody) {
     const State& ours = integrator.getState();
     EXPECT_NEAR(slider.getOneQ(ours, 0), rigid.slider.getOneQ(end, 0), 1e-6 * test::CrankLength);
 
-    // Forces in the plane are unique, redundant equations or not.
+    // In-plane forces are unique, even with redundant equations.
     Vector_<SpatialVec> reactions;
     rigid.matter.calcMobilizerReactionForces(end, reactions);
     const auto expectSameForce = [&](const Joint& joint, const MobilizedBody& body) {
@@ -176,7 +176,7 @@ TEST(SliderCrank, RigidPartsWithThreeRedundantEquationsMoveAsInSimbody) {
     expectSameForce(mainBearing, rigid.crank);
     expectSameForce(crankPin, rigid.rod);
 
-    // Of all multipliers that would do, the smallest: those of Simbody's own solve.
+    // Multipliers are the minimum-norm ones, as in Simbody's own solve.
     State native = ours;
     system.realize(native, Stage::Acceleration);
     BdfIntegrator again(system);

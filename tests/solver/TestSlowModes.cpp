@@ -1,5 +1,5 @@
-// The slowest modes, found body by body by block elimination, are those of dense matrices: of what
-// hangs, damped or not, and of what turns.
+// The slowest modes by block elimination match those of dense matrices, for hanging systems with
+// and without damping, and for rotating ones.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 
 constexpr Real Gravity = 9.81;
 
-/** Of blocks and of dense matrices. **/
+/** Compares modes of blocks and of dense matrices. **/
 void expectSame(const std::vector<Eigenmode>& found, const std::vector<Eigenmode>& expected,
                 Real accuracy = 1e-7) {
     ASSERT_EQ(found.size(), expected.size());
@@ -43,7 +43,7 @@ void expectSame(const std::vector<Eigenmode>& found, const std::vector<Eigenmode
     }
 }
 
-/** Links that hang one below the other, at rest; the last may be held by a damped bushing. **/
+/** Links hanging one below the other at rest; the last may be held by a damped bushing. **/
 struct Hanging {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -51,7 +51,7 @@ struct Hanging {
     FlexibleBodySubsystem flexible{system, matter};
     State state;
 
-    /** @param follower  of a force on the last link's end, across it, which turns along [N] **/
+    /** @param follower  follower force across the last link's end [N] **/
     Hanging(int count, Real damping, Real ofBushing, Real follower = 0) {
         Force::Gravity(forces, matter, -YAxis, Gravity);
         test::PointMassPartOptions options;
@@ -61,7 +61,7 @@ struct Hanging {
         std::vector<FlexibleBody> links;
         for (int k = 0; k < count; ++k) {
             links.emplace_back(flexible, part);
-            if (k == 0 && follower > 0)  // which would spin it about a ball
+            if (k == 0 && follower > 0)  // the force would spin it about a ball
                 Joint::Pin(flexible, matter.Ground(), links[0].interface("A"));
             else if (k == 0)
                 Joint::Ball(flexible, matter.Ground(), links[0].interface("A"));
@@ -129,7 +129,7 @@ TEST(SlowestEigenmodes, AStateThatIsNoEquilibriumIsRefusedByName) {
     for (const EigenMethod method : {EigenMethod::Blocks, EigenMethod::Dense}) {
         Hanging model(3, 0.02, 0);
         EXPECT_FALSE(calcSlowestEigenmodes(model.system, model.state, 3, method).empty());
-        model.state.updQ()[0] += 0.1;  // turned about its ball joint, as a whole
+        model.state.updQ()[0] += 0.1;  // rotated as a whole about its ball joint
         BdfIntegrator integrator(model.system);
         integrator.initialize(model.state);
         model.state = integrator.getState();
@@ -144,8 +144,8 @@ TEST(SlowestEigenmodes, AStateThatIsNoEquilibriumIsRefusedByName) {
     }
 }
 
-/** Welded pieces between a driven bearing and one that lets them slide, both on Ground, with a
-heavy disc in the middle. Nothing of it is round: all that matters is that it turns as one. **/
+/** Welded pieces between a driven bearing and one with axial freedom, both on Ground, with a heavy
+disc in the middle. No part is axisymmetric: it only has to rotate as one. **/
 struct Shaft {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -162,7 +162,7 @@ struct Shaft {
         const auto part = test::makePointMassPart(options).body;
         const auto &from = part->getInterface("A").position, &to = part->getInterface("B").position;
         const Vec3 along(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
-        // The bearings' axis leads through both ends.
+        // The bearing axis passes through both ends.
         const Rotation axis(UnitVec3(along), ZAxis);
         const Attachment first(matter.Ground(), Transform(axis)),
             last(matter.Ground(), Transform(axis, Real(count) * along));

@@ -1,4 +1,4 @@
-// Forces and state equations of one's own: laws, controllers, counted turns.
+// User-defined forces and state equations: laws, controllers, counted turns.
 
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ struct Slides {
     std::vector<MobilizedBody> masses;
 };
 
-/** Σ c_i x_i. **/
+/** Returns Σ c_i x_i. **/
 Signal sum(const std::vector<Signal>& terms, const std::vector<Real>& factors) {
     return Signal::function(terms, [factors](Real, const Real* x, Real* slopes) {
         Real value = 0;
@@ -63,7 +63,7 @@ Signal sum(const std::vector<Signal>& terms, const std::vector<Real>& factors) {
     });
 }
 
-/** ẋ = A x from x₀, after a time. **/
+/** Solves ẋ = A x from x₀. **/
 Eigen::VectorXd propagate(const Eigen::MatrixXd& A, const Eigen::VectorXd& x0, double time) {
     const Eigen::EigenSolver<Eigen::MatrixXd> eigen(A);
     const Eigen::VectorXcd weights = eigen.eigenvectors().partialPivLu().solve(
@@ -75,7 +75,7 @@ Eigen::VectorXd propagate(const Eigen::MatrixXd& A, const Eigen::VectorXd& x0, d
 
 const Real Proportional = 300, Derivative = 20, Integral = 900, Target = 0.2;
 
-/** A mass led to a target by proportional, integral and derivative action: (x, v, z). **/
+/** A mass driven to a target by proportional, integral and derivative action: (x, v, z). **/
 struct ControlledSlide : Slides {
     ControlledSlide() : Slides(1) {
         const Signal error = Signal::function({position(0)}, [](Real, const Real* x, Real* slopes) {
@@ -92,7 +92,7 @@ struct ControlledSlide : Slides {
     static Eigen::Vector3d calcExact(double time) {
         Eigen::Matrix3d A;
         A << 0, 1, 0, -Proportional, -Derivative, Integral, -1, 0, 0;
-        // About the equilibrium, x = Target, z = 0.
+        // Relative to the equilibrium x = Target, z = 0.
         const Eigen::Vector3d x0(-Target, 0, 0.01);
         return propagate(A, x0, time) + Eigen::Vector3d(Target, 0, 0);
     }
@@ -146,7 +146,7 @@ TEST(StateForces, ControllerFollowsTheLinearSolution) {
             integrator.stepTo(time);
             const Eigen::Vector3d found = model.take(integrator.getState()),
                                   exact = ControlledSlide::calcExact(time);
-            // Speeds are held to what they make of positions within a step.
+            // Within a step, speeds are weighted by their effect on positions.
             EXPECT_NEAR(found[0], exact[0], 300 * accuracy) << time;
             EXPECT_NEAR(found[2], exact[2], 300 * accuracy) << time;
         }
@@ -154,7 +154,7 @@ TEST(StateForces, ControllerFollowsTheLinearSolution) {
 }
 
 TYPED_TEST(StateForces, FiltersMayBeMuchFasterThanSteps) {
-    // Damping by a filtered rate, d (x − f)/T with f' = (x − f)/T: d ẋ where T is short.
+    // Damping by a filtered rate, d (x − f)/T with f' = (x − f)/T: approaches d ẋ for short T.
     const Real damping = 4, stiffness = 100;
     struct Effort {
         Real steps, iterations;
@@ -185,9 +185,9 @@ TYPED_TEST(StateForces, FiltersMayBeMuchFasterThanSteps) {
         return Effort{Real(statistics.stepsTaken), Real(statistics.newtonIterations)};
     };
     const Effort filtered = run(1e-6), direct = run(0);
-    // Generalized-α's trapezoidal rule for z does not damp what decays within a step.
+    // Generalized-α's trapezoidal rule for z does not damp modes that decay within a step.
     if (std::is_same<TypeParam, GeneralizedAlphaIntegrator>::value) return;
-    // Steps of some ten thousand time constants; an explicit rule would take a million.
+    // Steps span some ten thousand time constants; an explicit rule would take a million.
     EXPECT_LT(filtered.steps, 3 * direct.steps);
     EXPECT_LT(filtered.iterations, 4 * direct.iterations);
 }
@@ -237,7 +237,7 @@ TYPED_TEST(StateForces, TurnsAreCounted) {
     }
 }
 
-/** A body on a spring, built in or by law, at rest off its axis. **/
+/** A body on a spring, built in or as a law, initially at rest off its axis. **/
 struct SprungBody {
     explicit SprungBody(bool isLaw)
         : body(matter.Ground(), Body::Rigid(MassProperties(2, Vec3(0), Inertia(0.1)))) {
@@ -274,7 +274,7 @@ TYPED_TEST(StateForces, SpringByLawIsASpring) {
         EXPECT_NEAR(law.getUDot()[i], spring.getUDot()[i], 1e-12 * spring.getUDot().norm());
     law.stepTo(1);
     spring.stepTo(1);
-    // Their Newton matrices differ by what a turning line changes in the rate.
+    // Their Newton matrices differ by the effect of the line's rotation on the rate.
     for (int i = 0; i < 7; ++i)
         EXPECT_NEAR(law.getState().getQ()[i], spring.getState().getQ()[i], 1e-6);
     EXPECT_NEAR(law.getStatistics().stepsTaken, spring.getStatistics().stepsTaken,
@@ -284,7 +284,7 @@ TYPED_TEST(StateForces, SpringByLawIsASpring) {
 }
 
 TYPED_TEST(StateForces, OneSidedTermsAreInTheNewtonMatrix) {
-    // A force on one mass that follows from another one: stiff, and Newton's method does not mind.
+    // A stiff force on one mass that depends on another one does not disturb Newton's method.
     const Real stiffness = 1e6, damping = 2e3;
     const auto run = [&](bool isCoupled) {
         Slides model(2);
@@ -351,8 +351,8 @@ TEST(StateForce, EigenvaluesAreThoseOfTheControlledLoop) {
 }
 
 TEST(StateForce, EigenvaluesAreThoseOfALoopThatHoldsByItsStateAlone) {
-    // m ẍ = z, T ż = −P x − z: nothing but the filter restores it, and it is unstable. Neither a
-    // state that nothing follows nor one far from rest makes a difference.
+    // m ẍ = z, T ż = −P x − z: the only restoring force acts through the filter, so it is unstable.
+    // An unused state or one far from rest makes no difference.
     const Real P = 100, T = 1e-3;
     for (const Real initial : {0.0, 3e3}) {
         Slides model(1);
@@ -416,7 +416,7 @@ TEST(StateForce, EquilibriumKeepsStatesFromChanging) {
     EXPECT_NEAR(model.flexible.getStateValue(state, integral), 9.81 / Integral, 1e-9);
 }
 
-/** What small twists change, by differences. **/
+/** Finite differences for small twists. **/
 TEST(Signal, GradientsAreThoseOfDifferences) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -476,7 +476,7 @@ TEST(Signal, RefusesWhatIsNotThere) {
     EXPECT_THROW(SignalState("z", Signal(), 0, -1), std::invalid_argument);
 }
 
-/** A free body of point masses under a load on some of its nodes. **/
+/** A free body of point masses with a load on some of its nodes. **/
 struct LoadedBody {
     explicit LoadedBody(const std::function<void(LoadedBody&)>& load)
         : body(flexible, part, "body") {
@@ -568,7 +568,7 @@ TEST(StateLoad, OfWhatItBendsIsAStiffness) {
     std::sort(found.begin(), found.end());
     ASSERT_EQ(found.size(), expected.size());
     for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i] / expected[i], 1, 1e-7) << i;
-    // It makes a difference.
+    // The load changes the frequency noticeably.
     EXPECT_GT(std::abs(found[0] - std::sqrt(model.part->omegaSquared[0]) / (2 * Pi)), 0.01);
 }
 

@@ -1,6 +1,6 @@
-// A loop of joints may often be assembled in two ways between which no motion leads: an equilibrium
-// is of the one that it was looked for from. Four-bars whose shortest bar turns round have two
-// circuits, told apart by the sense in which coupler and rocker are folded (Grashof).
+// A loop of joints can often be assembled in two ways that no motion connects. The equilibrium must
+// be on the branch of the initial State. Four-bars whose shortest bar makes full turns have two
+// circuits, distinguished by the sense in which coupler and rocker are folded (Grashof).
 
 #include <gtest/gtest.h>
 
@@ -23,13 +23,14 @@ struct Lengths {
     Real crank, coupler, rocker, ground;
 };
 
-/** Angles of bars against x; none if the joints cannot be closed. **/
+/** Angles of the bars relative to x. **/
 struct Angles {
     Real crank, coupler, rocker;
 };
 
-/** @param sense  +1 or −1: the coupler points to this side of the line from its pin to the
-rocker's foot **/
+/** Returns nothing if the joints cannot be closed.
+@param sense  +1 or −1: side of the line from the coupler's pin to the rocker's foot to which the
+coupler points **/
 std::optional<Angles> close(const Lengths& of, Real crank, int sense) {
     const Vec3 B(of.crank * std::cos(crank), of.crank * std::sin(crank), 0), D(of.ground, 0, 0);
     const Vec3 across = D - B;
@@ -42,8 +43,8 @@ std::optional<Angles> close(const Lengths& of, Real crank, int sense) {
 }
 
 enum class Assembly {
-    FreeBodies,  ///< every bar free, every pin a joint
-    Trees        ///< pin mobilizers, and one joint between coupler and rocker
+    FreeBodies,  ///< all bars free, all pins joints
+    Trees        ///< pin mobilizers, with one joint between coupler and rocker
 };
 
 class FourBar {
@@ -111,7 +112,7 @@ public:
             of.crank / 2 * std::sin(at.crank),
             of.crank * std::sin(at.crank) + of.coupler / 2 * std::sin(at.coupler),
             of.rocker / 2 * std::sin(at.rocker)};
-        // The rocker of a crank-rocker that stands above ground never turns over.
+        // The rocker of a crank-rocker above ground never turns over.
         const Real turned = std::remainder(at.rocker - FreeAngle, 2 * Pi);
         Real energy = SpringStiffness / 2 * square(turned);
         for (int k = 0; k < 3; ++k) energy += Masses[k] * Gravity * heights[k];
@@ -130,12 +131,12 @@ private:
     State m_start;
 };
 
-/** As close() has it. **/
+/** Returns the sense as defined by close(). **/
 int findSense(const Angles& angles) {
     return std::sin(angles.rocker - angles.coupler) > 0 ? 1 : -1;
 }
 
-/** Down from there, to where the energy is least. **/
+/** Descends from the given angle to the minimum of the energy. **/
 Real findCrankAtRest(const Lengths& of, Real crank, int sense) {
     const auto calc = [&](Real angle) {
         return FourBar::calcEnergy(of, close(of, angle, sense).value());
@@ -150,7 +151,7 @@ Real findCrankAtRest(const Lengths& of, Real crank, int sense) {
 
 TEST(StaticBranches, FourBarsRestOnTheCircuitThatTheyAreOn) {
     int numFollowed = 0;
-    // Of the last two the circuits come close to each other.
+    // In the last two, the circuits come close to each other.
     const Lengths all[] = {
         {0.12, 0.35, 0.25, 0.40}, {0.12, 0.35, 0.25, 0.478}, {0.15, 0.2, 0.2, 0.248}};
     for (const Lengths& lengths : all)

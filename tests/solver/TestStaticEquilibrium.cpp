@@ -1,4 +1,4 @@
-// Equilibria against closed forms; what is free is named.
+// Equilibria against closed forms; free motions are named.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ Real calcLargestAcceleration(const MultibodySystem& system, const State& state) 
     return integrator.getUDot().normInf();
 }
 
-/** A flexible part that hangs on a joint of its interface "A". **/
+/** A flexible part hanging on a joint at its interface "A". **/
 template <class Hinge>
 struct Hanging {
     MultibodySystem system;
@@ -66,7 +66,7 @@ TEST(StaticEquilibrium, PendulumStartedLevelOrNearlyUprightHangsAtRest) {
 
 TEST(StaticEquilibrium, WhatHangsAsPlacedIsBentByItsWeightBeforeItIsLinearised) {
     Hanging<Joint::Pin> model;
-    const auto place = [&](Real angle) {  // of the centre of mass, from below
+    const auto place = [&](Real angle) {  // angle of the centre of mass, from below
         model.body.setPoseByInterface(model.state, "A", Transform());
         model.system.realize(model.state, Stage::Position);
         const Vec3 p = model.body.getFramePose(model.state).p();
@@ -90,7 +90,7 @@ TEST(StaticEquilibrium, WhatHangsAsPlacedIsBentByItsWeightBeforeItIsLinearised) 
         (2 * Pi);
     EXPECT_NEAR(frequency, rigid, 0.02 * rigid);
 
-    // What is no equilibrium stays what it is.
+    // A State that is not an equilibrium is left unchanged.
     place(0.3);
     const State tilted = findEquilibriumNearby(model.system, model.state);
     EXPECT_EQ((tilted.getQ() - model.state.getQ()).normInf(), 0);
@@ -116,7 +116,7 @@ TEST(StaticEquilibrium, BodyThatNothingHoldsIsNamed) {
 }
 
 TEST(StaticEquilibrium, FreeMotionWithoutLoadStaysAndIsReported) {
-    Hanging<Joint::Ball> model;  // may turn about the vertical
+    Hanging<Joint::Ball> model;  // free to turn about the vertical
     StaticEquilibrium equilibrium(model.system);
     equilibrium.solve(model.state);
     ASSERT_EQ(equilibrium.getFreeMotions().size(), 1u);
@@ -140,7 +140,7 @@ TEST(StaticEquilibrium, SpringCarriesAMass) {
     EXPECT_TRUE(equilibrium.getFreeMotions().empty());
 }
 
-/** Two rigid links, pinned to each other and to Ground, the end of the second on a slider. **/
+/** Two rigid links, pinned to each other and to Ground; the end of the second is on a slider. **/
 struct Arch {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -172,7 +172,7 @@ TEST(StaticEquilibrium, LockedMobilizersStay) {
     equilibrium.solve(arch.state);
     EXPECT_EQ(arch.left.getOneQ(equilibrium.getState(), 0), -0.5);
     EXPECT_NEAR(arch.end.getOneQ(equilibrium.getState(), 0), 1.2 * std::cos(0.5), 1e-9);
-    // With the end in its place both links hang as that lets them.
+    // With the end fixed, both links hang as far as it allows.
     arch.left.unlock(arch.state);
     arch.end.lockAt(arch.state, 0.9);
     equilibrium.solve(arch.state);
@@ -181,7 +181,7 @@ TEST(StaticEquilibrium, LockedMobilizersStay) {
 }
 
 TEST(StaticEquilibrium, HeldMobilizersStayWhileJointsAreAssembled) {
-    Arch arch(0);  // without load it stays where it was assembled
+    Arch arch(0);  // without load it stays as assembled
     StaticEquilibrium equilibrium(arch.system);
     equilibrium.solve(arch.state);
     EXPECT_GT(std::abs(arch.left.getOneQ(equilibrium.getState(), 0) + 0.5), 1e-2);
@@ -191,7 +191,7 @@ TEST(StaticEquilibrium, HeldMobilizersStayWhileJointsAreAssembled) {
     EXPECT_NEAR(arch.end.getOneQ(equilibrium.getState(), 0), 1.2 * std::cos(0.5), 1e-9);
     EXPECT_FALSE(arch.left.isLocked(equilibrium.getState()));
     ASSERT_EQ(equilibrium.getFreeMotions().size(), 1u);
-    // What cannot be: 1.2 cos 0.5 is not 0.9.
+    // Impossible: 1.2 cos 0.5 is not 0.9.
     arch.end.lock(arch.state);
     EXPECT_THROW(equilibrium.solve(arch.state), std::runtime_error);
 }
@@ -240,7 +240,8 @@ TEST(StaticEquilibrium, JointsThatCannotBeAssembledAreNamed) {
 TEST(StaticEquilibrium, SpeedsThatAreNoSteadyMotionAreRefused) {
     Hanging<Joint::Pin> model;
     model.system.realize(model.state, Stage::Position);
-    setSteadyRotation(model.system, model.state, Vec3(0, 0, 3), Vec3(1, 0, 0));  // not the pin
+    setSteadyRotation(model.system, model.state, Vec3(0, 0, 3),
+                      Vec3(1, 0, 0));  // not the axis of the pin
     StaticEquilibrium equilibrium(model.system);
     try {
         equilibrium.solveSteadyMotion(model.state);
@@ -251,7 +252,7 @@ TEST(StaticEquilibrium, SpeedsThatAreNoSteadyMotionAreRefused) {
 }
 
 TEST(StaticEquilibrium, ConicalPendulumTurnsSteadily) {
-    // cos θ = g/(Ω² l) for a bob; a rigid link on a Universal joint that is carried round.
+    // cos θ = g/(Ω² l) for a bob; a rigid link on a rotating Universal joint.
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
     GeneralForceSubsystem forces(system);
@@ -282,7 +283,7 @@ struct Row {
     std::vector<FlexibleBody> links;
     State state;
 
-    /** @param direction  of all links at first **/
+    /** @param direction  initial direction of all links **/
     Row(int count, const Rotation& direction) {
         Force::Gravity(forces, matter, -YAxis, Gravity);
         const auto part = test::makePointMassPart().body;
@@ -321,8 +322,8 @@ TEST(StaticEquilibrium, ChainStartedLevelHangsInAsManyStepsHoweverLongItIs) {
 }
 
 TEST(StaticEquilibrium, CoordinatesOfJointsBendBodiesAsStaticsDoes) {
-    // One end welded, the other pulled aside: on a carriage, by its coordinate, and at a fixed
-    // point.
+    // One end is welded, the other displaced sideways: on a carriage, by its coordinate, and at a
+    // fixed point.
     struct Bent {
         MultibodySystem system;
         SimbodyMatterSubsystem matter{system};
@@ -365,7 +366,7 @@ TEST(StaticEquilibrium, CoordinatesOfJointsBendBodiesAsStaticsDoes) {
 }
 
 TEST(StaticEquilibrium, ElementsThatHaveLeftTheirRangeAreNamedWhereThereIsNone) {
-    // A bushing of 100 N m/rad holds up to 100 pi N m.
+    // A bushing of 100 N m/rad balances at most 100 pi N m.
     const auto findFailure = [](Real torque) -> std::string {
         MultibodySystem system;
         SimbodyMatterSubsystem matter(system);

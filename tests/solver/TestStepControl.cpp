@@ -1,4 +1,4 @@
-// Starts, restarts and the choice of steps.
+// Starts, restarts and step size control.
 
 #include <gtest/gtest.h>
 
@@ -162,7 +162,7 @@ TEST(NewtonMatrixReuse, SlowIterationsAgeTheMatrix) {
         EXPECT_NEAR(reuse.calcRemaining(), 1.5, 1e-12);  // the geometric series
         reuse.endStep();
     }
-    EXPECT_EQ(steps, 9);  // each counts for six
+    EXPECT_EQ(steps, 9);  // each counts as six
     reuse.noteRate(0.4);
     EXPECT_FALSE(reuse.isSlow());
     reuse.noteRate(0);  // one lucky change promises no more than this
@@ -186,7 +186,7 @@ TEST(Starts, NoStepIsTakenAtOrder1AtTheStartOrAfterHandlers) {
 }
 
 TEST(Starts, AStartCostsAFewStepsOnly) {
-    // Steps grow by at most 2 a step; from the cube root of the accuracy few doublings are needed.
+    // Steps at most double, so from the cube root of the accuracy few doublings are needed.
     const Model calm(false), pushed(true);
     for (Real accuracy : {1e-5, 1e-7, 1e-9}) {
         long steps[2];
@@ -198,7 +198,7 @@ TEST(Starts, AStartCostsAFewStepsOnly) {
             integrator.stepTo(0.98);
             steps[i] = integrator.getStatistics().stepsTaken;
         }
-        // Ten restarts; pushes also make the motion faster.
+        // Ten restarts; the pushes also speed up the motion.
         EXPECT_LT(steps[1], 1.8 * double(steps[0]) + 10 * 6) << "accuracy " << accuracy;
     }
 }
@@ -337,7 +337,7 @@ TEST(StepControl, ErrorFallsMonotonicallyWithTheSlopeOfTheOrder) {
     }
 }
 
-/** Masses on springs, each on a line of its own. **/
+/** Masses on springs, each on its own line. **/
 struct Oscillators {
     explicit Oscillators(int count) {
         for (int i = 0; i < count; ++i) {
@@ -488,7 +488,7 @@ TEST(DefaultOrder, OfTheLongestStepsTheOneOfLeastErrorIsTaken) {
         return bob.getAngle(integrator.getState());
     };
     const Real end = run(1e-12, 0.1);
-    // Errors fall with the steps however far below the accuracy they are.
+    // Errors fall with the step size, no matter how far below the accuracy.
     for (const Real accuracy : {1e-3, 1e-5}) {
         Real last = Infinity;
         for (const Real step : {1e-2, 2.5e-3, 1e-3}) {
@@ -500,8 +500,8 @@ TEST(DefaultOrder, OfTheLongestStepsTheOneOfLeastErrorIsTaken) {
     }
 }
 
-/** A mass on a spring, of which the closed form is known, alone or beside a slower one that swings
-far wider. **/
+/** A mass on a spring with a known closed form, alone or beside a slower one with a much wider
+swing. **/
 struct Neighbours {
     enum class Beside { Nothing, Slower };
     Neighbours(Beside beside, Real width) {
@@ -545,7 +545,7 @@ void expectTheErrorThatItHasAlone() {
     using Norm = ImplicitIntegrator::AccuracyNorm;
     for (const Norm norm : {Norm::Displacement, Norm::StateWeights})
         for (const Real accuracy : {1e-4, 1e-6}) {
-            // So wide that its error is the larger one.
+            // Wide enough that its error dominates.
             const Real width = norm == Norm::Displacement ? 1000 : 3;
             const Neighbours alone(Neighbours::Beside::Nothing, width),
                 together(Neighbours::Beside::Slower, width);
@@ -561,8 +561,9 @@ TEST(ErrorsByPart, AMechanismBesideAnotherHasTheErrorThatItHasAlone) {
     expectTheErrorThatItHasAlone<GeneralizedAlphaIntegrator>();
 }
 
-/** A swing of two links whose end runs on a rod, with a spring; lengths and masses in other units.
- **/
+/** A swing of two links whose end slides on a rod, with a spring; lengths and masses in other
+units.
+**/
 template <class Scheme>
 std::vector<Real> listSteps(Real metre, Real kilogram) {
     MultibodySystem system;
@@ -613,7 +614,7 @@ TEST(ErrorsByPart, OtherUnitsMakeNoOtherSteps) {
 }
 
 /** A rigid and a bending link on a pin and a universal joint, with a disk welded to their end and a
-box on a bushing, `length` times as large as said, but as heavy; under as much more gravity. **/
+box on a bushing. Lengths and gravity are scaled by `length`; masses are not. **/
 struct ScaledLinks {
     explicit ScaledLinks(Real length)
         : L(length),
@@ -687,7 +688,7 @@ TYPED_TEST(UnitsOfLength, ChangeNoStep) {
         return result;
     };
     const Run nominal = run(1);
-    for (const Real length : {1024.0, 1.0 / 1024}) {  // powers of two: round-off is the same
+    for (const Real length : {1024.0, 1.0 / 1024}) {  // powers of two give the same round-off
         const Run other = run(length);
         EXPECT_EQ(other.steps, nominal.steps) << length;
         EXPECT_EQ(other.iterations, nominal.iterations) << length;

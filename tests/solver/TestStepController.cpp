@@ -1,4 +1,4 @@
-// The filter H211b of Söderlind (2003), from its formula and from what it is to do.
+// The filter H211b of Söderlind (2003): its formula and its behaviour.
 
 #include "simflex/solver/integration/StepController.h"
 
@@ -21,7 +21,7 @@ TEST(StepController, FirstRatioRestsOnOneErrorAlone) {
             StepController controller;
             EXPECT_DOUBLE_EQ(controller.calcRatio(error, order, Largest),
                              limit(std::pow(StepController::Target / error, 1.0 / (order + 1))));
-            // So does the first one after a restart.
+            // So does the first step after a restart.
             controller.restart();
             EXPECT_DOUBLE_EQ(controller.calcRatio(error, order, Largest),
                              limit(std::pow(StepController::Target / error, 1.0 / (order + 1))));
@@ -68,7 +68,7 @@ TEST(StepController, ARejectedStepIsTriedWhereItsErrorWouldBeTheOneAimedAt) {
     EXPECT_NEAR(3 * std::pow(ratio, 3), StepController::Target, 1e-12);
     EXPECT_EQ(controller.calcRatioAfterRejection(1.0000001 * StepController::Target, 2), 0.8);
     EXPECT_EQ(controller.calcRatioAfterRejection(1e9, 2), 0.2);
-    // What was before it is forgotten.
+    // The earlier history is discarded.
     EXPECT_DOUBLE_EQ(controller.calcRatio(0.1, 1, Largest), limit(2));
 }
 

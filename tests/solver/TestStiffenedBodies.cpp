@@ -1,5 +1,5 @@
-// Bodies with geometric stiffening in the solver: the same constraints as Simbody's, energy and
-// momentum kept.
+// Bodies with geometric stiffening in the solver: the constraints are Simbody's; energy and
+// momentum are conserved.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ namespace {
 
 using namespace SimTK;
 
-/** Two soft bodies, hinged to each other, free in space. **/
+/** Two soft bodies hinged to each other, free in space. **/
 struct HingedPair {
     explicit HingedPair(double stiffening = 1) {
         PointMassPartOptions options;
@@ -32,7 +32,7 @@ struct HingedPair {
         joint = std::make_unique<Joint::Pin>(flexible, first->interface("B"),
                                              second->interface("A"), "hinge");
         state = system.realizeTopology();
-        // Assembled but for what the integrator takes out.
+        // Assembled except for a small error that the integrator removes.
         const auto place = [&](const char* name) {
             const auto& s = part->getInterface(name).position;
             return Vec3(s[0], s[1], s[2]);
@@ -89,13 +89,13 @@ Drift calcDrift(Real accuracy, BdfIntegrator::BlockForm form) {
     return drift;
 }
 
-// With the arrow, and with every gyroscopic term in J.
+// With the arrow, and with all gyroscopic terms in J.
 TEST(StiffenedBodies, MomentumAndEnergyErrorsFallWithAccuracy) {
     for (const auto form : {BdfIntegrator::BlockForm::Arrow, BdfIntegrator::BlockForm::Dense}) {
         std::vector<Drift> drifts;
         for (Real accuracy : {1e-5, 1e-6, 1e-7, 1e-8}) drifts.push_back(calcDrift(accuracy, form));
         for (size_t i = 1; i < drifts.size(); ++i) {
-            // accuracy^(2/3): a factor 4.6 a decade; 2.5 leaves room for the step size's
+            // accuracy^(2/3): a factor of 4.6 per decade; 2.5 leaves room for the step size's
             // granularity.
             EXPECT_LT(drifts[i].momentum, drifts[i - 1].momentum / 2.5);
             EXPECT_LT(drifts[i].energy, drifts[i - 1].energy / 2.5);
@@ -131,7 +131,7 @@ TEST(StiffenedBodies, SolverHasTheConstraintsThatSimbodyHas) {
         pair.state, equations.getBlocks().calcSimbodyUDot(q.data(), uDot.data()), simbody);
     EXPECT_LT((errors - simbody).normInf(), 1e-12);
 
-    // Velocity errors are linear in u: their differences are G, whose transpose carries λ.
+    // Velocity errors are linear in u: their differences are G, and Gᵀ multiplies λ.
     std::vector<double> lambda(size_t(m), 0), r(size_t(nu), 0);
     equations.calcResidual(q.data(), u.data(), uDot.data(), lambda.data(), r.data());
     NewtonSystem system = equations.getTopology().makeNewtonSystem();
@@ -156,7 +156,7 @@ TEST(StiffenedBodies, SolverHasTheConstraintsThatSimbodyHas) {
     }
 }
 
-// Simbody's own solution, with its own constraints, is the solver's.
+// Simbody's solution with its own constraints equals the solver's.
 TEST(StiffenedBodies, NativeAccelerationsAndMultipliersAreTheSolvers) {
     HingedPair pair;
     for (const bool isEnabled : {true, false, true}) {

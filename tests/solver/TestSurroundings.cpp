@@ -1,5 +1,5 @@
-// The same bits for any number of threads, whatever the caller's arithmetic and however busy the
-// machine.
+// Results are bit-identical for any number of threads, any floating-point mode of the caller and
+// any load on the machine.
 
 #include <gtest/gtest.h>
 #include <omp.h>
@@ -56,15 +56,16 @@ TEST(ArithmeticMode, ThatOfTheCallerHoldsInEveryThreadOfALoopAndNoLonger) {
         }
         collect(after);
         EXPECT_EQ(inside, std::set<unsigned>{ArithmeticMode::Flushing});
-        // Threads that came in between are as the caller was.
+        // Threads created in between have the caller's mode.
         for (const unsigned mode : after)
             EXPECT_TRUE(mode == outside || before.count(mode)) << mode;
         EXPECT_EQ(ArithmeticMode::get(), outside);
     }
 }
 
-/** Links let go at rest in a row: what moves the far ones first is denormal. Flexible bodies beside
-them make work for two threads; the squares of their speeds are denormal. **/
+/** Links released from rest in a row: the forces that first move the far ones are denormal.
+Flexible bodies beside them provide work for two threads; the squares of their speeds are
+denormal. **/
 struct Chain {
     Chain() {
         const Body::Rigid link(MassProperties(1, Vec3(0), Inertia(1)));
@@ -140,8 +141,7 @@ TEST(Surroundings, FunctionsOfTimeAreAskedByOneThread) {
     EXPECT_TRUE(isOnlyCaller);
 }
 
-/** Masses that no one else moves: on a spring, displaced; on one under a faint load; on a faint
-spring. **/
+/** Independent masses: on a spring, displaced; on one under a tiny load; on a tiny spring. **/
 struct Faint {
     explicit Faint(bool hasFaintSpring) {
         for (MobilizedBody* mass : {&displaced, &loaded})
@@ -163,7 +163,7 @@ struct Faint {
     State state;
 };
 
-/** What work() returns, in whatever mode it is called. **/
+/** Compares the results of work() in all modes of the caller. **/
 template <class Work>
 void expectTheSameBitsInAllModes(Work work, const char* what) {
     const std::vector<Real> standard = work();
@@ -204,7 +204,7 @@ TEST(Surroundings, TheCallersArithmeticChangesNoBitOfEquilibriaAndModes) {
         "a stiffness");
     EXPECT_GT(calcLinearization(soft.system, soft.state).K(2, 2), 0);
 
-    // Modes of a pencil whose masses are coupled faintly.
+    // Modes of a pencil whose masses are very weakly coupled.
     Linearization linear = calcLinearization(model.system, model.state);
     linear.K(0, 1) = linear.K(1, 0) = 1e-308;
     linear.K(1, 1) = 150;
@@ -226,7 +226,7 @@ TEST(Surroundings, TheCallersArithmeticChangesNoBitOfEquilibriaAndModes) {
 
 #endif
 
-/** Time of a piece of work for one thread and for many, and what a choice makes of it. **/
+/** Times of a task with one thread and with many, and the time with a ThreadChoice. **/
 struct Machine {
     double alone, many;
     double run(ThreadChoice& choice, int pieces) const {

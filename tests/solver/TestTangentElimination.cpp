@@ -1,4 +1,4 @@
-// Tangent equations of chains and rings, with matrices of random numbers, against dense LU.
+// Tangent equations of chains and rings with random matrices, against dense LU.
 
 #include "simflex/solver/equilibrium/TangentElimination.h"
 
@@ -20,7 +20,8 @@ using ::Eigen::MatrixXd;
 using ::Eigen::VectorXd;
 using Number = std::complex<double>;
 
-/** Flexible bodies, each held to the one before by a ball; the last one of a ring to Ground. **/
+/** Flexible bodies, each attached to the previous one by a ball; in a ring, the last one also to
+Ground. **/
 struct Mechanism {
     SimTK::MultibodySystem system;
     SimTK::SimbodyMatterSubsystem matter{system};
@@ -48,7 +49,7 @@ void realizeAt(Evaluation& equations, const SimTK::State& state) {
     point.resize(topology.numQ, topology.numU, topology.numMultipliers, topology.numZ);
     equations.getBlocks().getFromState(state, point.q.data(), point.u.data());
     equations.realize(0, point.q.data(), point.u.data());
-    VectorXd residual(topology.numU);  // which the mass matrix is formed after
+    VectorXd residual(topology.numU);  // the residual must precede the mass matrix
     equations.calcResidual(point.q.data(), point.u.data(), point.uDot.data(), point.lambda.data(),
                            residual.data());
 }
@@ -67,7 +68,7 @@ Matrix makeRandom(Index rows, Index columns, unsigned seed) {
     return matrix;
 }
 
-/** The blocks of a matrix between neighbours; all else becomes zero in both. **/
+/** Extracts the blocks of a matrix between neighbours and zeroes all other entries in both. **/
 template <class Scalar, class Matrix>
 BlockMatrix<Scalar> takeBlocks(const BlockGraph& graph, Matrix& dense) {
     BlockMatrix<Scalar> blocks(graph);
@@ -126,7 +127,7 @@ void compareWithDense(int numBodies, bool isRing, bool isSymmetric) {
         EXPECT_LT((f - expected.head(n)).norm(), 1e-7 * expected.head(n).norm());
         EXPECT_LT((g - expected.tail(m)).norm(), 1e-7 * expected.tail(m).norm());
     }
-    // Forces alone, several at a time.
+    // Several columns of forces only.
     Matrix F = makeRandom<Matrix>(n, 3, 4), right = Matrix::Zero(n + m, 3);
     right.topRows(n) = F;
     elimination.solveEach(F);
@@ -189,7 +190,7 @@ TEST(TangentElimination, ClosesJoints) {
     MatrixXd X = open;
     elimination.close(X);
     EXPECT_LT((G * X).norm(), 1e-7 * (G * open).norm());
-    // With A = 1 by the shortest way: the orthogonal projection.
+    // With A = 1 it is the orthogonal projection.
     const MatrixXd projected = open - G.transpose() * (G * G.transpose()).ldlt().solve(G * open);
     EXPECT_LT((X - projected).norm(), 1e-7 * open.norm());
 }

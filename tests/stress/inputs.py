@@ -90,7 +90,7 @@ def write_nastran_bar(path: Path) -> None:
 
 
 def write_matrices(folder: Path) -> None:
-    """The corners of a box with a spring between any two and a mass at each, as every kind of file has them."""
+    """The corners of a box with a spring between any two and a mass at each, in every file format."""
     nodes = np.array(list(itertools.product((0, 0.1), (0, 0.2), (0, 0.3))))
     stiffness, mass = np.zeros((24, 24)), np.eye(24)
     for i, j in itertools.combinations(range(8), 2):
@@ -154,7 +154,7 @@ def write_tests(folder: Path) -> None:
 
 
 def stop_run(folder: Path) -> None:
-    """Leaves what a run has that was killed on its way."""
+    """Leaves the files of a killed run."""
     (folder / "long.yaml").write_text(MODEL.replace("duration: 0.1, interval: 0.05", "duration: 40, interval: 0.05")
                                       + "output: {checkpoint: 0.01}\nsolver: {accuracy: 1e-9}\n")
     process = subprocess.Popen([os.environ["SIMFLEX_PROGRAM"], *"run long.yaml -q --no-pictures -o stopped.h5".split()], cwd=folder)
@@ -166,7 +166,7 @@ def stop_run(folder: Path) -> None:
 
 
 SCENE = "run scene.yaml -q --no-pictures --animation scene.glb -o a.h5 --set bodies.weight.shape.mesh="
-# Name of the file, what reads it, whether it has a checksum.
+# Name of the file, its reader, whether it has a checksum.
 READERS = [
     ("model.yaml", "run model.yaml --check", False),
     ("model.yaml", "run model.yaml -q --no-pictures -o a.h5", False),
@@ -258,7 +258,7 @@ def prepare(shared: Path) -> None:
 
 
 def copy_files(shared: Path, folder: Path) -> None:
-    """A folder as cases have it."""
+    """A folder set up like those of cases."""
     (folder / "tmp").mkdir(parents=True)
     for path in shared.iterdir():
         if path.is_file():
@@ -266,7 +266,7 @@ def copy_files(shared: Path, folder: Path) -> None:
 
 
 def read_outputs(folder: Path, ended: subprocess.CompletedProcess) -> list:
-    """What a command has printed and written, without checksums and sizes of what it has read."""
+    """A command's output and files, without checksums and sizes of its inputs."""
     outputs = [re.sub(r", [\d.]+ [kM]?B\n", "\n", ended.stdout)]
     for file in [folder / name for name in ("a.h5", "stopped.h5", "figure.csv")]:
         content = read_content(file) if file.exists() else {}
@@ -277,7 +277,7 @@ def read_outputs(folder: Path, ended: subprocess.CompletedProcess) -> list:
 
 
 def check_scene(folder: Path, outcome: harness.Outcome) -> None:
-    """Reads the animation that a run of scene.yaml has left, and writes it back as a surface that moves alike."""
+    """Reads the animation of a run of scene.yaml, and writes it back as a surface with the same motion."""
     scenes = list(folder.glob("*.glb"))
     outcome.counts["scenes read"] += len(scenes)
     for path in scenes:

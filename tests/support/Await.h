@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Waiting for other processes and threads, with an end. **/
+Bounded waiting for other processes and threads. **/
 
 #include <functional>
 #include <string>
@@ -8,16 +8,16 @@ Waiting for other processes and threads, with an end. **/
 namespace simflex {
 namespace testing {
 
-/** Waits until `isSo`, for two minutes at most: long enough for a machine with much to do.
-@returns false, and the test has failed with `what` was waited for, if it never is so. **/
+/** Waits until `isSo` returns true, for at most two minutes (enough for a busy machine).
+@returns false if it never does; the test then fails with a message that names `what`. **/
 bool await(const std::string& what, const std::function<bool()>& isSo);
 
-/** Starts `work` in a process of its own, whose exit status is what it returns, or 99 if it throws:
-what is thrown must not go on into GoogleTest, which would run the other tests a second time.
-@returns the process. **/
+/** Runs `work` in a child process whose exit status is the return value of `work`, or 99 if it
+throws. An exception must not reach GoogleTest, which would run the remaining tests a second time.
+@returns the process id. **/
 int startChild(const std::function<int()>& work);
 
-/** Whether a child process has ended; its status can still be waited for. **/
+/** Whether a child process has ended. Its status can still be waited for. **/
 bool hasEnded(int child);
 
 }  // namespace testing

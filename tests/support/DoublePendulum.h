@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Two soft links of five and six modes on ball joints under gravity; the second starts to swing out of
-the plane. Soft enough for explicit integrators. **/
+Two soft links with five and six modes on ball joints under gravity. The second link starts to swing
+out of the plane. The links are soft enough for explicit integrators. **/
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
@@ -9,20 +9,20 @@ the plane. Soft enough for explicit integrators. **/
 
 namespace simflex::test {
 
-/** Natural frequencies from 6 to 25 Hz. **/
+/** Makes a part with natural frequencies from 6 to 25 Hz. **/
 PointMassPart makeSoftPart(unsigned seed, int numModes);
 
 struct DoublePendulum {
     DoublePendulum();
 
-    /** Ready for Simbody's integrators. **/
+    /** Returns a State ready for Simbody's integrators. **/
     SimTK::State makeState();
 
-    /** @name Where the ends of both links are at 0.1, 0.2 and 0.3 s [m]. **/
+    /** @name End positions of both links at 0.1, 0.2 and 0.3 s [m] **/
     /**@{**/
-    /** By block elimination. @param order  largest of BDF **/
+    /** With block elimination. @param order  largest BDF order **/
     SimTK::Vector runBdf(const SimTK::State& state, SimTK::Real accuracy, int order) const;
-    /** By one of Simbody's integrators. **/
+    /** With one of Simbody's integrators. **/
     template <class Integrator>
     SimTK::Vector runNatively(const SimTK::State& state, SimTK::Real accuracy) const;
     /**@}**/

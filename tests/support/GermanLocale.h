@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-While it lives, numbers are written "1.234,5": by streams that are made, and by printf where the C
-library's German locale can be made. **/
+During its lifetime, numbers are written as "1.234,5": by new streams, and by printf if the C
+library's German locale can be generated. **/
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace simflex::test {
 
 class GermanLocale {
 public:
-    /** @param folder  the test's own, for the C library's locale **/
+    /** @param folder  a folder of the test, for the C library's locale **/
     explicit GermanLocale(const std::string& folder)
         : _before(std::locale::global(std::locale(std::locale::classic(), new Numbers))) {
         const std::string command =
@@ -34,7 +34,7 @@ public:
     GermanLocale(const GermanLocale&) = delete;
     GermanLocale& operator=(const GermanLocale&) = delete;
 
-    /** Whether printf writes so, too. **/
+    /** Whether printf uses the German format, too. **/
     bool hasC() const { return _hasC; }
 
 private:

@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-Memory that a program holds, as its heap counts it: other programs have no influence. **/
+Memory use of the program as counted by its heap, unaffected by other programs. **/
 
 #include <cstddef>
 
 namespace simflex {
 namespace testing {
 
-/** Allocated and not freed, by all threads [bytes]; 0 where a sanitizer brings a heap of its own,
-which looks for leaks itself. **/
+/** Returns the bytes that all threads have allocated and not freed. Returns 0 under a sanitizer,
+which brings its own heap and looks for leaks itself. **/
 std::size_t getHeapUse();
 
 }  // namespace testing

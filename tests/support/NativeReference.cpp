@@ -61,7 +61,7 @@ NativeReference calcNativeReference(const SimTK::MultibodySystem& system,
     const Vector mobilityForces = system.getMobilityForces(now, Stage::Dynamics);
     const int nu = now.getNU();
 
-    // Inertia of the frame and carriers as Simbody has it, to be replaced.
+    // Simbody's own inertia of frame and carriers, which is replaced below.
     const Vector_<SpatialVec> noForces(matter.getNumBodies(), SpatialVec(Vec3(0), Vec3(0)));
     const auto calcResidual = [&](const Vector& uDot) {
         Vector own, applied, inertia;
@@ -76,7 +76,8 @@ NativeReference calcNativeReference(const SimTK::MultibodySystem& system,
                 motion.omegaDot_B[a] = uDot[speeds[size_t(a)]];
                 motion.vDot_G[a] = uDot[speeds[size_t(3 + a)]];
             }
-            motion.omegaDot_B = motion.R_GB.transpose() * motion.omegaDot_B;  // was in Ground
+            motion.omegaDot_B =
+                motion.R_GB.transpose() * motion.omegaDot_B;  // converts from Ground
             for (int i = 0; i < n; ++i) motion.xiDotDot[i] = uDot[speeds[size_t(6 + i)]];
             VectorXd forces = calcInertiaForces(item.part, motion);
             forces.head<3>() = motion.R_GB * forces.head<3>();
@@ -96,7 +97,7 @@ NativeReference calcNativeReference(const SimTK::MultibodySystem& system,
         return toVectorXd(errors);
     };
 
-    // Unknown accelerations on top of the known ones.
+    // Unknown accelerations; the known ones are in `base`.
     std::vector<int> unknown;
     Vector base(nu, 0.0);
     for (MobilizedBodyIndex b(1); b < matter.getNumBodies(); ++b) {

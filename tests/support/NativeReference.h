@@ -25,19 +25,20 @@ struct NativeReference {
     Eigen::VectorXd uDot, multipliers;
 };
 
-/** The motion of a body in a State realized to Stage::Velocity; accelerations zero. **/
+/** Returns the motion of a body in a State realized to Stage::Velocity, with zero
+accelerations. **/
 PointMassMotion getMotion(const FlexibleMasses& body, const SimTK::State& state);
 
-/** Speeds that a lock or Motion knows keep the accelerations in `known`. Multipliers are those of
-least norm. No forces of simflex's own elements are in it but those of `bodies`.
+/** Speeds prescribed by a lock or Motion keep the accelerations in `known`. Multipliers are the
+minimum-norm ones. Forces of simflex's own elements are left out, except those of `bodies`.
 @param state  realized to Stage::Velocity **/
 NativeReference calcNativeReference(const SimTK::MultibodySystem& system,
                                     const FlexibleBodySubsystem& flexible,
                                     const std::vector<FlexibleMasses>& bodies,
                                     const SimTK::State& state, const SimTK::Vector& known);
 
-/** Rate of the system's kinetic energy by Simbody's accelerations alone: the power of all forces,
-velocity-dependent ones included [W]. **/
+/** Returns the rate of the system's kinetic energy from Simbody's accelerations alone [W]: the
+power of all forces, including velocity-dependent ones. **/
 SimTK::Real calcPowerOfForces(const FlexibleBodySubsystem& flexible, const SimTK::State& state);
 
 }  // namespace simflex::test

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-A NewtonSystem as one matrix, and its solution without elimination over bodies: the reference for
-BlockElimination. Real or complex.
+Assembles a NewtonSystem into one matrix and solves it without elimination over bodies: the
+reference for BlockElimination. Real or complex.
 
     A x = b,   x = [Δu₁; Δu₂; …; Δλ],   b = −[r₁; r₂; …; c]
 
@@ -20,36 +20,36 @@ using MatrixOf = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 template <class Scalar>
 using VectorOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 
-/** J_b of one block, dense: an arrow's head, coupling, its transpose and the diagonal written out.
- * **/
+/** Returns J_b of one block as a dense matrix. For an arrow, head, coupling, its transpose and
+diagonal are written out. **/
 template <class Scalar>
 MatrixOf<Scalar> assembleBlock(const BasicNewtonSystem<Scalar>& system,
                                const typename BasicNewtonSystem<Scalar>::Block& block);
 
-/** G_bᵀ of one block, n×m. **/
+/** Returns G_bᵀ of one block, n×m. **/
 template <class Scalar>
 Eigen::MatrixXd assembleGt(const BasicNewtonSystem<Scalar>& system, const NewtonBlock& block);
 
-/** The whole matrix A. **/
+/** Returns the whole matrix A. **/
 template <class Scalar>
 MatrixOf<Scalar> assembleDense(const BasicNewtonSystem<Scalar>& system);
 
-/** The whole matrix A, compressed, zeros left out. **/
+/** Returns the whole matrix A in compressed form without zeros. **/
 Eigen::SparseMatrix<double> assembleSparse(const NewtonSystem& system);
 
-/** A x, block by block: for systems too large to write out. **/
+/** Returns A x, computed block by block for systems too large to assemble. **/
 template <class Scalar>
 VectorOf<Scalar> multiply(const BasicNewtonSystem<Scalar>& system, const VectorOf<Scalar>& x);
 
-/** b = −[r; c]. **/
+/** Returns b = −[r; c]. **/
 template <class Scalar>
 VectorOf<Scalar> assembleRightHandSide(const BasicNewtonSystem<Scalar>& system);
 
-/** x by LU with partial pivoting of the dense A. **/
+/** Returns x by dense LU with partial pivoting. **/
 template <class Scalar>
 VectorOf<Scalar> solveDense(const BasicNewtonSystem<Scalar>& system);
 
-/** x of least norm by a complete orthogonal decomposition: for redundant constraints. **/
+/** Returns the minimum-norm x by complete orthogonal decomposition, for redundant constraints. **/
 template <class Scalar>
 VectorOf<Scalar> solveLeastNorm(const BasicNewtonSystem<Scalar>& system);
 

@@ -17,7 +17,7 @@ Matrix3Xd multiplyModes(const PointMassPart& part, const VectorXd& coordinates) 
     return Map<const Matrix3Xd>(field.data(), 3, numNodes);
 }
 
-/** Locations of the masses from B's origin, in B. **/
+/** Returns the locations of the masses relative to B's origin, in B. **/
 Matrix3Xd calcArms(const PointMassPart& part, const PointMassMotion& motion) {
     const Mesh& mesh = part.body->mesh;
     return Map<const Matrix3Xd>(mesh.positions.data(), 3, mesh.numNodes()) +

@@ -1,9 +1,10 @@
 #pragma once
 /** @file
-Motion of a PointMassPart's masses, for sums that know nothing of modal invariants.
+Motion of a PointMassPart's masses, for sums that do not use modal invariants.
 
-    location p + R(s + Φξ),  velocity v + R(ω×r + Φξ̇),  acceleration v̇ + R(ω̇×r + ω×(ω×r) + 2ω×Φξ̇ +
-Φξ̈)
+    location      p + R(s + Φξ)
+    velocity      v + R(ω×r + Φξ̇)
+    acceleration  v̇ + R(ω̇×r + ω×(ω×r) + 2ω×Φξ̇ + Φξ̈)
 
 with r = s + Φξ; ω, ω̇ in B; p, v, v̇ in Ground. **/
 
@@ -18,8 +19,8 @@ struct PointMassMotion {
     /** At rest, undeformed, B on Ground. **/
     explicit PointMassMotion(int numModes);
 
-    /** Everything random: pose and velocities of order 1, |ξ| of order `deformation`, |ξ̇| and |ξ̈|
-     * of order 1. **/
+    /** Returns a random motion: pose, velocities, |ξ̇| and |ξ̈| of order 1, |ξ| of order
+    `deformation`. **/
     static PointMassMotion makeRandom(int numModes, unsigned seed, double deformation = 0.05);
 
     int numModes() const { return int(xi.size()); }
@@ -39,11 +40,11 @@ Eigen::Vector3d calcLinearMomentum(const PointMassPart& part, const PointMassMot
 /** About Ground's origin. **/
 Eigen::Vector3d calcAngularMomentum(const PointMassPart& part, const PointMassMotion& motion);
 
-/** d'Alembert: virtual power Σm a·δv for each of the virtual velocities [ω_B (3), v_G (3), ξ̇
- * (n_f)]. **/
+/** Returns the virtual power Σm a·δv (d'Alembert) for each of the virtual velocities [ω_B (3), v_G
+(3), ξ̇ (n_f)]. **/
 Eigen::VectorXd calcInertiaForces(const PointMassPart& part, const PointMassMotion& motion);
 
-/** A vector of `size` random numbers between ±largest. **/
+/** Returns a vector of `size` random numbers between ±largest. **/
 Eigen::VectorXd makeRandomVector(int size, double largest, std::mt19937& random);
 
 }  // namespace simflex::test

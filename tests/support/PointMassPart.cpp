@@ -47,8 +47,8 @@ Mesh makeBrick(const PointMassPartOptions& options, std::mt19937& random) {
     return mesh;
 }
 
-/** Smooth random fields at the nodes (rows 3k …) and, below, half their curls at the interface
- * nodes. **/
+/** Returns smooth random fields at the nodes (rows 3k …) and, in the rows below, half their curls
+at the interface nodes. **/
 MatrixXd makeSmoothFields(const Matrix3Xd& s, const std::vector<int>& seats, int count,
                           double length, std::mt19937& random) {
     std::uniform_real_distribution<double> unit(-1, 1);
@@ -69,8 +69,8 @@ MatrixXd makeSmoothFields(const Matrix3Xd& s, const std::vector<int>& seats, int
     return fields;
 }
 
-/** Takes the rigid motions out of the fields and makes them mass-orthonormal, by Gram-Schmidt in
- * two passes. **/
+/** Removes the rigid motions from the fields and makes them mass-orthonormal, by Gram-Schmidt in
+two passes. **/
 void orthonormalize(const Matrix3Xd& s, const VectorXd& nodalMass, int numSeats, MatrixXd& fields) {
     const int numNodes = int(s.cols()), rows = 3 * numNodes;
     MatrixXd basis = MatrixXd::Zero(fields.rows(), 6 + fields.cols());
@@ -133,7 +133,7 @@ void sumInvariants(const VectorXd& m, const Matrix3Xd& s, const MatrixXd& Phi, R
     }
 }
 
-/** Nodes of least and greatest x first, then others spread over the mesh. **/
+/** Chooses the nodes of least and greatest x first, then others spread over the mesh. **/
 std::vector<int> chooseSeats(const Matrix3Xd& s, int count) {
     std::vector<int> order(s.cols());
     for (int k = 0; k < s.cols(); ++k) order[k] = k;
@@ -155,7 +155,7 @@ std::vector<int> neighboursOf(const Mesh& mesh, int node) {
     return {nodes.begin(), nodes.end()};
 }
 
-/** Six random symmetric matrices. **/
+/** Returns six random symmetric matrices. **/
 std::array<std::vector<double>, 6> makeRandomStiffness(int n, double size, std::mt19937& random) {
     std::uniform_real_distribution<double> entry(-size, size);
     std::array<std::vector<double>, 6> result;
@@ -182,7 +182,7 @@ PointMassPart makePointMassPart(const PointMassPartOptions& options) {
         throw std::invalid_argument(
             "makePointMassPart: too few nodes for the modes or interfaces asked for");
 
-    // Masses, and positions from their centre.
+    // Masses, and positions relative to the centre of mass.
     VectorXd m(numNodes);
     for (int k = 0; k < numNodes; ++k) m[k] = 0.5 + unit(random);
     m *= options.mass / m.sum();
@@ -192,7 +192,6 @@ PointMassPart makePointMassPart(const PointMassPartOptions& options) {
     VectorXd nodalMass(3 * numNodes);
     for (int k = 0; k < numNodes; ++k) nodalMass.segment<3>(3 * k).setConstant(m[k]);
 
-    // Mode shapes.
     const std::vector<int> seats = chooseSeats(s, options.numInterfaces);
     const double length = *std::max_element(options.size.begin(), options.size.end());
     MatrixXd fields = makeSmoothFields(s, seats, n, length, random);

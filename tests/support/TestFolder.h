@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A folder of a test's own: others may run the same test at the same time. **/
+A private folder for a test. Several instances of one test may run at the same time. **/
 
 #include <string>
 #include <vector>
@@ -8,7 +8,7 @@ A folder of a test's own: others may run the same test at the same time. **/
 namespace simflex {
 namespace testing {
 
-/** A folder of a test's own, removed at the end. While it lives, $TMPDIR points into it. **/
+/** A private folder that the destructor removes. During its lifetime $TMPDIR points into it. **/
 class TestFolder {
 public:
     TestFolder();
@@ -19,10 +19,10 @@ public:
     std::string operator/(const std::string& name) const { return _path + "/" + name; }
     const std::string& path() const { return _path; }
 
-    /** @returns the path of a new folder in it. **/
+    /** Makes a subfolder. @returns its path. **/
     std::string makeFolder(const std::string& name) const;
 
-    /** What simflex left behind in $TMPDIR: nothing, one hopes. **/
+    /** Returns the files that simflex left in $TMPDIR; there should be none. **/
     std::vector<std::string> listTemporaryFiles() const;
 
 private:
@@ -32,7 +32,7 @@ private:
 std::string readText(const std::string& path);
 void writeText(const std::string& path, const std::string& text);
 
-/** Names of the files of a folder, sorted; none if there is no such folder. **/
+/** Returns the sorted file names in a folder; none if the folder does not exist. **/
 std::vector<std::string> listFiles(const std::string& folder);
 
 }  // namespace testing

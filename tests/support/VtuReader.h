@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Reads a .vtu with appended raw data, as VTK's file format document describes it: by the tags and the
-offsets they give, with no knowledge of the writer. Little-endian machines. **/
+Reads a .vtu file with appended raw data according to VTK's file format document: it follows the
+tags and their offsets and assumes nothing about the writer. Little-endian machines. **/
 
 #include <cstdint>
 #include <cstring>
@@ -21,12 +21,12 @@ struct VtuArray {
     std::vector<double> values;
 };
 
-/** Arrays by name; throws where the file is not what it says. **/
+/** Arrays by name. Reading throws if the file is inconsistent. **/
 struct VtuContent {
     std::string xml;  ///< everything but the binary data
     int numPoints = 0, numCells = 0;
     std::map<std::string, VtuArray> arrays;
-    std::map<std::string, std::string> texts;  ///< codes of the string arrays
+    std::map<std::string, std::string> texts;  ///< character codes of the string arrays
 
     const VtuArray& operator[](const std::string& name) const { return arrays.at(name); }
 };

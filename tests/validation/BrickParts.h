@@ -9,9 +9,9 @@ Bricks along x as reduced parts. **/
 
 namespace simflex::test {
 
-/** Reduced with interfaces "left" (x = 0) and "right" at the middles of the end faces.
-@param numModes       Craig–Bampton: 12 of the interfaces and the normal ones
-@param hasStiffening  asks for geometric stiffness **/
+/** Reduces a brick with interfaces "left" (x = 0) and "right" at the centres of the end faces.
+@param numModes       Craig–Bampton modes: 12 for the interfaces plus the normal modes
+@param hasStiffening  computes geometric stiffness **/
 std::shared_ptr<const ReducedBody> reduceBrick(const simflex::testing::Brick& brick, int numModes,
                                                TieType tie = TieType::Rigid,
                                                bool hasStiffening = false);

@@ -53,7 +53,7 @@ FreeDecay::History FreeDecay::run(Real numPeriods, Real accuracy) {
     state.setTime(0);
     equilibrium.solve(state);
     state = equilibrium.getState();
-    state.setTime(1e-12);  // let go
+    state.setTime(1e-12);  // released
     GeneralizedAlphaIntegrator integrator(m_model.system);
     integrator.setAccuracy(accuracy);
     integrator.initialize(state);
@@ -72,7 +72,7 @@ FreeDecay::History FreeDecay::run(Real numPeriods, Real accuracy) {
 double recoverDampingRatio(const FreeDecay::History& history) {
     std::vector<double> peaks;
     for (size_t k = 50; k + 50 < history.tip.size(); ++k) {
-        // Highest within half a period on both sides: what else swings is small.
+        // Highest within half a period on both sides: other oscillations are small.
         const auto begin = history.tip.begin();
         if (std::max_element(begin + long(k) - 50, begin + long(k) + 50) != begin + long(k))
             continue;

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-A clamped beam with damping in proportion to its stiffness, D = βK: pulled aside by its tip and let
-go, it decays with ζ = ½βω whatever holds it. **/
+A clamped beam with stiffness-proportional damping, D = βK. Deflected at its tip and released, it
+decays with ζ = ½βω. **/
 
 #include "simflex/forces/AttachmentForce.h"
 #include "validation/Cantilever.h"
@@ -15,21 +15,21 @@ public:
     /** @param ratio  ζ of the lowest mode **/
     explicit FreeDecay(SimTK::Real ratio);
 
-    /** Of Euler and Bernoulli, lowest [rad/s]. **/
+    /** Returns the lowest Euler-Bernoulli frequency [rad/s]. **/
     static SimTK::Real calcFrequency();
 
     struct History {
         std::vector<double> time, tip;  ///< [s, m]
     };
-    /** By generalized-α. **/
+    /** Runs with generalized-α. **/
     History run(SimTK::Real numPeriods, SimTK::Real accuracy);
 
 private:
     Cantilever m_model;
 };
 
-/** ζ by the logarithmic decrement between the fourth upper peak and the last:
-by then the higher modes, which the pull excites by 3 %, are gone. **/
+/** Returns ζ by the logarithmic decrement between the fourth upper peak and the last. By then the
+higher modes, initially excited by 3 %, have decayed. **/
 double recoverDampingRatio(const FreeDecay::History& history);
 
 }  // namespace simflex::test

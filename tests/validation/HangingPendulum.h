@@ -22,7 +22,7 @@ struct HangingPendulum {
     explicit HangingPendulum(const std::shared_ptr<const ReducedBody>& part)
         : body(flexible, part), pin(flexible, matter.Ground(), body.interface("left"), "pin") {}
 
-    /** At rest, undeformed, `angle` away from hanging. **/
+    /** Returns a State at rest, undeformed, `angle` away from hanging. **/
     SimTK::State makeState(SimTK::Real angle) {
         SimTK::State state = system.realizeTopology();
         body.setPoseByInterface(
@@ -30,7 +30,7 @@ struct HangingPendulum {
         return state;
     }
 
-    /** Of small swings if it were rigid, √(mgd/I) [rad/s]. **/
+    /** Returns the frequency of small swings of the rigid pendulum, √(mgd/I) [rad/s]. **/
     SimTK::Real calcRigidFrequency() const {
         const ReducedBody& part = body.getPart();
         const SimTK::Real d = -part.interfaces[0].position[0];

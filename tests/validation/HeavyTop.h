@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A heavy top whose stem bends: a disc on a beam that stands on a ball joint. On a stiff stem it is
+A heavy top with a flexible stem: a disc on a beam on a ball joint. With a stiff stem it is
 Lagrange's top; J₃ is its moment of inertia along the stem, J₁ across it, about the foot. **/
 
 #include "simflex/body/FlexibleBody.h"
@@ -9,7 +9,7 @@ Lagrange's top; J₃ is its moment of inertia along the stem, J₁ across it, ab
 
 namespace simflex::test {
 
-/** Stem along x of its body; the vertical is y. **/
+/** The stem is along x of its body; the vertical is y. **/
 class HeavyTop {
 public:
     static constexpr SimTK::Real Gravity = 9.81, Length = 0.2, Spin = 300;
@@ -18,28 +18,28 @@ public:
     /** @param stiffening  factor on the stem's stiffness **/
     explicit HeavyTop(SimTK::Real stiffening);
 
-    /** In steady precession as if rigid. **/
+    /** Returns a State of steady precession as a rigid top. **/
     SimTK::State makeSteadyState();
-    /** Spinning about the stem, which is let go at rest. **/
+    /** Returns a State spinning about the stem, which is released from rest. **/
     SimTK::State makeReleasedState();
 
-    /** Of the disc, from the foot. **/
+    /** Returns the disc's position relative to the foot. **/
     SimTK::Vec3 calcDisc(const SimTK::State& state) const;
-    /** Of the disc about the vertical [rad]. **/
+    /** Returns the disc's azimuth about the vertical [rad]. **/
     SimTK::Real calcAzimuth(const SimTK::State& state) const;
 
-    /** Angular velocity of the disc along its own axis [rad/s]. **/
+    /** Returns the angular velocity of the disc about its own axis [rad/s]. **/
     SimTK::Real calcSpin(const SimTK::State& state) const;
 
-    /** @name Of the rigid top **/
+    /** @name Quantities of the rigid top **/
     /**@{**/
-    /** J₃, J₁ [kg m²]; mass × distance of its centre [kg m]. **/
+    /** Returns J₃, J₁ [kg m²] and mass × distance of the mass centre [kg m]. **/
     static SimTK::Vec3 calcRigidProperties();
-    /** Mass × gravity × distance of its centre [J]. **/
+    /** Returns mass × gravity × distance of the mass centre [J]. **/
     static SimTK::Real calcWeightMoment();
-    /** The slower rate of steady precession: J₁Ω²cos θ − J₃ω₃Ω + mgd = 0. **/
+    /** Returns the slower rate of steady precession: J₁Ω²cos θ − J₃ω₃Ω + mgd = 0. **/
     static SimTK::Real calcPrecession();
-    /** Tilt at which a stem let go turns up again, where u = cos θ meets
+    /** Returns the tilt at which a released stem rises again, where u = cos θ satisfies
     (1 − u²) 2mgd/J₁ = (J₃ω₃/J₁)² (cos θ₀ − u). **/
     static SimTK::Real calcLowestTilt();
     /**@}**/

@@ -31,7 +31,7 @@ std::vector<double> calcFlapFrequencies(double eta, double radius, int count) {
     using ::Eigen::MatrixXd;
     using ::Eigen::VectorXd;
     constexpr int NumPoints = 80, NumShapes = 16;
-    // Gauss's points are the eigenvalues of Jacobi's matrix.
+    // Gauss points are the eigenvalues of the Jacobi matrix.
     MatrixXd jacobi = MatrixXd::Zero(NumPoints, NumPoints);
     for (int i = 1; i < NumPoints; ++i)
         jacobi(i, i - 1) = jacobi(i - 1, i) = i / std::sqrt(4.0 * i * i - 1);
@@ -40,7 +40,7 @@ std::vector<double> calcFlapFrequencies(double eta, double radius, int count) {
     for (int i = 0; i < NumPoints; ++i) {
         const double t = gauss.eigenvalues()[i], x = (t + 1) / 2,
                      weight = square(gauss.eigenvectors()(0, i));
-        VectorXd p(NumShapes), d(NumShapes), dd(NumShapes);  // of t
+        VectorXd p(NumShapes), d(NumShapes), dd(NumShapes);  // functions of t
         for (int k = 0; k < NumShapes; ++k) {
             p[k] = k == 0 ? 1 : k == 1 ? t : ((2 * k - 1) * t * p[k - 1] - (k - 1) * p[k - 2]) / k;
             d[k] = k == 0 ? 0 : k == 1 ? 1 : d[k - 2] + (2 * k - 1) * p[k - 1];

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A cantilever turned steadily about its root, zero hub radius, and its small motions.
+A cantilever rotated steadily about its root, zero hub radius, and its small motions.
 
     η = Ω √(mL⁴/EI),   λ = ω √(mL⁴/EI)
 
@@ -13,8 +13,8 @@ beams, J. Appl. Mech. 49 (1982) 197–202. **/
 
 namespace simflex::test {
 
-/** λ of flap, first and second; in the plane of rotation the centrifugal force turns with the beam:
-λ² is η² less. **/
+/** λ of the first and second flap modes. In the plane of rotation the centrifugal force rotates
+with the beam, which reduces λ² by η². **/
 struct WrightRow {
     double eta;
     double lambda[2];
@@ -23,24 +23,23 @@ constexpr WrightRow kWrightTable[] = {{0, {3.5160, 22.0345}}, {1, {3.6816, 22.18
                                       {2, {4.1373, 22.6149}}, {4, {5.5850, 24.2733}},
                                       {8, {9.2568, 29.9954}}, {12, {13.1702, 37.6031}}};
 
-/** Two sections that differ a little: flap and lag never coincide at rest. **/
+/** The two section depths differ slightly: flap and lag never coincide at rest. **/
 BeamOptions getRotatingCantileverOptions();
 const std::shared_ptr<const ReducedBody>& getRotatingCantileverPart();
 
-/** √(EI/mL⁴) [rad/s] for bending that moves the section along its side `depth`. **/
+/** Returns √(EI/mL⁴) [rad/s] for bending that moves the section along its side `depth`. **/
 double calcFrequencyUnit(double depth);
 
-/** λ of the first `count` flap modes of Euler and Bernoulli's beam, by Ritz's method with
-Legendre's polynomials. @param radius  of the hub, of the length **/
+/** Returns λ of the first `count` flap modes of an Euler-Bernoulli beam, by the Ritz method with
+Legendre polynomials. @param radius  hub radius over length **/
 std::vector<double> calcFlapFrequencies(double eta, double radius, int count);
 
 struct RotatingModes {
     std::vector<Eigenmode> all;
     std::vector<double> flap, lag;  ///< [rad/s], ascending
 };
-/** Modes about the steady rotation that its drive asks for, by StaticEquilibrium and
-calcEigenmodes(). Flap is where the
-tip moves along the axis.
+/** Returns modes about the steady rotation of its drive, by StaticEquilibrium and calcEigenmodes().
+In flap modes the tip moves along the axis.
 @param speed  [rad/s]
 @param hubRadius  of the root [m] **/
 RotatingModes calcRotatingModes(const std::shared_ptr<const ReducedBody>& part, double speed,

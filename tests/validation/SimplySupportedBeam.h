@@ -42,7 +42,7 @@ struct SimplySupportedBeam {
         equilibrium.solve(state);
     }
 
-    /** Where the node is in the undeformed beam, from "left" [m]. **/
+    /** Returns the undeformed position of a node from "left" [m]. **/
     SimTK::Vec3 calcUndeformedNode(int node) const {
         const ReducedBody& part = beam.getPart();
         const auto& numbers = part.mesh.nodeNumbers;
@@ -51,7 +51,7 @@ struct SimplySupportedBeam {
         return {s[0] - left[0], s[1] - left[1], s[2] - left[2]};
     }
 
-    /** (torque, force) of a support on the beam, at its point of the beam, in Ground. **/
+    /** Returns (torque, force) of a support on the beam, at its point of the beam, in Ground. **/
     SimTK::SpatialVec calcReaction(const Joint& joint) const {
         return joint.calcReaction(equilibrium.getState(), equilibrium.getMultipliers(joint),
                                   Joint::Side::M, Joint::Side::M);

@@ -3,7 +3,7 @@
 Spin-up of a flexible beam. J. C. Simo, L. Vu-Quoc, On the dynamics of flexible beams under large
 overall motions – the plane case, J. Appl. Mech. 53 (1986) 849–863.
 
-A beam of 10 m is turned about its root, from rest to 6 rad/s in 15 s. **/
+A beam of 10 m rotates about its root, from rest to 6 rad/s in 15 s. **/
 
 #include "simflex/body/FlexibleBody.h"
 
@@ -12,20 +12,20 @@ namespace simflex::test {
 class SpinUpBeam {
 public:
     static constexpr SimTK::Real Length = 10, RampTime = 15, Speed = 6;
-    /** Of the paper: the tip lags most, and when; afterwards it swings so far about zero; steady
-    extension [m, s]. **/
+    /** From the paper: the largest lag of the tip and its time; the later amplitude about zero;
+    steady extension [m, s]. **/
     static constexpr SimTK::Real PeakLag = -0.574, PeakTime = 6.76, Swing = 3.65e-3,
                                  Extension = 5.143e-4;
 
     SpinUpBeam();
 
-    /** Angle, speed and acceleration of the root. **/
+    /** Returns angle, speed and acceleration of the root. **/
     static SimTK::Vec3 calcRootAngle(SimTK::Real t);
 
-    /** At rest; with geometric stiffening. **/
+    /** Returns a State at rest with geometric stiffening enabled. **/
     SimTK::State makeState();
 
-    /** Of the tip from the rotating rigid beam: extension, lag [m]. **/
+    /** Returns extension and lag of the tip relative to the rotating rigid beam [m]. **/
     SimTK::Vec2 calcTip(const SimTK::State& state) const;
 
     SimTK::MultibodySystem system;

@@ -103,7 +103,7 @@ Vec3 SteadyRotation::calcTip(const VectorXd& d) const {
 
 template <class Function>
 MatrixXd SteadyRotation::differentiate(const Function& function) const {
-    // Rotations and displacements per unit of size: half a millionth of the beam.
+    // Rotations and displacements relative to the size: half a millionth of the beam.
     const double h = 1e-6;
     MatrixXd derivative;
     for (int j = 0; j < m_size; ++j) {

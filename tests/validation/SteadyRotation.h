@@ -1,9 +1,9 @@
 #pragma once
 /** @file
-A beam turned steadily about z by its root, and small motions about that: equilibrium and
-linearisation by central differences of the equations of motion.
+A beam rotated steadily about z by its root, and small motions about it: equilibrium and
+linearization by central differences of the equations of motion.
 
-Small motions are δ = (rotation in B, translation and ξ as the rotating frame sees them):
+Small motions are δ = (rotation in B, translation and ξ in the rotating frame):
 
     M δ̈ + C δ̇ + K δ + Gᵀδλ = 0,   G δ = 0 **/
 
@@ -24,23 +24,23 @@ public:
                    Stiffening stiffening);
     ~SteadyRotation();
 
-    /** Of the tip from where it is undeformed, in the rotating frame [m]. **/
+    /** Returns the tip displacement in the rotating frame [m]. **/
     SimTK::Vec3 calcTipDisplacement() const;
 
     struct Mode {
         double frequency;  ///< [rad/s]
-        bool isFlap;       ///< the tip moves along the axis of rotation, else in the plane
+        bool isFlap;       ///< the tip moves along the axis of rotation rather than in the plane
     };
-    /** The lowest modes of bending, ascending. **/
+    /** Returns the lowest bending modes, ascending. **/
     std::vector<Mode> calcModes(int count) const;
 
 private:
-    /** Residual of the motion that departs by δ, δ̇, δ̈ from the steady one. **/
+    /** Returns the residual of a motion that differs from the steady one by δ, δ̇, δ̈. **/
     Eigen::VectorXd calcResidual(const Eigen::VectorXd& d, const Eigen::VectorXd& dDot,
                                  const Eigen::VectorXd& dDotDot) const;
     Eigen::VectorXd calcErrors(const Eigen::VectorXd& d) const;
     SimTK::Vec3 calcTip(const Eigen::VectorXd& d) const;
-    /** Writes q, u, u̇ and realizes. **/
+    /** Sets q, u, u̇ and realizes the State. **/
     void realize(const Eigen::VectorXd& d, const Eigen::VectorXd& dDot,
                  const Eigen::VectorXd& dDotDot) const;
     template <class Function>
@@ -52,7 +52,7 @@ private:
     double m_speed, m_length;
     int m_size;  ///< of δ
     mutable Eigen::VectorXd m_q, m_u, m_uDot;
-    SimTK::Rotation m_R;  ///< steady pose of B at the time when the root is at angle 0
+    SimTK::Rotation m_R;  ///< steady pose of B when the root's angle is 0
     SimTK::Vec3 m_p{0};
     Eigen::VectorXd m_xi, m_lambda;
 };

@@ -1,5 +1,5 @@
-// A beam welded to Ground by its end: frequencies of Euler and Bernoulli, sag under its weight as
-// CalculiX has it.
+// A beam welded to Ground at its end: Euler-Bernoulli frequencies, and CalculiX's sag under its
+// weight.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,8 @@ TEST(Cantilever, FrequenciesMatchEulerBernoulli) {
     Cantilever model(test::reduceBrick(brick, 30), Vec3(0));
     const std::vector<Eigenmode> modes =
         calcEigenmodes(calcLinearization(model.system, model.makeState()));
-    std::vector<std::pair<double, double>> expected;  // and what shear and rotation lower it by
+    std::vector<std::pair<double, double>>
+        expected;  // with the reduction by shear and rotatory inertia
     for (const double root : {1.8751, 4.6941, 7.8548})
         for (const double depth : {brick.size[1], brick.size[2]})
             expected.emplace_back(
@@ -61,7 +62,7 @@ TEST(Cantilever, SagsUnderItsWeightAsInCalculix) {
         const double rotation = turn[0] * turn[1 + a], own = expected[size_t(3 + a)];
         EXPECT_NEAR(rotation, own, 1e-3 * std::abs(own)) << a;
     }
-    // The clamp carries weight and moment.
+    // The clamp carries the weight and its moment.
     const SpatialVec force =
         model.clamp.calcForceOnM(equilibrium.getState(), equilibrium.getMultipliers(model.clamp));
     const double weight = brick.mass() * 9.81;
@@ -69,8 +70,8 @@ TEST(Cantilever, SagsUnderItsWeightAsInCalculix) {
     EXPECT_NEAR(force[0][2], 0.8 * weight * brick.size[0] / 2, 1e-5 * weight * brick.size[0]);
 }
 
-/** Straight pieces of a beam that are welded to each other and, the first one, to Ground; each
-turned from the one before. **/
+/** Straight beam pieces welded to each other, the first one to Ground, each rotated relative to the
+previous one. **/
 struct Pieces {
     MultibodySystem system;
     SimbodyMatterSubsystem matter{system};
@@ -100,9 +101,9 @@ struct Pieces {
 
 // K. J. Bathe, S. Bolourchi, Large displacement analysis of three-dimensional beam structures, Int.
 // J. Numer. Meth. Eng. 14 (1979): an eighth of a circle of 100 in, 1 in square, 10⁷ psi, 600 lb at
-// its end, out of its plane. Published is (−23.82, −13.73, 53.61) in, with the torsion constant of
-// a square, 0.1406, which nine bricks over the section come near to. One that cannot warp has 1/6,
-// for which a geometrically exact (Reissner's) rod, integrated by Runge and Kutta's formula and
+// its end, out of its plane. The published result is (−23.82, −13.73, 53.61) in, with the torsion
+// constant of a square, 0.1406, which nine bricks over the section approach. A section that cannot
+// warp has 1/6, for which a geometrically exact (Reissner) rod, integrated by Runge-Kutta and
 // shooting, gives (−23.56024, −13.60452, 53.47486) in.
 TEST(Cantilever, CurvedBeamOfAnyNumberOfPiecesBendsOutOfItsPlaneInFewIterations) {
     const double Radius = 100, Angle = Pi / 4;
@@ -177,7 +178,7 @@ TEST(Cantilever, TipGoesTheWayOfTheElastica) {
         EXPECT_LE(equilibrium.getNumIterations(), 30) << load;
         EXPECT_EQ(equilibrium.getBranch(), StaticEquilibrium::Branch::Own);
 
-        // The same end by the path, on which the load never turns.
+        // The same end by following the path, on which the load never reverses.
         const auto path = equilibrium.followPath(beam.makeState(), {});
         for (const auto& point : path)
             EXPECT_EQ(point.kind, StaticEquilibrium::PathPoint::Kind::Regular);
@@ -185,14 +186,14 @@ TEST(Cantilever, TipGoesTheWayOfTheElastica) {
     }
 }
 
-/** Half of a toggle frame: clamped at its foot, without slope at its apex, which moves straight
+/** Half of a toggle frame: clamped at its foot, with zero slope at its apex, which moves straight
 down; lengths in m, forces in N. **/
 struct Toggle {
     double length, rise, EA, EI;
 
     double getAngle() const { return std::asin(rise / length); }
-    /** Where a rod that can bend and stretch ends: x, y, slope, for the force (H, V) at its end and
-    the moment at its foot. **/
+    /** Returns the end (x, y, slope) of a rod that can bend and stretch, for the force (H, V) at
+    its end and the moment at its foot. **/
     Vec3 calcEnd(const Vec3& forces) const {
         constexpr int Steps = 400;
         const double H = forces[0], V = forces[1];
@@ -210,7 +211,8 @@ struct Toggle {
         }
         return Vec3(z[0], z[1], z[2]);
     }
-    /** Force down on the apex that is `w` below where it was; `forces`: from the last. **/
+    /** Returns the downward force on the apex for a displacement `w`; `forces` holds the previous
+    solution as initial guess. **/
     double calcForce(double w, Vec3& forces) const {
         const Vec3 wanted(length * std::cos(getAngle()), rise - w, getAngle());
         const Vec3 units(EI / square(length), EI / square(length), EI / length);
@@ -230,7 +232,7 @@ struct Toggle {
 
 // F. W. Williams, An approach to the non-linear behaviour of the members of a rigid jointed plane
 // framework with finite deflections, Quart. J. Mech. Appl. Math. 17 (1964): members of 12.94 in, a
-// rise of 0.386 in, 0.753 × 0.243 in, 1.03·10⁷ psi. Against rods, integrated and shot.
+// rise of 0.386 in, 0.753 × 0.243 in, 1.03·10⁷ psi. Compared with rods solved by shooting.
 TEST(ToggleFrame, SnapsThroughAsWilliamsHasIt) {
     constexpr int Count = 6;
     constexpr double Inch = 0.0254, Pound = 4.4482216;
@@ -245,7 +247,7 @@ TEST(ToggleFrame, SnapsThroughAsWilliamsHasIt) {
     const Toggle toggle{12.943 * Inch, 0.386 * Inch, options.E * area,
                         options.E * area * square(options.height) / 12};
     const Rotation along(toggle.getAngle(), ZAxis);
-    const double load = 35 * Pound;  // of this half
+    const double load = 35 * Pound;  // on this half
     Pieces beam(test::makeBeam(options), options.length, Transform(along), Rotation(), Count);
     const Vec3 apex = along * Vec3(toggle.length, 0, 0);
     const Rotation up(Pi / 2, ZAxis);
@@ -270,7 +272,7 @@ TEST(ToggleFrame, SnapsThroughAsWilliamsHasIt) {
     EXPECT_GT(path.size(), 10u);
 }
 
-/** Tip over static deflection of a cantilever whose tip is shaken, x = βL. **/
+/** Returns tip over static deflection of a cantilever with a harmonic force at its tip, x = βL. **/
 double calcTipResponse(double x) {
     return 3 / (x * x * x) * (std::sin(x) * std::cosh(x) - std::cos(x) * std::sinh(x)) /
            (1 + std::cos(x) * std::cosh(x));
@@ -290,7 +292,7 @@ TEST(Cantilever, TipAnswersToAHarmonicForceAsInClosedForm) {
     EXPECT_EQ(response.describeImbalance(), "");
     const int n = state.getNU(), m = response.getPoint().multipliers.size();
 
-    // The force on the tip, from what a force there leaves of the equations.
+    // The generalized force of a unit force on the tip.
     LinearInputs inputs{Matrix(n, 1, 0.0), Matrix(m, 1, 0.0), Matrix(1, 1, 0.0)};
     const Attachment tip = beam.bodies.back().interface("tip");
     Pieces pushed(test::makeBeam(options), options.length, Transform(), Rotation(), Count);
@@ -317,7 +319,7 @@ TEST(Cantilever, TipAnswersToAHarmonicForceAsInClosedForm) {
     EXPECT_GT(omegas.size(), 70u);
     const auto transfers = response.calcTransfers(omegas, inputs, outputs);
     for (size_t k = 0; k < omegas.size(); ++k) {
-        // Between modes the response passes zero, where nothing can be relative.
+        // Between modes the response crosses zero, where no relative error exists.
         const double allowed = 0.01 * std::max(std::abs(expected[k]), 1e-3 * std::abs(expected[0]));
         EXPECT_NEAR(transfers[k](0, 0).real(), expected[k], allowed) << omegas[k];
         EXPECT_LT(std::abs(transfers[k](0, 0).imag()), 1e-6 * std::abs(expected[k]));
@@ -325,13 +327,13 @@ TEST(Cantilever, TipAnswersToAHarmonicForceAsInClosedForm) {
 }
 
 // Links of equal weight w between two points: at the middle of link i the force is (H, w(i − ½N)),
-// and the link lies along it.
+// and the link is aligned with it.
 TEST(Chain, OfManyPinnedLinksHangsInAFunicularPolygon) {
     constexpr int Count = 1000;
-    constexpr double Share = 0.8;  // of its length between the points
+    constexpr double Share = 0.8;  // distance of the points over its length
     test::BeamOptions options;
     options.length = 0.1;
-    options.E = 7e12;  // its length is to stay the same within 1e-6
+    options.E = 7e12;  // limits its stretch to 1e-6
     options.numElements = 4;
     options.numModes = 14;
     const auto part = test::makeBeam(options);
@@ -377,7 +379,7 @@ TEST(Chain, OfManyPinnedLinksHangsInAFunicularPolygon) {
         links[Count / 2 - 1].interface("tip").calcMotion(equilibrium.getState()).X.p();
     EXPECT_NEAR(middle[1], depth, 1e-5 * std::abs(depth));
     EXPECT_NEAR(middle[0], width / 2, 1e-6 * width);
-    // Of so many links it is nearly a catenary: y = a (cosh(x/a) − 1), s = a sinh(x/a).
+    // With so many links it is nearly a catenary: y = a (cosh(x/a) − 1), s = a sinh(x/a).
     const double half = Count * options.length / 2, a = low * options.length;
     EXPECT_NEAR(std::asinh(half / a) * a, width / 2, 1e-5 * width);
     EXPECT_NEAR(middle[1], -(std::hypot(a, half) - a), 1e-4 * std::abs(depth));

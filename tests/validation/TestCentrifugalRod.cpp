@@ -1,5 +1,5 @@
-// A rod turns steadily about its end (after Code_Aster's test SSLV104): the tip moves out by
-// ρω²L³/3E, or, as the force grows with the displacement, tan(kL)/k − L with k² = ρω²/E.
+// A rod rotating steadily about its end (after Code_Aster's test SSLV104): the tip moves out by
+// ρω²L³/3E or, since the force grows with the displacement, tan(kL)/k − L with k² = ρω²/E.
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ protected:
 };
 
 TEST_F(CentrifugalRod, TipMovesOutByTheClosedForm) {
-    // The stress, 0.04 % of E, stiffens and the growing force softens by as much.
+    // The stress, 0.04 % of E, stiffens and the growing force softens by the same amount.
     for (const auto stiffening : {SteadyRotation::Stiffening::Off, SteadyRotation::Stiffening::On})
         EXPECT_NEAR(calcTip(300, stiffening), 1.4625e-4, 1e-3 * 1.4625e-4);
 }
@@ -46,8 +46,8 @@ TEST_F(CentrifugalRod, ForceThatGrowsWithTheDisplacementSoftens) {
         EXPECT_NEAR(calcTip(speed, SteadyRotation::Stiffening::Off) / calcExactTip(speed), 1, 1e-4);
 }
 
-/** u' at which the force over the undeformed section is `stress`: E (1 + u')(u' + ½u'²), Green's
-strain. **/
+/** Returns u' at which the force over the undeformed section is `stress`: E (1 + u')(u' + ½u'²),
+Green's strain. **/
 double calcSlope(double stress, double E) {
     double g = stress / E;
     for (int k = 0; k < 20; ++k)
@@ -55,7 +55,8 @@ double calcSlope(double stress, double E) {
     return g;
 }
 
-/** Tip displacement by P' + ρω²(x + u) = 0, u(0) = 0, P(L) = 0 and the law above, by shooting. **/
+/** Returns the tip displacement of P' + ρω²(x + u) = 0, u(0) = 0, P(L) = 0 with the law above, by
+shooting. **/
 double shootTip(const BeamOptions& o, double speed) {
     constexpr int kSteps = 500;
     const double h = o.length / kSteps, load = o.density * speed * speed;
@@ -80,7 +81,7 @@ double shootTip(const BeamOptions& o, double speed) {
     return integrate(low)[0];
 }
 
-// With geometric stiffness strains are Green's to second order.
+// With geometric stiffness, strains equal Green's to second order.
 TEST_F(CentrifugalRod, ItsOwnTensionStiffensTheRodLengthwiseToo) {
     const BeamOptions o = makeOptions();
     for (const double speed : {300.0, 1000.0, 3000.0}) {

@@ -1,5 +1,5 @@
-// A damped part in motion decays as its complex eigenvalue says; damping ratios are recovered from
-// free decay.
+// A damped part in motion decays according to its complex eigenvalue; damping ratios are recovered
+// from free decay.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ TEST(DampedDecay, TransientFollowsTheComplexMode) {
     FlexibleBodySubsystem flexible(system, matter);
     const FlexibleBody body(flexible, test::makePointMassPart().body);
     Joint::Weld weld(flexible, matter.Ground(), body.interface("A"));
-    // Unequal ratios couple the welded modes: shapes are truly complex.
+    // Unequal ratios couple the welded modes, so mode shapes are truly complex.
     Vector ratios(body.getNumModes());
     for (int i = 0; i < ratios.size(); ++i) ratios[i] = i % 2 ? 0.06 : 0.01;
     ModalDamping(flexible, body, ratios);
@@ -54,7 +54,7 @@ TEST(DampedDecay, TransientFollowsTheComplexMode) {
         integrator.stepTo(time);
         const Vector found = body.getModalCoordinates(integrator.getState());
         for (int i = 0; i < xi.size(); ++i)
-            // accuracy^(2/3) of the amplitude, and the joint's second order.
+            // accuracy^(2/3) of the amplitude, and second-order effects of the joint.
             EXPECT_NEAR(found[i], std::real(c * shape[i] * std::exp(mode.eigenvalue * time)),
                         3e-4 * std::abs(xi[largest]))
                 << "mode " << i << " after " << 1.3 * k << " periods";

@@ -1,6 +1,5 @@
-// A flexible double pendulum of soft parts with few modes: Simbody's own integrators, driven by the
-// exact accelerations, find the motion that block elimination finds, the better the more accurate
-// both are.
+// A flexible double pendulum of soft parts with few modes: Simbody's own integrators, using the
+// exact accelerations, converge to the same motion as block elimination.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +36,7 @@ TEST(DoublePendulum, CPodesFindsTheMotionOfBdf) {
     expectDifferenceFallsWithAccuracy<CPodesIntegrator>();
 }
 
-// The error of BDF2 falls as accuracy^(2/3) at least; both ways at their sharpest agree to 1e-6.
+// BDF2's error falls at least as accuracy^(2/3); at the tightest accuracies both agree to 1e-6.
 TEST(DoublePendulum, BdfApproachesTheMotionOfRungeKuttaMerson) {
     DoublePendulum model;
     const State state = model.makeState();

@@ -1,5 +1,5 @@
-// A flexible brick that hangs on a pin at its end swings as a physical pendulum, ω² = mgd/I: in
-// floating coordinates all of that stiffness is the derivative of the joint's forces.
+// A flexible brick hanging on a pin at its end swings as a physical pendulum, ω² = mgd/I. In
+// floating coordinates all of that stiffness is the derivative of the joint forces.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ TEST(HangingPendulum, SwingsWithTheFrequencyOfAPhysicalPendulum) {
     for (const double stiffening : {1.0, 1e4}) {
         const auto part = std::make_shared<const ReducedBody>(soft.withScaledStiffness(stiffening));
         test::HangingPendulum model(part);
-        // Started somewhere, found hanging: x of the brick points down.
+        // From a start elsewhere, the equilibrium is hanging: x of the brick points down.
         StaticEquilibrium equilibrium(model.system);
         equilibrium.solve(model.makeState(1.2));
         const Vec3 center = model.body.getFramePose(equilibrium.getState()).p();
@@ -28,7 +28,7 @@ TEST(HangingPendulum, SwingsWithTheFrequencyOfAPhysicalPendulum) {
             calcEigenmodes(calcLinearization(model.system, equilibrium.getState()));
         const Real omega = model.calcRigidFrequency();
         const Real lowest = std::sqrt(part->omegaSquared[0]);
-        // Bending makes it slower by about (ω/Ω)².
+        // Bending lowers the frequency by about (ω/Ω)².
         EXPECT_NEAR(2 * Pi * modes[0].frequency, omega, omega * (2 * square(omega / lowest) + 1e-9))
             << stiffening;
         EXPECT_LT(modes[0].frequency, omega / (2 * Pi) * (1 + 1e-9));

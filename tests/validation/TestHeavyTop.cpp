@@ -1,5 +1,5 @@
-// A heavy top whose stem bends: a disc on a beam that stands on a ball joint. Energy and angular
-// momentum about the vertical are kept; on a stem nearly rigid it precesses as Lagrange's top.
+// A heavy top with a flexible stem: a disc on a beam on a ball joint. Energy and angular momentum
+// about the vertical are conserved; with a nearly rigid stem it precesses like Lagrange's top.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ struct Drift {
     Real energy = 0, momentum = 0;  ///< largest, relative to mgd and to the first value
 };
 
-/** Steps a top and looks at it every 5 ms. **/
+/** Steps a top and samples it every 5 ms. **/
 template <class Step>
 Drift calcDrift(HeavyTop& top, const State& start, Real duration, const Step& stepTo) {
     const auto measure = [&](const State& state) {
@@ -54,8 +54,8 @@ TEST(HeavyTop, KeepsEnergyAndMomentumAboutTheVertical) {
     EXPECT_GT(coarse.momentum / fine.momentum, order);
 }
 
-// Let go at rest it nods for three turns of precession; only the stem turns the disc about its
-// axis.
+// Released from rest it nutates for three turns of precession; only the stem constrains the disc's
+// rotation about its axis.
 TEST(HeavyTop, KeepsThemAndItsSpinOverThreeTurnsOfPrecession) {
     HeavyTop top(1);
     BdfIntegrator integrator(top.system);
@@ -74,7 +74,7 @@ TEST(HeavyTop, KeepsThemAndItsSpinOverThreeTurnsOfPrecession) {
     EXPECT_LT(spin, 1e-5 * HeavyTop::Spin);
 }
 
-// On a stem of few modes, soft along its axis too: explicit steps are small enough as it is.
+// With a stem of few modes, axially soft too, explicit steps are small enough anyway.
 TEST(HeavyTop, KeepsThemUnderSimbodysIntegrators) {
     HeavyTop top(0.05);
     State state = top.makeSteadyState();
@@ -91,7 +91,7 @@ TEST(HeavyTop, KeepsThemUnderSimbodysIntegrators) {
     EXPECT_LT(drift.momentum, 1e-8);
 }
 
-// What bending changes falls with the stiffness.
+// The effect of bending falls with the stiffness.
 TEST(HeavyTop, OnAStiffStemItPrecessesAsLagrangesTop) {
     const auto calcDifference = [](Real stiffening) {
         HeavyTop top(stiffening);

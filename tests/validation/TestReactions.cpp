@@ -1,5 +1,5 @@
-// Reactions of statically determinate structures of flexible parts: on stiff parts those of rigid
-// statics; on parts that bend they balance the loads where these have moved to.
+// Reactions of statically determinate structures of flexible parts. For stiff parts they match
+// rigid statics; for flexible parts they balance the loads at their displaced positions.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ std::shared_ptr<const ReducedBody> makeStiff(const std::shared_ptr<const Reduced
     return std::make_shared<const ReducedBody>(part->withScaledStiffness(1e8));
 }
 
-/** (torque, force) about the origin of what acts at p. **/
+/** Returns (torque, force) about the origin of a load at p. **/
 SpatialVec shiftToOrigin(const SpatialVec& load, const Vec3& p) {
     return {load[0] + p % load[1], load[1]};
 }
@@ -129,7 +129,7 @@ TEST(Reactions, WallCraneIsHeldAsByRigidStatics) {
     const WallCrane crane(Vec3(0, -P, Q));
     const Real L = crane.L, h = crane.h, jib = getBeam()->mass * 9.81,
                stay = crane.getStay()->mass * 9.81;
-    // Moments of the whole about A; of the stay about C; forces of the whole.
+    // Moments of the whole about A; of the stay about C; forces on the whole.
     const Real Bx = -(P * L + (jib + stay) * L / 2) / h, By = stay / 2 - Bx * h / L;
     const Real force = P + jib;
     const auto expectNear = [&](const SpatialVec& found, const Vec3& torque, const Vec3& expected) {

@@ -21,7 +21,7 @@ TEST(RotatingModes, FlapAndLagFrequenciesAreThoseOfTheTable) {
             for (const Eigenmode& mode : modes.all) EXPECT_NEAR(mode.dampingRatio, 0, 1e-7);
             const std::vector<double>& found = isFlap ? modes.flap : modes.lag;
             for (size_t k = 0; k < 2; ++k) {
-                // In the plane of rotation the centrifugal force turns with the beam.
+                // In the plane of rotation the centrifugal force rotates with the beam.
                 const Real lambda = row.lambda[k];
                 const Real expected =
                     scale * (isFlap ? lambda : std::sqrt(square(lambda) - square(row.eta)));
@@ -33,7 +33,7 @@ TEST(RotatingModes, FlapAndLagFrequenciesAreThoseOfTheTable) {
 }
 
 TEST(RotatingModes, ReferenceIsThePublishedTable) {
-    // With a hub as long as the beam: the same authors.
+    // From the same authors, with a hub as long as the beam.
     constexpr test::WrightRow AtRadius[] = {{1, {3.8888, 22.3750}}, {2, {4.8337, 23.3660}}};
     for (const test::WrightRow& row : test::kWrightTable)
         for (size_t k = 0; k < 2; ++k)
@@ -43,8 +43,8 @@ TEST(RotatingModes, ReferenceIsThePublishedTable) {
             EXPECT_NEAR(test::calcFlapFrequencies(row.eta, 1, 2)[k], row.lambda[k], 6e-5);
 }
 
-// A slender one: shear and the turning of sections change a frequency by some (λ h/L)², its
-// stretching by (η h/L)², which the theory of the table leaves out.
+// A slender beam: shear and rotation of the sections change a frequency by about (λ h/L)²,
+// stretching by (η h/L)², which the table's theory neglects.
 TEST(RotatingModes, OfASlenderBeamAreThoseOfTheTableForAnyHub) {
     test::BeamOptions options;
     options.height = 0.001;

@@ -1,5 +1,5 @@
-// Spin-up of the flexible beam of Simo and Vu-Quoc: it lags behind, and is
-// held up by the stiffness that centrifugal tension gives it.
+// Spin-up of the flexible beam of Simo and Vu-Quoc: it lags behind, and is supported by the
+// stiffness from centrifugal tension.
 
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ TEST_F(SpinUpBeamTest, WithStiffeningTheTipLagsAndComesBack) {
     EXPECT_NEAR(peak, SpinUpBeam::PeakLag, -0.01 * SpinUpBeam::PeakLag);
     EXPECT_NEAR(peakTime, SpinUpBeam::PeakTime, 0.01 * SpinUpBeam::PeakTime);
 
-    // Afterwards the beam swings about the radius.
+    // Afterwards the beam oscillates about the radius.
     Real least = Infinity, largest = -Infinity, extension = 0;
     int count = 0;
     for (Real t = SpinUpBeam::RampTime; t < 20; t += 0.01, ++count) {
@@ -50,8 +50,8 @@ TEST_F(SpinUpBeamTest, WithStiffeningTheTipLagsAndComesBack) {
     EXPECT_NEAR(extension / count, SpinUpBeam::Extension, 0.01 * SpinUpBeam::Extension);
 }
 
-// A theory with its frame at the root diverges without geometric stiffness. The frame here follows
-// the beam as a whole, and the root's force on it holds it up in part: the beam is too soft merely.
+// A theory with its frame at the root diverges without geometric stiffness. Here the frame follows
+// the whole beam and the root's force supports it in part, so the beam is merely too soft.
 TEST_F(SpinUpBeamTest, WithoutStiffeningTheTipLagsTooFarAndTooLong) {
     State state = model.makeState();
     model.beam.disableStiffening(state);

@@ -1,5 +1,5 @@
-// A rod that turns about its end (after Code_Aster SSLV104): steady stretch tan(kL)/k − L with
-// k² = ρω²/E, softening included.
+// A rod rotating about its end (after Code_Aster SSLV104): steady stretch tan(kL)/k − L with k² =
+// ρω²/E, including softening.
 
 #include <gtest/gtest.h>
 
@@ -17,11 +17,11 @@ TEST(TurningRod, StretchesByCentrifugalForceAndSoftening) {
         const Real expected = model.calcExactStretch(speed);
         // Few of the reduced modes are axial.
         EXPECT_NEAR(model.calcStretch(), expected, 1e-3 * expected) << speed;
-        // Turning freely is a motion that nothing holds.
+        // The free rotation is unconstrained.
         const StaticEquilibrium& equilibrium = model.equilibrium;
         ASSERT_EQ(equilibrium.getFreeMotions().size(), 1u);
         EXPECT_EQ(equilibrium.getFreeMotions()[0], "'rod' is free to move");
-        // The pin pulls with the centripetal force of the stretched rod.
+        // The pin provides the centripetal force of the stretched rod.
         const State& state = equilibrium.getState();
         const Real force =
             model.pin.calcForceOnM(state, equilibrium.getMultipliers(model.pin))[1].norm();

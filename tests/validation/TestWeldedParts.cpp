@@ -1,5 +1,5 @@
 // Two reduced bricks welded into an L, against one CalculiX model of the whole with the same rigid
-// ties; columns of them, against Euler's load.
+// ties; columns of them against Euler's load.
 
 #include <gtest/gtest.h>
 
@@ -27,9 +27,9 @@ TEST(WeldedParts, FrequenciesAreThoseOfTheWholeFiniteElementModel) {
     }
 }
 
-/** A cantilever of 1 m of bending pieces that is pressed or pulled at its end. **/
+/** A cantilever of 1 m of flexible pieces, compressed or stretched at its end. **/
 struct Column {
-    /** @param push  over Euler's load π²EI/4L² **/
+    /** @param push  relative to Euler's load π²EI/4L² **/
     Column(int numPieces, Real push, TieType tie = TieType::Rigid, bool hasStiffening = false) {
         simflex::testing::Brick brick;
         brick.size = {1.0 / numPieces, 0.02, 0.03};  // bends in y
@@ -60,7 +60,7 @@ struct Column {
     State state;
 };
 
-/** Load under which it first has another equilibrium, over Euler's [-]. **/
+/** Returns the load of the first bifurcation relative to Euler's load [-]. **/
 Real calcBucklingLoad(int numPieces, TieType tie = TieType::Rigid, bool hasStiffening = false) {
     constexpr Real Most = 1.3;  // in z it buckles at 2.25
     const Column column(numPieces, Most, tie, hasStiffening);
@@ -76,14 +76,14 @@ Real calcBucklingLoad(int numPieces, TieType tie = TieType::Rigid, bool hasStiff
 }
 
 TEST(WeldedParts, ColumnsBuckleAtEulersLoad) {
-    // Each piece is linear: the error is of the second order in its length.
+    // Each piece is linear: the error is second order in its length.
     const Real two = calcBucklingLoad(2), four = calcBucklingLoad(4), eight = calcBucklingLoad(8);
     EXPECT_NEAR((two - four) / (four - eight), 4, 0.2);
-    // Shear in the section and the shortened column take a few 1e-4.
+    // Shear and shortening of the column reduce it by a few 1e-4.
     EXPECT_NEAR((4 * eight - four) / 3, 1, 1e-3);
 }
 
-/** What compresses a part, and Euler's load of it on hinges, by its modes alone. **/
+/** The compression of a part and its Euler load on hinges, from its modes alone. **/
 TEST(WeldedParts, ColumnsKnowTheirLoadsAndEulersLoad) {
     simflex::testing::Brick brick;
     brick.size = {1, 0.02, 0.03};
@@ -94,7 +94,7 @@ TEST(WeldedParts, ColumnsKnowTheirLoadsAndEulersLoad) {
     for (const TieType tie : {TieType::Rigid, TieType::Distributing}) {
         const auto part = test::reduceBrick(brick, 16, tie, false);
         PartColumns columns(*part);
-        const auto calcXi = [&](Real push, Real moment) {  // on both ends, against each other
+        const auto calcXi = [&](Real push, Real moment) {  // on both ends, opposite to each other
             const auto &left = part->getInterface("left"), &right = part->getInterface("right");
             std::vector<double> xi(size_t(part->numModes));
             for (size_t i = 0; i < xi.size(); ++i)
@@ -115,7 +115,7 @@ TEST(WeldedParts, ColumnsKnowTheirLoadsAndEulersLoad) {
     }
 }
 
-/** Greenhill: a column that is clamped at its foot buckles where its weight is 7.837 EI/L². **/
+/** Greenhill: a column clamped at its foot buckles when its weight is 7.837 EI/L². **/
 TEST(WeldedParts, AColumnKnowsItsWeightAndGreenhillsLoad) {
     simflex::testing::Brick brick;
     brick.size = {1, 0.02, 0.03};
@@ -135,7 +135,7 @@ TEST(WeldedParts, AColumnKnowsItsWeightAndGreenhillsLoad) {
                 xi[i] = up * 0.25 * greenhill * foot.Phi[3 * i] / part.omegaSquared[i];
             PartColumns columns(part);
             const PartColumns::Load load = columns.findLargest(xi.data()).compression;
-            // Between both ends the mean counts, against Euler's load on hinges.
+            // Between both ends the mean counts, relative to Euler's load on hinges.
             const Real mean = hasBoth ? 0.5 : 1;
             EXPECT_NEAR(load.force, mean * 0.25 * greenhill, 1e-3 * greenhill) << hasBoth;
             const Real expected = hasBoth ? 0.5 * 0.25 * 7.837 / (Pi * Pi) : 0.25;
@@ -143,7 +143,7 @@ TEST(WeldedParts, AColumnKnowsItsWeightAndGreenhillsLoad) {
         }
 }
 
-/** With their geometric stiffness pieces buckle within, whatever ties them. **/
+/** With geometric stiffness a single piece can buckle, for any tie. **/
 TEST(WeldedParts, StiffenedColumnsBuckleAtEulersLoadWithBothTies) {
     for (const TieType tie : {TieType::Rigid, TieType::Distributing})
         for (const int numPieces : {1, 2, 4, 8})

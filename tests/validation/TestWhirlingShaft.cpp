@@ -1,6 +1,6 @@
-// A slender shaft of welded pieces, clamped in bearings that let it spin: for who turns along, each
-// bending frequency ω_n at rest is |ω_n − Ω| and ω_n + Ω at speed, far beyond the critical ones,
-// where a shaft still runs straight.
+// A slender shaft of welded pieces, clamped in bearings that allow spin. In co-rotating axes each
+// bending frequency ω_n at rest becomes |ω_n − Ω| and ω_n + Ω, even far beyond the critical speeds,
+// where the shaft still runs straight.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ struct Shaft {
 
     Shaft(const BeamOptions& beam, std::shared_ptr<const ReducedBody> part, Real speed)
         : options(beam) {
-        // Bearings turn about the z axes of their frames.
+        // Bearings rotate about the z axes of their frames.
         const Rotation zToX(Pi / 2, YAxis);
         for (int k = 0; k < NumPieces; ++k) {
             pieces.emplace_back(flexible, part, "piece" + std::to_string(k));
@@ -55,7 +55,7 @@ struct Shaft {
 
     Real calcLength() const { return NumPieces * options.length; }
 
-    /** Of the `count` slowest modes about the steady motion [rad/s]. **/
+    /** Returns the frequencies of the `count` slowest modes about the steady motion [rad/s]. **/
     std::vector<Real> calcFrequencies(int count) {
         StaticEquilibrium equilibrium(system);
         equilibrium.solveSteadyMotion(state);
@@ -94,7 +94,7 @@ TEST(WhirlingShaft, FrequenciesInTurningAxesAreThoseAtRestLessAndMoreTheSpeed) {
                     *std::min_element(found.begin(), found.end(), [expected](Real a, Real b) {
                         return std::abs(a - expected) < std::abs(b - expected);
                     });
-                // Rotary inertia is a matter of (βh/L)²/12.
+                // Rotatory inertia is of order (βh/L)²/12.
                 EXPECT_NEAR(nearest, expected, 1e-3 * atRest[size_t(2 * n)]) << "shape " << n;
             }
     }

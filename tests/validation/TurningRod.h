@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-A rod that turns steadily about its end, free on a pin (after Code_Aster's test SSLV104): it
-stretches by tan(kL)/k − L with k² = ρω²/E. **/
+A rod rotating steadily about its end, free on a pin (after Code_Aster's test SSLV104): it stretches
+by tan(kL)/k − L with k² = ρω²/E. **/
 
 #include <cmath>
 
@@ -47,7 +47,7 @@ struct TurningRod {
         equilibrium.solveSteadyMotion(state);
     }
 
-    /** Stretch in the steady motion [m]. **/
+    /** Returns the stretch in the steady motion [m]. **/
     SimTK::Real calcStretch() const {
         const SimTK::Vec3 tip = rod.interface("right").calcMotion(equilibrium.getState()).X.p();
         return tip.norm() - getBrick().size[0];

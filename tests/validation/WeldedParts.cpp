@@ -10,8 +10,8 @@ using simflex::testing::Brick;
 
 namespace {
 
-/** A second brick's mesh, turned by a quarter about z and moved to (x, 0, 0); sets and elements
- * have names of their own. **/
+/** Returns a second brick's mesh, rotated by 90° about z and moved to (x, 0, 0); sets and elements
+have separate names. **/
 std::string makeUpright(const Brick& brick, double x) {
     std::istringstream lines(brick.meshText(50001, 50001));
     std::ostringstream text;

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Two reduced bricks welded into an L that stands on its clamped end, and one CalculiX model of the
-whole with the same rigid ties. **/
+Two reduced bricks welded into an L standing on its clamped end, and one CalculiX model of the whole
+with the same rigid ties. **/
 
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"
@@ -17,13 +17,13 @@ struct WeldedParts {
     FlexibleBody foot, upright;
     Joint::Weld clamp, corner;
 
-    /** @param numModes  Craig–Bampton, of each part **/
+    /** @param numModes  Craig–Bampton modes of each part **/
     explicit WeldedParts(int numModes);
 
     /** Undeformed. **/
     SimTK::State makeState();
 
-    /** CalculiX's own lowest frequencies [Hz]. **/
+    /** Returns CalculiX's lowest frequencies [Hz]. **/
     std::vector<double> calcCalculixFrequencies(int numFrequencies) const;
 };
 

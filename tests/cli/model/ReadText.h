@@ -17,13 +17,13 @@ inline model::ModelValue readModelText(const std::string& text,
     return readModel({"m.yaml", text, settings});
 }
 
-/** The same for what follows `simflex: 1` in the first line. **/
+/** The same for the text after a first line `simflex: 1`. **/
 inline model::ModelValue readRest(const std::string& text,
                                   const std::vector<std::string>& settings = {}) {
     return readModelText("simflex: 1\n" + text, settings);
 }
 
-/** What the reader says of a text that it refuses. **/
+/** Returns the reader's message for a text that it refuses. **/
 inline std::string refuse(const std::string& text, const std::vector<std::string>& settings = {}) {
     try {
         readModelText(text, settings);

@@ -1,6 +1,5 @@
 /** @file
-Functions of time against their closed forms, and tables against the functions that they are points
-of. **/
+Functions of time against closed forms, and tables against the functions that they sample. **/
 
 #include <gmock/gmock.h>
 
@@ -144,7 +143,7 @@ TEST(Expression, ABranchThatIsNotTakenIsNotCalculated) {
     EXPECT_DOUBLE_EQ(make("if(if(t > 1, 1, 0), max(1, t), min(2*t, 3))").calcValue(1.5), 1.5);
     EXPECT_DOUBLE_EQ(make("if(if(t > 1, 1, 0), max(1, t), min(2*t, 3))").calcValue(0.5), 1);
     EXPECT_DOUBLE_EQ(make("3 - if(t > A, t, 0) - if(A > 1, 1, 2)").calcValue(0.5), 0.5);
-    // What is taken still fails.
+    // The selected branch still fails.
     EXPECT_THROW(make("if(t < 1, 0, sqrt(1 - t))").calcValue(2), ModelError);
     EXPECT_THROW(make("t < 1 ? 0 : strict(4*t)").calcValue(2), ModelError);
     EXPECT_THAT(refuseFormula("if(t < 1, 2)"), HasSubstr("'if' has too few arguments"));
@@ -359,14 +358,14 @@ TEST(Table, BadFilesAreRefusedWithTheirLine) {
     EXPECT_THAT(refuse("0,1\n1\n"), HasSubstr("table.csv:2: the line has 1 columns"));
     EXPECT_THAT(refuse("0,nan\n1,2\n"), HasSubstr("table.csv:1: 'nan' is not a finite number"));
     EXPECT_THAT(refuse("0,1\ntime,2\n"), HasSubstr("table.csv:2"));
-    // What follows a zero byte is not lost in silence, whether or not the line has an end.
+    // Text after a zero byte is not silently lost, with or without an end of line.
     for (const std::string rest : {"5", "5\n"})
         EXPECT_THAT(refuse("0,1\n1,2" + std::string(1, '\0') + rest),
                     HasSubstr("table.csv:2: there is a zero byte"));
     EXPECT_EQ(refuse("0,1\n1,2"), "accepted");
     EXPECT_THAT(refuse("0,1\n" + std::string(200000, '1')),
                 HasSubstr("table.csv:2: the line is too long"));
-    // Decimal commas, as a spreadsheet writes them in half of Europe.
+    // Decimal commas, as in European spreadsheets.
     for (const char* line : {"0;1,5", "0,0;1,5", "0\t1,5", "0 1,5", "0;1.000,5"})
         EXPECT_THAT(refuse("0;1\n" + std::string(line) + "\n"),
                     ::testing::AllOf(HasSubstr("table.csv:2:"), HasSubstr("not with a comma")))

@@ -1,6 +1,6 @@
 /** @file
-Every form of every key of the schema is read by whoever builds the model of it, and what nobody
-reads is refused. **/
+Every form of every key of the schema is read when the model is built, and unread ones are
+refused. **/
 
 #include <functional>
 #include <set>
@@ -16,12 +16,13 @@ namespace {
 using namespace simflex::model;
 using ::testing::HasSubstr;
 
-/** Only what is built at once: analyses, output and pictures are read while they are done. **/
+/** Only sections that are built at once: analyses, output and pictures are read when they run. **/
 const char* const kSections[] = {"gravity", "parts",   "bodies",     "frames", "joints",
                                  "motions", "loads",   "connectors", "inputs", "states",
                                  "events",  "initial", "probes",     "solver"};
 
-/** What needs a reduction, or a part with modal stress: TestPartCache and TestProbes have them. **/
+/** Keys that need a reduction, or a part with modal stress: covered by TestPartCache and
+TestProbes. **/
 bool isElsewhere(const std::string& path) {
     for (const char* begin : {"parts.NAME.", "probes.NAME.stress", "probes.NAME.strain"})
         if (path.rfind(begin, 0) == 0)
@@ -34,7 +35,7 @@ std::string describe(const SchemaForm& map, const std::string& key, const Schema
            ")";
 }
 
-/** Of the items of a list, and of entries. **/
+/** Describes the items of a list, and entries. **/
 std::string describeItem(const SchemaForm& list, const SchemaForm& item,
                          const std::string& parent) {
     return parent + ", " + std::to_string(int(list.kind)) + " of " +
@@ -220,7 +221,7 @@ endsolid corner
 )");
     }
 
-    /** Builds all that can be built at once. **/
+    /** Builds everything that can be built at once. **/
     std::shared_ptr<const Model> buildAll(const std::string& text) {
         std::shared_ptr<const Model> model = build(text);
         Probes::make(model);

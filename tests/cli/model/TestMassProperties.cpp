@@ -14,7 +14,8 @@ using namespace model;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/** Largest difference of volume, centre and second moments, each relative to the shape's. **/
+/** Returns the largest difference of volume, centre and second moments, each relative to the
+shape's. **/
 double compare(const SolidMoments& a, const SolidMoments& b) {
     const double size = std::cbrt(b.volume);
     double largest = std::abs(a.volume - b.volume) / b.volume;
@@ -180,7 +181,7 @@ TEST_F(RigidShapes, OfBodiesGiveTheirMassProperties) {
     }
     testing::writeText(folder / "box.obj", obj);
     testing::writeText(folder / "box.stl", stl + "endsolid box\n");
-    // The same surface, half of it in each of two solids, and a ten-thousandth as large.
+    // The same surface, split between two solids, and scaled by 1e-4.
     const size_t half = stl.find("facet", stl.size() / 2);
     std::string small = stl;
     for (size_t at = 0; (at = small.find("vertex ", at)) != std::string::npos; ++at)
@@ -273,7 +274,7 @@ bodies:
                     AllOf(HasSubstr("bodies.a.shape.mesh: the mesh '"),
                           HasSubstr("/bad.obj' cannot be read: "), HasSubstr(message)));
     }
-    // Simbody's readers overrun a buffer of theirs by such words.
+    // Such words overrun a buffer in Simbody's readers.
     const std::string word(5000, 'a'), facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\n";
     const std::pair<const char*, std::string> files[] = {
         {"obj", "v 0 0 0\nv 1 0 " + word + "\n"},

@@ -1,5 +1,5 @@
 /** @file
-What is wrong with a model is told with its place and what would be right. **/
+Model errors are reported with their place and the remedy. **/
 
 #include "BuiltModel.h"
 

@@ -1,5 +1,5 @@
 /** @file
-Joints, motions and initial values of models: what they promise holds in the assembled system. **/
+Joints, motions and initial values of models: they hold in the assembled system. **/
 
 #include <sstream>
 
@@ -22,7 +22,7 @@ struct JointKind {
     const char* type;
     const char* keys;
     int numCoordinates;
-    CoordinateAxis axis;  ///< of F that `axis` turns
+    CoordinateAxis axis;  ///< of F, the axis that `axis` rotates
 };
 
 void PrintTo(const JointKind& kind, std::ostream* out) {
@@ -94,7 +94,7 @@ TEST_P(ModelJoints, AxisLiesAlongTheDirectionGivenAndTheJointIsClosedAsPlaced) {
     EXPECT_LT(j.calcCoordinates(state).normInf(), 1e-14);
 }
 
-// Wherever M is placed along what the joint leaves free, and whatever holds it.
+// For any position of M along the joint's free directions, and any carrier.
 TEST_P(ModelJoints, CoordinatesWithAnAxisAreZeroAsPlaced) {
     const Vec3 direction(UnitVec3(1, 2, -0.5));
     const Vec3 across(UnitVec3(direction % Vec3(0, 0, 1)));
@@ -123,7 +123,7 @@ TEST_P(ModelJoints, CoordinatesWithAnAxisAreZeroAsPlaced) {
         EXPECT_LT(j.calcCoordinates(state).normInf(), 1e-6);
         EXPECT_LT(j.calcPositionErrors(state).normInf(), 1e-6);
         EXPECT_TRUE(warnings.empty()) << warnings[0];
-        // Assembly moves nothing, and a coordinate counts from there.
+        // Assembly moves nothing, and the coordinate starts there.
         const FlexibleBodySubsystem& flexible = model->getFlexibleBodies();
         const Vec3 before = j.getFrameM().calcMotion(state).X.p();
         flexible.closeJoints(state);
@@ -152,13 +152,13 @@ INSTANTIATE_TEST_SUITE_P(Kinds, ModelJoints,
                                            JointKind{"point_in_plane", "", 2, ZAxis}),
                          [](const auto& kind) { return kind.param.type; });
 
-/** Mobilizers count from the place, too, and move as they did. **/
+/** Mobilizers, too, count from the placement, and move as before. **/
 TEST_F(BuiltModelTest, CoordinatesOfMobilizersAreZeroAsPlaced) {
     struct Kind {
         const char *type, *keys;
         Transform X;  ///< of M in F
         std::vector<double> coordinates;
-        Transform moved;  ///< by these from there
+        Transform moved;  ///< moved by these coordinates
     };
     const Rotation z3(0.3, ZAxis), z5(0.5, ZAxis), x3(0.3, XAxis), y4(0.4, YAxis);
     const std::vector<Kind> kinds{
@@ -181,7 +181,7 @@ TEST_F(BuiltModelTest, CoordinatesOfMobilizersAreZeroAsPlaced) {
          Transform(z5, Vec3(0.5, 0.1, 0))},
         {"universal", "", x3 * y4, {0.2, 0.1}, Rotation(0.5, XAxis) * Rotation(0.5, YAxis)},
         {"translation", "", Vec3(0.1, 0.2, 0.3), {0.2, 0.1, 0.3}, Vec3(0.3, 0.3, 0.6)}};
-    // In a tree, with frames of its own.
+    // In a tree, with separate frames.
     const Transform X_PF(Rotation(0.4, UnitVec3(1, 1, 0)), Vec3(0.1, 0, 0.2)),
         X_BM(Rotation(-0.2, XAxis), Vec3(0, 0.3, 0));
     const auto print = [](const Transform& X) {
@@ -262,7 +262,7 @@ TEST_F(BuiltModelTest, RatesThatABodyCanOnlyMeetByBendingAreSaid) {
         "joints:\n"
         "  a: {type: pin, axis: z, as_placed: true, between: [bar.A, ground]}\n";
     const std::string held = "  b: {type: ball, as_placed: true, between: [bar.B, ground]}\n";
-    // A bar on a pin turns as it is, one that is held at both ends bends.
+    // A pinned bar rotates rigidly; one held at both ends bends.
     build(hung + "initial: {rates: {a: 1}}\n");
     EXPECT_TRUE(warnings.empty()) << warnings[0];
     build(hung + held + "initial: {rates: {a: 0}}\n");
@@ -312,7 +312,8 @@ TEST_F(ModelMechanisms, InitialAngleAndRateMoveTheWholeMechanism) {
 TEST_F(ModelMechanisms, RatesAloneKeepThePlacement) {
     const auto model = build(sliderCrank + "initial: {rates: {gudgeon: -2}}\n");
     const State state = model->makeInitialState();
-    // In line, the rod turns by r/l of the crank, the other way; the pin's rate is of M in F.
+    // When aligned, the rod rotates at r/l of the crank's rate in the opposite sense; the pin's
+    // rate is that of M in F.
     const Vec3 rod = model->getBodies()[1].mobod.getBodyAngularVelocity(state);
     EXPECT_NEAR(rod[2], 2, 1e-9);
     EXPECT_NEAR(model->getBodies()[0].mobod.getBodyAngularVelocity(state)[2], -2 * l / r, 1e-8);
@@ -323,7 +324,7 @@ TEST_F(ModelMechanisms, InitialValuesThatCannotBeAreRefusedWithTheirPlace) {
     EXPECT_THAT(messageOf(sliderCrank + "initial: {joints: {gudgeon: 1.5}}\n"),
                 AllOf(HasSubstr("model.yaml:"), HasSubstr("initial.joints.gudgeon"),
                       HasSubstr("cannot be assembled")));
-    // The one that stands in the way, not the first; and none where a joint is open anyway.
+    // Names the joint that prevents it, not the first one; names none if a joint is open anyway.
     EXPECT_THAT(messageOf(sliderCrank + "initial: {joints: {main: 0.1, guide: 3}}\n"),
                 HasSubstr("initial.joints.guide: the model cannot be assembled"));
     EXPECT_THAT(messageOf(sliderCrank +
@@ -354,7 +355,7 @@ initial: {joints: {shoulder: 0.5, elbow: -1}, rates: {shoulder: 3, elbow: 4}}
         const Joint& joint = model->getJoints()[size_t(i)].joint;
         EXPECT_NEAR(joint.calcCoordinates(state)[0], i ? -1 : 0.5, 1e-9);
         EXPECT_NEAR(joint.calcCoordinateDots(state)[0], i ? 4 : 3, 1e-8);
-        // Nothing is bent: the mechanism turns as if it were rigid.
+        // Nothing bends: the mechanism moves like a rigid one.
         EXPECT_LT(model->getBodies()[size_t(i)].flexible->getModalCoordinates(state).norm(), 1e-9);
     }
 }
@@ -417,7 +418,7 @@ TEST_F(ModelMechanisms, ModelsRunBitForBitAsThoseBuiltByHand) {
         integrator.initialize(from);
         integrator.stepTo(0.1);
         const State& now = integrator.getState();
-        Vector motion(now.getNQ() + now.getNU());  // of a model turns are counted besides
+        Vector motion(now.getNQ() + now.getNU());  // a model counts turns as well
         motion(0, now.getNQ()) = now.getQ();
         motion(now.getNQ(), now.getNU()) = now.getU();
         return motion;
@@ -464,7 +465,7 @@ joints:
     for (const Model::JointEntry& joint : model->getJoints())
         EXPECT_LT(joint.joint.calcPositionErrors(placed).normInf(), 1e-15) << joint.name;
     EXPECT_NEAR(model->getJoints()[1].joint.calcCoordinates(placed)[0], 0, 1e-15);
-    // The assembled model has not moved, and the hinge turns about y of Ground.
+    // The assembled model has not moved, and the hinge rotates about y of Ground.
     BdfIntegrator integrator(model->getSystem());
     integrator.initialize(placed);
     for (const Model::BodyEntry& body : model->getBodies()) {

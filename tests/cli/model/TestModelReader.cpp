@@ -1,5 +1,5 @@
 /** @file
-What the reader of model files takes, and what it says of the rest. **/
+Accepted model files, and messages for the others. **/
 
 #include <gmock/gmock.h>
 
@@ -224,7 +224,8 @@ TEST(ModelReader, FormulaErrorsPointIntoTheText) {
               "you mean 'speed'?");
     EXPECT_EQ(refuseRest("motions:\n  m: {joint: j, position: \"2*tt\"}\n").substr(0, 33),
               "m.yaml:3:30: motions.m.position: ");
-    // Where lines are folded or letters escaped, places in the formula are not those in the file.
+    // With folded lines or escaped characters, positions in the formula differ from those in the
+    // file.
     for (const char* formula :
          {"|\n      2*t\n      + tt\n", "\"2*\\x74t\"\n", "2*t\n      + tt\n"})
         EXPECT_EQ(refuseRest("motions:\n  m:\n    joint: j\n    position: " + std::string(formula))
@@ -522,12 +523,12 @@ TEST(ModelReader, NamesOfFormulasThatAreProbesAndSomethingElseAreRefused) {
                 HasSubstr("'g' is a word of formulas and a probe"));
     EXPECT_THAT(refuseRest(known + "  sum: {expression: road - 1}\n"),
                 HasSubstr("'road' is a table and a probe"));
-    // What can mean one thing only.
+    // Names with only one meaning.
     readRest(known + "  sum: {expression: 'road(t)*load.x + step(t, 0, 0, 1, 1)'}\n");
     readRest("parameters: {load: 2}\nprobes: {load: {expression: 3*load}}\n");
 }
 
-/** All places of laws and expressions, with '@' for the formula. **/
+/** All places for laws and expressions, with '@' for the formula. **/
 const std::vector<std::string> kPlacesOfLaws{
     "loads: {l: {on: a, force: ['@', 0, 0]}}\n",
     "loads: {l: {on: a, torque: [0, 0, '@']}}\n",
@@ -582,7 +583,7 @@ TEST(ModelReader, EveryPairOfNamesIsToldApartWhereverFormulasStand) {
                         HasSubstr("'g' is a word of formulas and a"));
             readRest(write("", "g", section + ".g"));
             readRest(write("", "sin", "sin(t) + " + section + ".sin"));
-            // What is called as a section is.
+            // Entries named like a section.
             readRest(write("", "probes", "probes.y"));
             EXPECT_THAT(refuseRest(write("parameters: {y: 1}\n", "parameters", "parameters.y")),
                         HasSubstr("'parameters.y' could be "));

@@ -1,5 +1,5 @@
 /** @file
-Models built from text against the same systems built by hand. **/
+Models built from text against the same systems built in C++. **/
 
 #include "BuiltModel.h"
 #include "simflex/forces/AttachmentForce.h"
@@ -22,7 +22,7 @@ constexpr double RoundOff = 1e-10;  // relative; of the solution for multipliers
 
 class ModelSystems : public BuiltModelTest {
 protected:
-    /** The same by hand. **/
+    /** The same in C++. **/
     struct ByHand {
         ByHand() : matter(system), forces(system), flexible(system, matter) {}
         MultibodySystem system;
@@ -31,7 +31,7 @@ protected:
         FlexibleBodySubsystem flexible;
     };
 
-    /** A pose in the part's own coordinates as one of frame B. **/
+    /** Converts a pose in the part's own coordinates to frame B. **/
     static Transform toFrame(const Transform& X_GP, const ReducedBody& part) {
         return X_GP *
                Transform(Vec3(part.centerOfMass[0], part.centerOfMass[1], part.centerOfMass[2]));
@@ -107,7 +107,7 @@ connectors:
     DistributedLoad(hand.flexible, blade, LoadShape::fromModalForces(modal),
                     [](Real t) { return 3 * t; });
 
-    // Positions of interfaces and nodes from the part itself, at the placement.
+    // Positions of interfaces and nodes directly from the part, at the placement.
     const Transform X_boom =
         toFrame(Transform(Rotation(Pi / 2, ZAxis), Vec3(0.1, 0.2, 0)), *makeBar());
     const Transform X_blade = toFrame(Vec3(0.5, 0, 0), *makeStiffenedBar());
@@ -181,7 +181,7 @@ initial:
     EXPECT_EQ((built.getQ() - state.getQ()).normInf(), 0);
     EXPECT_EQ((built.getU() - state.getU()).normInf(), 0);
     EXPECT_LT(compareAccelerations(model->getSystem(), built, hand.system, state), RoundOff);
-    EXPECT_EQ(model->getBodies()[0].name, "rod");  // the file's order, though its parent is below
+    EXPECT_EQ(model->getBodies()[0].name, "rod");  // the file's order, although its parent is below
 }
 
 TEST_F(ModelSystems, MotionsGearsAndCouplersAreThoseBuiltByHand) {
@@ -220,7 +220,7 @@ motions:
     Joint::PrescribedRotation(hand.flexible, ground, d,
                               [](Real t) { return Vec3(0.3 * t, 0.3, 0); });
     const State state = hand.system.realizeTopology();
-    // The functions' second derivatives are differences.
+    // Second derivatives of the functions are differences.
     EXPECT_LT(
         compareAccelerations(model->getSystem(), model->makeInitialState(), hand.system, state),
         1e-7);

@@ -1,5 +1,5 @@
 /** @file
-Parts that a model gives by their decks: reduced as `simflex reduce` does, kept by content. **/
+Parts given by their decks: reduced as by `simflex reduce`, cached by content. **/
 
 #include <signal.h>
 #include <sys/stat.h>
@@ -112,7 +112,7 @@ TEST_F(PartCacheTest, AnyByteOfTheDeckOrOfWhatItIncludesAndAnyOptionMakesANewEnt
         EXPECT_TRUE(wasReduced()) << more;
     }
     makePart(plain);
-    makePart(plain + ", keep: {lowest: 1}");  // the choice of modes is no part of it
+    makePart(plain + ", keep: {lowest: 1}");  // the mode selection is not part of it
     EXPECT_FALSE(wasReduced());
     brick.rho *= 2;
     testing::writeText(folder / "material.inc", brick.materialText());
@@ -288,7 +288,7 @@ TEST_F(PartCacheTest, APartOfMatricesIsThatOfItsDeck) {
     EXPECT_EQ(part->provenance.program, "Matrix Market");
     makePart(matrices);
     EXPECT_FALSE(wasReduced());
-    // Every one of the files is content.
+    // Every file counts as content.
     brick.rho *= 2;
     testing::writeText(folder / "heavy.inp", brick.text());
     writeMatrixMarket(readDeck("heavy.inp"), folder / "heavy");
@@ -302,10 +302,10 @@ TEST_F(PartCacheTest, APartOfMatricesIsThatOfItsDeck) {
 }
 
 TEST_F(PartCacheTest, APartThatHangsOnOneNodeIsNamedWithWhatToLookFor) {
-    // Two cubes that share a corner: the second turns about it.
+    // Two cubes that share a corner: the second can rotate about it.
     std::string nodes = "*NODE\n";
     for (int k = 0; k < 15; ++k) {
-        const int corner = k < 8 ? k : k - 7;  // the eighth node is both cubes'
+        const int corner = k < 8 ? k : k - 7;  // the eighth node belongs to both cubes
         const double shift = k < 8 ? 0 : 0.1;
         nodes += std::to_string(k + 1);
         for (int axis = 0; axis < 3; ++axis)

@@ -1,5 +1,5 @@
 /** @file
-The schema: what it says of itself, and that the JSON schema agrees with the reader. **/
+The schema: its self-description, and agreement of the JSON schema with the reader. **/
 
 #include <gmock/gmock.h>
 
@@ -32,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** Calls `visit` for each key of the schema with the map that has it and its path. **/
+/** Calls `visit` for each key of the schema with its containing map and path. **/
 void visitKeys(
     const SchemaForm& form, const std::string& path,
     const std::function<void(const SchemaForm&, const SchemaKey&, const std::string&)>& visit) {
@@ -45,7 +45,7 @@ void visitKeys(
         visitKeys(item, path + (form.kind == SchemaForm::Kind::List ? ".0" : ".NAME"), visit);
 }
 
-/** Frames, rotations and places are the same everywhere. **/
+/** Frames, rotations and positions are the same everywhere. **/
 std::string identify(const SchemaForm& form, const SchemaKey& key) {
     return form.title + ": " + key.name;
 }
@@ -94,7 +94,8 @@ TEST(Schema, EveryKeySaysWhatItMeans) {
 TEST(Schema, EveryExampleAndDefaultIsAllowed) {
     auto file = std::make_shared<ModelFile>();
     file->scope.constants = {{"pi", 3.14}, {"deg", 0.0175}, {"g", 9.81}, {"length", 1}};
-    for (const char* word : {"angle", "target", "speed", "error", "height", "charge", "rate", "tip"})
+    for (const char* word :
+         {"angle", "target", "speed", "error", "height", "charge", "rate", "tip"})
         file->words[word] = word;
     file->scope.tables["engine"] = std::make_shared<formula::Table>(
         "engine", std::vector<double>{0, 1}, std::vector<double>{0, 1});
@@ -207,7 +208,7 @@ TEST(Schema, NearestNamesAreThoseOfFewestEdits) {
     EXPECT_EQ(findNearestName("mehtod", known), "method");
     EXPECT_EQ(findNearestName("tolerance", known), "constraint_tolerance");
     EXPECT_EQ(findNearestName("banana", known), "");
-    // A letter more, one less, another one and two that are swapped are one edit each.
+    // An inserted, deleted, replaced or swapped letter is one edit each.
     EXPECT_EQ(findNearestName("tol", {"total", "tool"}), "tool");
     EXPECT_EQ(findNearestName("toool", {"to", "tool"}), "tool");
     EXPECT_EQ(findNearestName("masj", {"disk", "mash"}), "mash");
@@ -217,8 +218,8 @@ TEST(Schema, NearestNamesAreThoseOfFewestEdits) {
               "there are accuracy, method, threads, constraint_tolerance");
 }
 
-/** check_model_schema.py validates all models and mutations of them, and leaves each mutation with
-its verdict; the reader must come to the same. **/
+/** check_model_schema.py validates all models and mutations of them, and stores each mutation with
+its verdict; the reader must agree. **/
 TEST(Schema, JsonSchemaAgreesWithTheReader) {
     const simflex::testing::TestFolder scratch;
     const fs::path folder = scratch.makeFolder("mutations");
@@ -235,7 +236,7 @@ TEST(Schema, JsonSchemaAgreesWithTheReader) {
         SCOPED_TRACE(read(file.path()).substr(0, 3000));
         std::string verdict = "accept";
         try {
-            // beside the model that it was made of, where the tables are
+            // beside its original model, next to its tables
             readModel({SIMFLEX_SOURCE_DIR "/tests/cli/model/" + name, read(file.path()), {}});
         } catch (const ModelError& error) {
             verdict = error.what();

@@ -1,5 +1,5 @@
 /** @file
-simflex compare, and the figures of simflex plot, on results whose values are known. **/
+simflex compare, and the figures of simflex plot, on results with known values. **/
 
 #include <gmock/gmock.h>
 
@@ -30,7 +30,7 @@ using ::testing::StartsWith;
 
 constexpr double pi = 3.14159265358979323846;
 
-/** A run of one probe: value(t), at `count` times from 0 to 1 s. **/
+/** Returns a run of one probe: value(t), at `count` times from 0 to 1 s. **/
 Results makeData(int count, const std::function<double(double)>& value) {
     Results data;
     data.analyses.emplace_back();
@@ -127,7 +127,7 @@ TEST(Comparison, WhatIsNoNumberOnOneSideOnlyDiffersWithoutBound) {
         0);
 }
 
-/** Outcome x = H p of m ẍ + c ẋ + k x = p, at `count` frequencies from 1 to 20 Hz. **/
+/** Response x = H p of m ẍ + c ẋ + k x = p, at `count` frequencies from 1 to 20 Hz. **/
 struct Oscillator {
     double m = 1.5, c = 12, k = 4000;
 
@@ -154,7 +154,7 @@ struct Oscillator {
         return data;
     }
 
-    /** @param scale  of the second state against the speed **/
+    /** @param scale  of the second state relative to the speed **/
     Results linearize(double scale) const {
         Results data;
         data.analyses.emplace_back();
@@ -197,7 +197,7 @@ TEST(Comparison, ResponsesDifferAsComplexNumbers) {
     EXPECT_EQ(result.columns[0].time, at);
     EXPECT_NEAR(result.columns[0].getRelative(), largest / size, 1e-12);
     EXPECT_THAT(result.notes, SizeIs(0));
-    // Of the same size, but in the other direction.
+    // Of equal magnitude in the opposite direction.
     Results turned = soft.respond(101);
     for (auto& row : turned.analyses[0].matrices["phase"]) row[0] += 180;
     EXPECT_NEAR(compareResults(soft.respond(101), turned, {}, "a", "b").columns[0].getRelative(), 2,
@@ -207,7 +207,8 @@ TEST(Comparison, ResponsesDifferAsComplexNumbers) {
 }
 
 TEST(Comparison, WhatOtherFrequenciesMakeDifferIsTold) {
-    // A grid that does not see the peak, one that hardly does, one that does: the response is one.
+    // A grid that misses the peak, one that barely resolves it, and one that does: the response is
+    // the same.
     const Oscillator body;
     for (const int count : {6, 24, 151}) {
         const auto result = compareResults(body.respond(400), body.respond(count), {}, "a", "b");
@@ -261,7 +262,7 @@ TEST(Comparison, LinearModelsAreThoseOfTheirPolesAndResponsesWhateverTheirStates
     const auto unlike = compareResults(soft.linearize(1), larger, {}, "a", "b");
     ASSERT_THAT(unlike.missing, SizeIs(1));
     EXPECT_THAT(unlike.missing[0].text, HasSubstr("poles are not compared"));
-    ASSERT_THAT(unlike.columns, SizeIs(1));  // its third state answers to nothing
+    ASSERT_THAT(unlike.columns, SizeIs(1));  // its third state has no counterpart
     EXPECT_LT(unlike.columns[0].getRelative(), 1e-12);
 }
 
@@ -359,7 +360,7 @@ protected:
         writer.setComplete("run");
     }
 
-    /** Whether a picture has this colour somewhere. **/
+    /** Whether a picture contains this colour. **/
     static bool hasColor(const Image& image, const Image::Pixel& color) {
         for (int y = 0; y < image.getHeight(); ++y)
             for (int x = 0; x < image.getWidth(); ++x)

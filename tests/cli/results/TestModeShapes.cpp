@@ -100,7 +100,7 @@ TEST_F(ModeShapesTest, AssuranceIsTheCosineSquared) {
 }
 
 TEST_F(ModeShapesTest, ResponsesAreReadWhereTheyPeak) {
-    // Two modes of a model with closed form; evenly spaced and in pairs, short and long.
+    // Two modes of a closed-form model; evenly spaced and in pairs, short and long.
     const auto calc = [](int node, double f) {
         const double w = 2 * SimTK::Pi * f;
         const std::complex<double> first = 1.0 / std::complex<double>(3600 - w * w, 1.2 * w),
@@ -137,7 +137,7 @@ TEST_F(ModeShapesTest, ResponsesAreReadWhereTheyPeak) {
     ASSERT_EQ(modes.frequency.size(), 2u);
     EXPECT_NEAR(modes.frequency[0], 60 / (2 * SimTK::Pi), 0.02);
     EXPECT_NEAR(modes.frequency[1], 200 / (2 * SimTK::Pi), 0.02);
-    // Near enough to the modes {1, 2} and {1, −0.5}; and what was measured to all digits.
+    // Close to the modes {1, 2} and {1, −0.5}; and measured data to all digits.
     EXPECT_GT(calcModalAssurance(modes.shapes[0], {1, 2}), 0.999);
     EXPECT_GT(calcModalAssurance(modes.shapes[1], {1, -0.5}), 0.99);
     for (size_t k = 0; k < 2; ++k) {
@@ -164,10 +164,10 @@ TEST_F(ModeShapesTest, OutputsThatDoNotMoveDoNotCount) {
     EXPECT_NEAR(alike.values[0][0], 1, 1e-15);
     EXPECT_NEAR(alike.values[0][1], 0, 1e-15);
     EXPECT_NEAR(alike.values[1][2], 25.0 / (5 * 10), 1e-15);
-    // Round-off is no shape.
+    // Round-off is not a shape.
     EXPECT_THAT(alike.values[2], ElementsAre(0, 0, 0));
     EXPECT_FALSE(alike.findPartner(2, model.frequency, test.frequency));
-    // One alone that moves makes all modes alike.
+    // If only one node moves, all modes look alike.
     const ModeShapes flat{{"a.x", "a.y", "a.z"}, {}, {1, 2}, {{1, 0, 0}, {-2, 0, 0}}, {}};
     try {
         calcModalAssurance(flat, flat);
@@ -176,7 +176,7 @@ TEST_F(ModeShapesTest, OutputsThatDoNotMoveDoNotCount) {
         EXPECT_THAT(error.what(), HasSubstr("a.y, a.z are zero in all modes of one side, and 'a.x' "
                                             "alone is alike in all modes"));
     }
-    // Of a single mode, a zero is a node of its shape: (1, 0, 1) and (1, 5, 1) differ.
+    // In a single mode, a zero is a vibration node: (1, 0, 1) and (1, 5, 1) differ.
     const ModeShapes one{{"a", "b", "c"}, {}, {1}, {{1, 0, 1}}, {}},
         other{{"a", "b", "c"}, {}, {1}, {{1, 5, 1}}, {}};
     EXPECT_NEAR(calcModalAssurance(one, other).values[0][0], 4.0 / (2 * 27), 1e-15);
@@ -280,11 +280,11 @@ TEST_F(ModeShapesTest, TheProgramPairsAResultWithATest) {
     const size_t begin = csv.find("\n1,") + 3;
     ASSERT_TRUE(readNumber(csv.substr(begin, csv.find(',', begin) - begin), found)) << csv;
     EXPECT_NEAR(found, cross, 1e-14);
-    // What a run writes can be read again.
+    // The output of a run can be read again.
     writeResultCsv(folder / "own.csv", modes);
     ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "mac run.h5 own.csv"), 0) << err;
     EXPECT_THAT(out, HasSubstr("+0.00 %"));
-    // What has nothing in common.
+    // Files with nothing in common.
     write("other.csv", "frequency [Hz],a.x,tip.x\n1,1,2\n");
     EXPECT_NE(runProgram("'" SIMFLEX_PROGRAM "'", "mac run.h5 other.csv"), 0);
     EXPECT_THAT(err, HasSubstr("'tip.x' alone is alike in all modes"));

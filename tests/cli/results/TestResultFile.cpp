@@ -1,5 +1,5 @@
 /** @file
-Result files: what is written is read back, whatever happens to the writer. **/
+Result files: written data can be read back, however the writer ends. **/
 
 #include <gmock/gmock.h>
 #include <hdf5.h>
@@ -94,7 +94,7 @@ TEST_F(ResultFileTest, EverythingWrittenIsReadBackInTheSameOrder) {
     EXPECT_TRUE(run.isComplete);
     EXPECT_EQ(run.time.size(), 100u);
     EXPECT_TRUE(isCircle(run));
-    EXPECT_EQ(run.probes[0].column.name, "swing");  // not in the order of the alphabet
+    EXPECT_EQ(run.probes[0].column.name, "swing");  // not in alphabetical order
     EXPECT_THAT(run.probes[0].column.columns, ElementsAre("x", "y"));
     EXPECT_EQ(run.probes[1].column.unit, "rad");
     EXPECT_THAT(run.probes[1].column.columns, ElementsAre(""));
@@ -198,8 +198,8 @@ TEST_F(ResultFileTest, ARunningRunCanBeReadByOthersAndWrittenByNoOther) {
     }
 }
 
-/** Runs `work` in a process of its own, and kills it when it has told `moment`. @returns the
-largest number that it told. **/
+/** Runs `work` in a child process and kills it when it has reported `moment`. @returns the largest
+number reported. **/
 int killAt(int moment, const std::function<void(volatile int&)>& work) {
     void* shared = mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     volatile int& told = *static_cast<volatile int*>(shared);
@@ -236,12 +236,12 @@ TEST_F(ResultFileTest, AWriterKilledAtAnyMomentLeavesEveryFlushedRow) {
         ASSERT_EQ(data.analyses.size(), 1u);
         EXPECT_GE(int(data.analyses[0].time.size()), flushed);
         EXPECT_TRUE(isCircle(data.analyses[0]));
-        // Any program can read the HDF5 file itself, too.
+        // Any program can read the HDF5 file by itself, too.
         std::filesystem::rename(path + ".rows", folder / "aside");
         ASSERT_EQ(readResults(path).analyses.size(), 1u);
         EXPECT_TRUE(isCircle(readResults(path).analyses[0]));
         std::filesystem::rename(folder / "aside", path + ".rows");
-        // And the run can go on.
+        // The run can be resumed.
         ResultWriter writer(path);
         writer.resumeTransient("run", flushed);
         addCircle(writer, flushed, flushed + 10);
@@ -254,7 +254,7 @@ TEST_F(ResultFileTest, AWriterKilledAtAnyMomentLeavesEveryFlushedRow) {
 TEST_F(ResultFileTest, AFullDiskIsToldAndLosesNothingOfBefore) {
     const pid_t child = startChild([&] {
         signal(SIGXFSZ, SIG_IGN);
-        const rlimit limit{60000, 60000};  // bytes of a file: what comes after is refused
+        const rlimit limit{60000, 60000};  // file size [bytes], beyond which writing fails
         setrlimit(RLIMIT_FSIZE, &limit);
         int rows = 0;
         try {

@@ -46,7 +46,7 @@ std::string getRefusal(const Work& work) {
 }
 
 TEST(Spectrum, SinesHaveTheirAmplitudesAtTheirFrequencies) {
-    // 1000 rows in a second, so that each frequency is a whole number; a mean, which is left out.
+    // 1000 rows per second, so that each frequency is an integer; a mean, which is removed.
     const Signal signal = sample(1e-3, 1000, [](double t) {
         return 7 + 2 * std::sin(2 * Pi * 50 * t + 0.3) + 0.25 * std::cos(2 * Pi * 123 * t);
     });
@@ -92,14 +92,14 @@ TEST(Spectrum, RefusesWhatHasNoFrequencies) {
     EXPECT_THAT(getRefusal([&] { calcSpectrum(signal.time, missing); }),
                 HasSubstr("there is no value at t = 0.003 s"));
     EXPECT_THAT(getRefusal([] { calcSpectrum({0, 1, 2}, {0, 1, 2}); }), HasSubstr("too few"));
-    // The end of a motion may come early.
+    // The motion may end early.
     Values early = signal.time;
     early.back() -= 5e-4;
     EXPECT_EQ(calcSpectrum(early, signal.values).frequency.size(), 50u);
 }
 
 TEST(Waterfall, ALineFollowsTheSpeed) {
-    // From 50 to 150 rad/s in 20 s: twice the speed at every time.
+    // From 50 to 150 rad/s in 20 s: twice the speed at any time.
     const auto speed = [](double t) { return 50 + 5 * t; };
     const Signal signal = sample(
         2e-3, 10001, [](double t) { return 4 * std::cos(2 * (50 * t + 2.5 * t * t)); }, speed);
@@ -138,14 +138,14 @@ TEST(Orders, SteadyAmplitudesAndPhasesAreFoundExactlyInARunUp) {
     }
 }
 
-/** A Jeffcott rotor that runs up slowly: its amplitude over speed is that of steady motions. **/
+/** In a slow run-up, the amplitude of a Jeffcott rotor over speed is that of steady motions. **/
 TEST(Orders, ASlowRunUpShowsTheResonanceOfAnUnbalance) {
     constexpr double omega = 100, zeta = 0.05, start = 80, rate = 0.5;
     const auto calcResponse = [&](double speed) {
         const double r = speed / omega;
         return r * r / std::hypot(1 - r * r, 2 * zeta * r);
     };
-    // ÿ + 2ζω ẏ + ω² y = Ω² cos θ by Runge and Kutta.
+    // ÿ + 2ζω ẏ + ω² y = Ω² cos θ by Runge-Kutta.
     const double h = 2.5e-4;
     Values time, values, speed;
     double y = 0, v = 0;

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Models that are run by the built program, and what it leaves. **/
+Models run by the built program, and the resulting files. **/
 
 #include <gmock/gmock.h>
 
@@ -31,7 +31,7 @@ protected:
         return {};
     }
 
-    /** Bytes of a result file, but for what the clock said. **/
+    /** Returns the bytes of a result file without wall times. **/
     std::string readWithoutSeconds(const std::string& file) {
         std::string bytes = testing::readText(folder / file);
         for (const Results::Analysis& analysis : readResults(folder / file).analyses)
@@ -47,7 +47,7 @@ protected:
                 if (at != std::string::npos)
                     bytes.replace(at, sizeof(double), sizeof(double), '\0');
             }
-        // And the checksum at the end, of all of them.
+        // Also without the final checksum of all bytes.
         return bytes.substr(0, bytes.size() - sizeof(std::uint64_t));
     }
 
@@ -60,7 +60,7 @@ protected:
         return none;
     }
 
-    /** Derivative of a column at row i, of fourth order. **/
+    /** Returns the fourth-order derivative of a column at row i. **/
     static double differentiate(const Results::Series& series, size_t i, size_t column,
                                 double interval) {
         const auto at = [&](int shift) { return series.rows[size_t(int(i) + shift)][column]; };

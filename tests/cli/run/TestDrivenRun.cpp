@@ -1,5 +1,5 @@
 /** @file
-Runs that are driven by functions of time which rest, switch, have kinks, or no value. **/
+Runs driven by functions of time with dwells, switches, kinks, or undefined values. **/
 
 #include "cli/run/RunTest.h"
 
@@ -26,7 +26,7 @@ protected:
         EXPECT_EQ(runModel(), 0) << err;
         return find(read("run"), "v").rows.back()[0];
     }
-    /** What the program says of a motion of the cart. **/
+    /** Returns the program's message about a motion of the cart. **/
     std::string refuseMotion(const std::string& position, const std::string& duration = "1") {
         writeModel(makeCart("motions: {lead: {joint: guide, position: \"" + position +
                             "\"}}\nanalyses: {run: {type: transient, duration: " + duration +
@@ -51,9 +51,9 @@ TEST_F(DrivenRunTest, ImpulsesOfLoadsAreTheirSpeeds) {
 }
 
 TEST_F(DrivenRunTest, TheImpulseOfATriangleIsOffByItsKinksAlone) {
-    // BDF2 is exact for ramps. Behind a kink where the force's slope changes by s it is off by
-    // s h³/9 in x at once, which is kept below the accuracy a, and by s h²/4 in v in the end: by
-    // (81/64)^(1/3) s^(1/3) a^(2/3) at most. s is 200, -400 and 200 N/s.
+    // BDF2 is exact for ramps. After a kink where the force's slope changes by s, x is immediately
+    // off by s h³/9, which is kept below the accuracy a, and v finally by s h²/4: at most
+    // (81/64)^(1/3) s^(1/3) a^(2/3). s is 200, -400 and 200 N/s.
     const double kinks = std::cbrt(81.0 / 64) * (2 * std::cbrt(200) + std::cbrt(400));
     for (const char* accuracy : {"1e-6", "1e-8", "1e-9"}) {
         const double speed =
@@ -108,7 +108,7 @@ TEST_F(DrivenRunTest, MotionsThatJumpAreRefusedWithTheirTime) {
               "simflex: model.yaml:6:43: motions.lead.position: the motion's speed jumps at t = "
               "0.25 from -1 to 1" +
                   advice);
-    // A jump of the acceleration alone is none, nor is a kink after the end.
+    // Neither a jump of the acceleration alone nor a kink after the end counts.
     writeModel(
         makeCart("motions: {lead: {joint: guide, position: \"max(0, t - 0.1)^2 + "
                  "step(t, 0.3, 0, 0.4, 1) + abs(t - 2)\"}}\n"
@@ -117,7 +117,7 @@ TEST_F(DrivenRunTest, MotionsThatJumpAreRefusedWithTheirTime) {
 }
 
 TEST_F(DrivenRunTest, FormulasWithoutValueEndTheRunWithTheReason) {
-    // Enough bodies that two threads share them.
+    // Enough bodies for two threads.
     std::string bodies, joints, motions;
     for (int i = 0; i < 40; ++i) {
         const std::string n = std::to_string(i);

@@ -1,5 +1,5 @@
 /** @file
-Error bars against the error itself: the same run with 200 modes. **/
+Error bars against the true error: the same run with 200 modes. **/
 
 #include <complex>
 #include <fstream>
@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/** A bar on a pin that is started with a jerk, and swings a weight at its end. **/
+/** A pinned bar, started with a jerk, with a weight swinging at its end. **/
 class ErrorBarTest : public RunTest {
 protected:
     void SetUp() override {
@@ -47,8 +47,8 @@ analyses:
 )YAML");
     }
 
-    /** Part of the samples at which the true error is within a factor of 2 of the bar; those at
-    which it is lost among the last digits of the run do not count. **/
+    /** Returns the share of samples at which the true error is within a factor of 2 of the bar.
+    Samples whose error is lost in the run's last digits do not count. **/
     double calcTrusted(const Results::Analysis& run, const Results::Analysis& full,
                        const std::string& probe, size_t column) {
         const Results::Series &given = find(run, probe), &error = find(run, probe + " error"),
@@ -130,7 +130,7 @@ TEST_F(ErrorBarTest, ResponsesHaveErrorsAndLinearModelsAreNamedAsHavingNone) {
     EXPECT_NEAR(percent, 100 * largest / size, 1e-2 * percent);
     EXPECT_EQ(out.find("frequency 3 [Hz]"), std::string::npos) << out;
     EXPECT_THAT(out, HasSubstr("no error bar: analysis 'lin' is a linear model"));
-    // There are no steps to be verified, and nothing of these that a rigid model has too.
+    // There are no steps to verify, and nothing that exists in a rigid model, too.
     ASSERT_EQ(runModel(analyses + "--verify --rigid -o rigid.h5"), 0) << err;
     EXPECT_THAT(out, HasSubstr("nothing to verify: "));
     EXPECT_THAT(out, HasSubstr("rest: flexible against rigid"));
@@ -144,7 +144,7 @@ TEST_F(ErrorBarTest, TheRunItselfIsNotChangedByItsBars) {
     const Results::Analysis alone = read("swing", "alone.h5"), run = read("swing");
     EXPECT_EQ(find(alone, "tip").rows, find(run, "tip").rows);
     EXPECT_EQ(alone.q, run.q);
-    // Once more over its own results.
+    // Once more on top of its own results.
     ASSERT_EQ(runModel("--error-bar --resume"), 0) << err;
     EXPECT_EQ(find(read("swing"), "tip error").rows, find(run, "tip error").rows);
 }
@@ -163,7 +163,7 @@ TEST_F(ErrorBarTest, PostProcessingKeepsThem) {
     for (const Results::Series& series : post.probes) EXPECT_NE(series.column.name, "new error");
     EXPECT_EQ(find(read("rest", "post.h5"), "middle error").rows,
               find(read("rest"), "middle error").rows);
-    // A probe that is another one now keeps none.
+    // A changed probe keeps no error bar.
     ASSERT_EQ(runProgram("SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'",
                          "post model.results.h5 -q -o post.h5 --set "
                          "'probes.tip={velocity: bar.far}'"),
@@ -187,10 +187,10 @@ analyses: {rest: {type: static}}
 )");
     EXPECT_NE(runModel("--error-bar"), 0);
     EXPECT_THAT(err, HasSubstr("simflex reduce --further-modes 24"));
-    EXPECT_FALSE(std::ifstream(folder / "model.results.h5").good());  // it is said before the run
+    EXPECT_FALSE(std::ifstream(folder / "model.results.h5").good());  // refused before the run
     ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", given + "--further-modes 24"), 0) << err;
     ASSERT_EQ(runModel("--error-bar"), 0) << err;
-    // Inertia relief carries all of the weight: what is lacking is known to the last digits.
+    // With inertia relief the weight is fully represented: the remaining error is round-off.
     const double error = find(read("rest"), "tip error").rows[0][1];
     EXPECT_GT(std::abs(error), 1e-9);
     ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", reduce + "--modes 24 --inertia-relief"), 0)

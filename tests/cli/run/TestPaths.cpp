@@ -1,5 +1,5 @@
 /** @file
-Paths of equilibria: what a run says and keeps of them. **/
+Equilibrium paths: messages and results of a run. **/
 
 #include <cmath>
 
@@ -14,7 +14,7 @@ using namespace model;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// F(w) = 2k (l₀/l − 1) y, y = 0.3 − w, l² = 1 + y²; it is largest where l³ = l₀.
+// F(w) = 2k (l₀/l − 1) y, y = 0.3 − w, l² = 1 + y²; its maximum is where l³ = l₀.
 constexpr double Stiffness = 2e4, Push = 1500;
 double calcForce(double y) {
     return 2 * Stiffness * (std::hypot(1, 0.3) / std::hypot(1, y) - 1) * y;
@@ -81,7 +81,7 @@ TEST_F(PathTest, EveryPointHasARowAndTheLastIsTheResult) {
     EXPECT_THAT(out, HasSubstr("limit point: the path turns at 13.2666 % of the loads"));
     EXPECT_THAT(out, HasSubstr("limit point  -"));
 
-    // The table of the summary and modes are of the last one.
+    // The summary table and the modes are those of the last point.
     char text[100];
     std::snprintf(text, sizeof text, "place.y [m]  %.6g\n", place.rows.back()[1]);
     EXPECT_THAT(out, HasSubstr(text));
@@ -100,7 +100,7 @@ TEST_F(PathTest, EveryPointHasARowAndTheLastIsTheResult) {
     EXPECT_EQ(figure.xLabel, "load factor");
     EXPECT_EQ(figure.panels[0].curves[0].x.size(), path.size());
 
-    // Other probes later, along all of it.
+    // Other probes added later, along the whole path.
     writeModel(makeTruss("step: 0.05") + "  modes: {type: eigen, about: snap}\n");
     ASSERT_EQ(runProgram("SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'",
                          "post --quiet model.results.h5 --set probes.high='{position: mass, "

@@ -1,5 +1,5 @@
 /** @file
-Pictures that a model asks for. **/
+Pictures requested by a model. **/
 
 #include <algorithm>
 
@@ -40,7 +40,7 @@ pictures:
               11);
     EXPECT_EQ(testing::readText(folder / "run.gif").substr(0, 3), "GIF");
     EXPECT_THAT(out, HasSubstr("pictures: 11 in shots, run.gif\n"));
-    // Pictures change nothing in the results.
+    // Pictures do not change the results.
     EXPECT_TRUE(results == readWithoutSeconds("model.results.h5"));
 }
 
@@ -85,7 +85,7 @@ TEST_F(RunPicturesTest, ConnectorsAndLoadsAreDrawnUnlessHidden) {
         EXPECT_EQ(runModel(), 0) << err;
         return Image::readPng(folder / "shots/frame_00001.png");
     };
-    // Crimson is of loads alone.
+    // Only loads are crimson.
     const auto countCrimson = [](const Image& image) {
         int count = 0;
         for (int y = 0; y < image.getHeight(); ++y)
@@ -106,7 +106,7 @@ TEST_F(RunPicturesTest, ConnectorsAndLoadsAreDrawnUnlessHidden) {
 }
 
 TEST_F(RunPicturesTest, AFollowedFrameStaysInTheMiddleThoughItsBodyTurns) {
-    // A black ball away from the body's own frame, on a rod that swings through half a turn.
+    // A black ball away from the body's own frame, on a rod that swings by half a turn.
     writeModel(R"(simflex: 1
 gravity: [0, -9.81, 0]
 bodies:
@@ -192,14 +192,14 @@ TEST_F(RunPicturesTest, InsetsLieOverAPictureThatStaysAsItIs) {
         for (int x = 0; x < 320; ++x) {
             EXPECT_EQ(both.getPixel(x, y), swapped.getPixel(x, y));
             if (both.getPixel(x, y) == alone.getPixel(x, y)) continue;
-            // A line stays free beside an inset.
+            // A free line borders an inset.
             (x >= 223 && y <= 73 ? numInInset : numOther) += 1;
         }
     EXPECT_EQ(numOther, 0);
     EXPECT_GT(numInInset, 1000);
 }
 
-/** A bar that sags under its weight, a few micrometres at most. **/
+/** Returns a bar that sags under its weight by a few micrometres at most. **/
 std::string makeSaggingBar(const std::string& pictures) {
     return R"(simflex: 1
 gravity: [0, -9.81, 0]
@@ -218,7 +218,7 @@ TEST_F(RunPicturesTest, ColorBarStaysFreeOfInsets) {
     writeModel(makeSaggingBar("cameras: [{view: front}, {view: top, inset: [0.6, 0, 0.4, 0.5]}]"));
     ASSERT_EQ(runModel(), 0) << err;
     const Image image = Image::readPng(folder / "shots/frame_00001.png");
-    // Both ends of the colours, at the right edge below the inset.
+    // Both ends of the colour range, at the right edge below the inset.
     const Image::Pixel largest{253, 231, 37, 255}, least{68, 1, 84, 255};
     int numLargest = 0, numLeast = 0;
     for (int y = 181; y < 360; ++y)
@@ -287,7 +287,7 @@ TEST_F(RunPicturesTest, BodiesAreHiddenSeenThroughAndColoredAsAsked) {
     };
     const auto isRed = [](const Image::Pixel& p) { return p[0] > 3 * p[1] && p[0] > 3 * p[2]; };
     const auto isBlue = [](const Image::Pixel& p) { return p[2] > 3 * p[1] && p[2] > 3 * p[0]; };
-    // Of the colour bar: its upper end.
+    // The upper end of the colour bar.
     const auto isLargest = [](const Image::Pixel& p) {
         return p == Image::Pixel{253, 231, 37, 255};
     };
@@ -315,7 +315,8 @@ TEST_F(RunPicturesTest, BodiesAreHiddenSeenThroughAndColoredAsAsked) {
                 HasSubstr("pictures.bodies.baar: there is no body 'baar'; did you mean 'bar'"));
 }
 
-/** From the pin in the middle of the picture to the mass centre half a metre below. **/
+/** The stick leads from the pin in the middle of the picture to the mass centre half a metre
+below. **/
 TEST_F(RunPicturesTest, BodiesWithoutAShapeAreSticksToTheirJoints) {
     writeModel(makePendulum("0", R"(analyses: {rest: {type: static}}
 pictures:
@@ -373,7 +374,7 @@ TEST_F(RunPicturesTest, ArrowsOfReactionsEndWhenAnEventReleasesTheJoint) {
     EXPECT_LT(countOrange("1"), 10);
 }
 
-/** Its own colour is that of a flexible body which has no contour. **/
+/** A flexible body without a contour has its own colour. **/
 TEST_F(RunPicturesTest, FlexibleBodiesHaveTheirColorWithoutContour) {
     testing::writeText(folder / "bar.inp", testing::Brick().text());
     std::string model = makeSaggingBar("contour: none, ghost: false, ground: none");

@@ -1,5 +1,5 @@
 /** @file
-Results are gone back to without running the model again. **/
+Post-processing of results without running the model again. **/
 
 #include <algorithm>
 #include <cstdio>
@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 class PostTest : public RunTest {
 protected:
-    /** A bar that turns about a pin at its end; rows are at times without round-off. **/
+    /** Returns a bar rotating about a pin at its end; row times have no round-off. **/
     static std::string makeBar(const std::string& probes, const std::string& pictures = "") {
         return R"(simflex: 1
 gravity: [0, -9.81, 0]
@@ -57,7 +57,7 @@ TEST_F(PostTest, NewProbesAreWhatTheRunWouldHaveRecordedToTheBit) {
     EXPECT_THAT(out, HasSubstr("results: first.post.h5\n"));
     ASSERT_EQ(runModel("-o again.h5"), 0) << err;
     EXPECT_TRUE(readWithoutSeconds("first.post.h5") == readWithoutSeconds("again.h5"));
-    // The angle has gone round and is counted on in the second analysis.
+    // The angle exceeds a turn and continues in the second analysis.
     EXPECT_GT(find(read("more", "first.post.h5"), "angle").rows.back()[0], 6.3);
 }
 
@@ -133,7 +133,7 @@ TEST_F(PostTest, AnAnimationHasNodesWhereParaViewHasThem) {
     EXPECT_THAT(err, HasSubstr("output.states: an animation is made of States"));
 }
 
-/** A bar that hangs by a spring, at rest and about it. **/
+/** A bar hanging from a spring, at rest, with modes about it. **/
 class PostAtRestTest : public PostTest {
 protected:
     static std::string makeHanging(const std::string& probes, const std::string& pictures) {
@@ -199,7 +199,7 @@ TEST_F(PostAtRestTest, ModesAreKeptWithTheirMatrices) {
     for (const std::vector<double>& row : G) EXPECT_NEAR(multiply({1}, {row}, shapes[0]), 0, 1e-9);
 }
 
-/** A joint that an event releases, and a filter: neither follows from coordinates and speeds. **/
+/** A joint released by an event, and a filter: neither follows from coordinates and speeds. **/
 TEST_F(PostTest, WhatEventsReleaseAndFiltersKnowIsToldToTheBitToo) {
     const std::string more =
         "states: {slow: {low_pass: {input: bar_speed, time_constant: 0.03}}}\n"

@@ -1,5 +1,5 @@
 /** @file
-Every kind of probe against what can be said of it independently. **/
+Every kind of probe against independent results. **/
 
 #include <sstream>
 
@@ -38,8 +38,8 @@ analyses: {run: {type: transient, duration: 0.2, interval: 0.005}}
     ASSERT_EQ(runModel(), 0) << err;
     const Results::Analysis run = read("run");
     const double h = 0.005;
-    // Differences of rows leave h⁴/30 of fifth derivatives (below 1e3 here) and rows' errors over
-    // h.
+    // Differences of rows have errors of h⁴/30 of fifth derivatives (below 1e3 here) and the rows'
+    // errors over h.
     const double allowed = 1e-4, allowedAcceleration = 2e-3;
     const auto& p = find(run, "p");
     for (size_t i = 2; i + 2 < run.time.size(); ++i) {
@@ -132,7 +132,7 @@ analyses: {run: {type: transient, duration: 0.2, interval: 0.01}}
     EXPECT_EQ(find(run, "pushed").column.unit, "N");
 }
 
-/** A cantilever of 200 × 30 × 20 mm, held at its root. **/
+/** A cantilever of 200 × 30 × 20 mm, clamped at its root. **/
 class CantileverTest : public RunTest {
 protected:
     void SetUp() override {
@@ -186,15 +186,15 @@ analyses:
     const double P = 100, L = 0.2, E = 70e9, I = 0.02 * std::pow(0.03, 3) / 12, A = 6e-4,
                  G = E / 2.6;
     const double bending = P * L * L * L / (3 * E * I), shear = P * L / (5.0 / 6 * G * A);
-    // Against its support, not against the mean of a body whose support moves, too.
+    // Relative to its support, not to the mean of a body whose support moves, too.
     EXPECT_NEAR(value("deflection", 1), value("tip", 1), 1e-12);
     EXPECT_NEAR(value("top_deflection"), value("top_from_root") - 0.015, 1e-12);
     EXPECT_GT(value("bent", 1), -0.5 * bending);
-    // Rigid faces hinder lateral contraction near the ends: a little stiffer than a beam.
+    // Rigid faces restrain lateral contraction near the ends: slightly stiffer than a beam.
     EXPECT_NEAR(value("tip", 1), -(bending + shear), 0.02 * bending);
     EXPECT_NEAR(value("deflection", 1), -(bending + shear), 0.02 * bending);
     EXPECT_NEAR(value("tip", 0), 0.2, 1e-3 * bending);
-    // Displacements are counted from the frame that moves with the bar's mean.
+    // Displacements are relative to the frame that follows the bar's mean motion.
     for (size_t k = 0; k < 3; ++k)
         EXPECT_NEAR(value("bent", k), value("tip_in_bar", k) - (k == 0 ? 0.2 : 0), 1e-12);
     EXPECT_NEAR(value("top"), value("top_in_bar") - 0.015, 1e-12);
@@ -212,18 +212,19 @@ analyses:
     EXPECT_NEAR(value("energy"), 0.5 * P * -value("tip", 1), 1e-6 * P * bending);
     EXPECT_DOUBLE_EQ(value("energy"), value("energy_of_bar"));
     EXPECT_EQ(find(rest, "xi").column.columns, (std::vector<std::string>{"1", "3"}));
-    // Euler and Bernoulli; shear takes off about 1 %.
+    // Euler-Bernoulli; shear reduces it by about 1 %.
     const double first = 3.5160 / (2 * 3.14159265 * L * L) *
                          std::sqrt(E * 0.03 * std::pow(0.02, 3) / 12 / (2700 * A));
     EXPECT_NEAR(read("modes").frequency.at(0).at(0), first, 0.02 * first);
     EXPECT_THAT(out, HasSubstr("stress [Pa]"));
-    // As placed it is next to its equilibrium, which is meant; under more load that is far.
+    // The placement is next to an equilibrium, so modes are about that; under more load it is far
+    // away.
     EXPECT_EQ(runModel("--set analyses.modes.about=placed"), 0) << err;
     EXPECT_NEAR(read("modes").frequency.at(0).at(0), first, 0.02 * first);
     EXPECT_NE(runModel("--set analyses.modes.about=placed --set parameters.P=2000"), 0);
     EXPECT_THAT(err, HasSubstr("equilibrium: forces of up to"));
     EXPECT_THAT(err, HasSubstr("about: static"));
-    // What was done before is told all the same.
+    // Completed analyses are reported all the same.
     EXPECT_THAT(out, HasSubstr("stress [Pa]"));
     EXPECT_THAT(out, HasSubstr("results so far: "));
 }
@@ -315,7 +316,7 @@ analyses:
     EXPECT_THAT(out, HasSubstr("mises [Pa]"));
     const std::vector<std::string> components = {"xx", "yy", "zz", "xy", "yz", "zx"};
     for (size_t k = 0; k < 6; ++k) EXPECT_EQ(shake.outputs[k], "mises." + components[k]);
-    // Those that have probes of their own are the same.
+    // Components that have their own probes are identical.
     const auto &magnitude = shake.matrices.at("magnitude"), &phase = shake.matrices.at("phase");
     for (const size_t other : {6, 7, 8}) {
         const size_t own = other == 6 ? 0 : other == 7 ? 3 : 5;
@@ -405,7 +406,7 @@ analyses: {run: {type: transient, duration: 4e-3, interval: 2e-5}}
             difference = std::max(difference, std::abs(find(run, rate).rows[i][k] -
                                                        differentiate(find(run, of), i, k, h)));
         }
-        // The scheme's own error: (ωh)²/3 of vibrations of about 1 kHz.
+        // The scheme's error: (ωh)²/3 of vibrations of about 1 kHz.
         EXPECT_LT(difference, 0.02 * largest) << rate;
     };
     compare("v", "p", 1);
@@ -474,7 +475,7 @@ analyses: {run: {type: transient, duration: 0.5}}
     EXPECT_EQ(find(read("run"), "cart_coordinate").column.columns.size(), 3u);
 }
 
-// The size of what is zero has a kink there: no derivative, whichever way it is asked for.
+// The magnitude of a zero vector has a kink: no derivative for any request.
 TEST_F(RunTest, ResponsesThatMeanNothingAreToldOrRefused) {
     const auto write = [this](const std::string& analysis, const std::string& place = "-0.5") {
         writeModel(
@@ -576,7 +577,7 @@ analyses:
     EXPECT_THAT(err, HasSubstr("is without mises, far"));
     EXPECT_EQ(read("linear").outputs, (std::vector<std::string>{"xx", "up"}));
     EXPECT_EQ(read("shake").outputs, (std::vector<std::string>{"xx", "up"}));
-    // Under load both have one, be it small: the slope of equilibria.
+    // Under any load, even a small one, both have a derivative: the slope of equilibria.
     for (const double force : {100.0, 3.0}) {
         const auto solve = [&](double f) {
             write(std::to_string(f), "");

@@ -1,5 +1,5 @@
 /** @file
-A run as a page for a browser. **/
+The HTML report of a run. **/
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ using ::testing::Not;
 
 class ReportTest : public RunTest {
 protected:
-    /** A red bar that turns about a pin at its end. **/
+    /** Returns a red bar rotating about a pin at its end. **/
     static std::string makeBar(const std::string& analyses, const std::string& pictures = "") {
         return R"(simflex: 1
 title: A bar </script> & <more>
@@ -63,7 +63,7 @@ TEST_F(ReportTest, ThePageHasTheMotionTheCurvesAndTheTables) {
         "/tests/cli/run/check_report.py' model.results.html run bar >out 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0) << testing::readText(folder / "out");
     EXPECT_THAT(testing::readText(folder / "out"), HasSubstr(" vertices at 17 times"));
-    // The same results give the same bytes.
+    // The same results give identical bytes.
     ASSERT_EQ(report("model.results.h5 -o again.html"), 0) << err;
     EXPECT_TRUE(page == testing::readText(folder / "again.html"));
 }
@@ -203,7 +203,7 @@ TEST_F(ReportTest, ABrowserPlaysTurnsAndDrawsWhatPicturesShow) {
             numEither += inShot || inPicture;
         }
     EXPECT_GT(numBoth, 1000);
-    EXPECT_GT(numBoth, 0.9 * numEither);  // but for edges
+    EXPECT_GT(numBoth, 0.9 * numEither);  // except for edges
 }
 
 #endif

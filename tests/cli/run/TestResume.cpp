@@ -1,5 +1,5 @@
 /** @file
-Runs that are stopped, by whatever, and gone on with. **/
+Runs that are interrupted in various ways, and resumed. **/
 
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -20,9 +20,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/** Two pendulums, the second on the first: no two runs that differ by a bit stay together. A wheel
-that turns many times, is braked by what a filter remembers, and driven by how often the tip has
-passed a place. **/
+/** Two pendulums, the second on the first: runs that differ by one bit diverge. A wheel makes many
+turns, is braked through a filter state, and is driven by the number of times the tip has passed a
+position. **/
 const char kModel[] = R"(simflex: 1
 gravity: [0, -9.81, 0]
 bodies:
@@ -69,7 +69,7 @@ protected:
         _exit(98);
     }
 
-    /** Waits until the run has kept a checkpoint, or has ended. **/
+    /** Waits until the run has written a checkpoint, or has ended. **/
     void awaitCheckpoint(pid_t child) {
         testing::await("a checkpoint", [&] {
             return access((folder / "model.results.h5.checkpoint").c_str(), F_OK) == 0 ||
@@ -86,7 +86,7 @@ protected:
 
 TEST_F(ResumeTest, SaysWhereItGoesOn) {
     writeModel(kModel);
-    // Between two analyses there is none to go on with.
+    // Between two analyses there is no checkpoint.
     const pid_t child = start({"--only", "long"});
     awaitCheckpoint(child);
     kill(child, SIGKILL);
@@ -111,7 +111,7 @@ TEST_F(ResumeTest, KilledRunsGoOnToTheSameBytes) {
         numKilled += WIFSIGNALED(await(child));
         arguments = {"--resume"};
         if (kill_ == 0) {
-            // What has been recorded can be read at once.
+            // Recorded rows can be read at once.
             EXPECT_FALSE(readResults(folder / "model.results.h5").analyses.empty());
         }
     }
@@ -135,7 +135,7 @@ TEST_F(ResumeTest, CtrlCFinishesTheStepAndSaysHowToGoOn) {
     EXPECT_THAT(log, HasSubstr("stopped"));
     EXPECT_THAT(log, HasSubstr("simflex run model.yaml --resume"));
     const Results kept = readResults(folder / "model.results.h5");
-    // It may have been stopped between the two.
+    // The run may have been stopped between the two.
     EXPECT_TRUE(kept.analyses.size() == 1 || !kept.analyses.back().isComplete);
     ASSERT_EQ(runModel("--resume --threads 2"), 0) << err;
     EXPECT_TRUE(readWithoutSeconds("whole.h5") == readWithoutSeconds("model.results.h5"));
@@ -200,7 +200,7 @@ TEST_F(ResumeTest, ARunOfAChangedModelIsDoneAnewAndWhatItHadStaysUntilThen) {
     const std::string change = "other settings (then: solver.accuracy=1e-7; now: none)";
     stop({"--set", "solver.accuracy=1e-7"}, folder / "model.results.h5");
     EXPECT_THAT(stop({"--resume"}, before / "model.results.h5"), HasSubstr(change));
-    // By mistake: it is all there, and goes on.
+    // After a change by mistake, everything is still there and can be resumed.
     ASSERT_TRUE(fs::exists(before / "model.results.h5.checkpoint"));
     for (const auto& file : fs::directory_iterator(before))
         fs::copy(file, folder / file.path().filename().string(),
@@ -210,7 +210,7 @@ TEST_F(ResumeTest, ARunOfAChangedModelIsDoneAnewAndWhatItHadStaysUntilThen) {
     EXPECT_TRUE(readWithoutSeconds("coarse.h5") == readWithoutSeconds("model.results.h5"));
     EXPECT_FALSE(fs::exists(before));
 
-    // On purpose: from the beginning, and on from where that is stopped in its turn.
+    // After a deliberate change: from the beginning, and resumable in turn.
     EXPECT_THAT(stop({"--resume"}, before / "model.results.h5"), HasSubstr(change));
     EXPECT_TRUE(readWithoutSeconds("coarse.h5") ==
                 readWithoutSeconds("model.results.h5.before-1/model.results.h5"));
@@ -230,7 +230,7 @@ TEST_F(ResumeTest, ARunOfAChangedModelIsDoneAnewAndWhatItHadStaysUntilThen) {
     EXPECT_EQ(read("long").time.back(), 1.0);
 }
 
-/** Two analyses, of which what they read changes in between. **/
+/** Two analyses whose inputs change in between. **/
 class ChangedInputs : public ResumeTest {
 protected:
     void SetUp() override {
@@ -255,8 +255,7 @@ analyses:
         bar.rho = density;
         testing::writeText(folder / "bar.inp", remark + bar.text());
     }
-    /** Each way to take up what model.results.h5 has: what reads refuses, what computes does anew.
-     * **/
+    /** Tries each way to reuse model.results.h5: reading refuses, computing starts anew. **/
     void expectAnew(const std::string& change) {
         const std::string cached = "SIMFLEX_CACHE=cache '" SIMFLEX_PROGRAM "'";
         EXPECT_NE(
@@ -299,9 +298,9 @@ TEST_F(ChangedInputs, AreNamedByAllThatTakesUpEarlierResults) {
     expectAnew("the part of body 'bar'");
     testing::writeText(folder / "push.csv", "t,force\n0,1\n1,2\n");
     expectAnew("the file 'push.csv'");
-    // What changes no number of the part changes nothing.
+    // An edit that changes no number of the part changes nothing.
     writeBar(8000, "** a remark\n");
-    // Nor does a file that is named like something else of the model.
+    // Neither does a file with the name of another entry of the model.
     for (const char* name : {"rest", "bar", "push"}) testing::writeText(folder / name, "a note");
     EXPECT_EQ(runModel("--resume"), 0) << err;
     EXPECT_EQ(err, "");
@@ -325,7 +324,7 @@ TEST_F(ChangedInputs, ResultsStayWhileARunFailsAndWhileAnotherWritesThem) {
         EXPECT_THAT(err, HasSubstr("is being written by another run"));
     }
     EXPECT_TRUE(testing::readText(folder / "model.results.h5") == old);
-    // Each state that a run had reached has a folder of its own, until one run has done it all.
+    // Each state reached by a run has its own folder until one run has completed everything.
     for (const char* load : {"1", "2"}) {
         EXPECT_EQ(runModel(std::string("--only rest --set loads.push.force.x=") + load), 0) << err;
     }
@@ -448,7 +447,7 @@ TEST(RunCheckpoint, FramesAreAppended) {
         }
     };
     check(300);
-    // A kill between frames and checkpoint: what the checkpoint does not know is written over.
+    // After a kill between frames and checkpoint, frames unknown to the checkpoint are overwritten.
     testing::writeText(path, small);
     check(100);
     checkpoint = model::readRunCheckpoint(path);
@@ -456,7 +455,7 @@ TEST(RunCheckpoint, FramesAreAppended) {
     check(150);
     EXPECT_EQ(testing::readText(frames), both.substr(0, both.size() / 2));
 
-    // Cut off, and damaged.
+    // Truncated and corrupted files.
     const std::string good = testing::readText(frames);
     testing::writeText(frames, good.substr(0, good.size() - 1));
     EXPECT_THROW(model::readRunCheckpoint(path), std::runtime_error);
@@ -516,7 +515,7 @@ TEST_F(ResumeTest, ResumeOfNothingBeginsAnew) {
 }
 
 TEST_F(ResumeTest, AJournalWithoutItsFileIsNothingToGoOnWith) {
-    // A run that is killed before it has made its first file leaves any part of the journal's head.
+    // A run killed before its first file exists may leave any part of the journal's header.
     writeModel(makePendulum("1", "analyses: {run: {type: transient, duration: 0.1}}\n"));
     std::string journal = "simflex ";
     for (const char* arguments : {"", "--resume", "--only run"}) {
@@ -536,7 +535,7 @@ TEST_F(ResumeTest, AJournalThatWasOnlyBegunChangesNothingOfItsFile) {
     writeModel(makePendulum("1", "analyses: {run: {type: transient, duration: 0.1}}\n"));
     ASSERT_EQ(runModel(), 0) << err;
     const std::string whole = testing::readText(folder / "model.results.h5");
-    // A run that is killed as it begins to replace the file leaves any part of the journal's head.
+    // A run killed as it starts to replace the file may leave any part of the journal's header.
     for (const std::string journal : {"", "simf", "simflex rows  2\n", "simflex rows  2\n\1\0\0"}) {
         testing::writeText(folder / "model.results.h5.rows", journal);
         ASSERT_EQ(runModel("--resume"), 0) << err;

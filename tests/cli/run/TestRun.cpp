@@ -51,7 +51,7 @@ TEST_F(RunTest, PendulumReturnsAfterItsPeriod) {
     // Slope 2/3 of a second-order method: errors of about 1e-9^(2/3).
     EXPECT_NEAR(tip.rows.back()[0], std::sin(amplitude), 2e-6);
     EXPECT_NEAR(tip.rows[100][0], -std::sin(amplitude), 2e-6);
-    // The angle of a joint is counted from the placement.
+    // A joint's angle is relative to the placement.
     EXPECT_NEAR(swing.rows[100][0], -2 * amplitude, 4e-6);
     EXPECT_NEAR(swing.rows[50][0], -amplitude, 4e-6);
     EXPECT_THAT(out, HasSubstr("run: transient, t = 0 to 1.6"));
@@ -94,7 +94,7 @@ analyses:
             -r * std::sin(angle) - r * r * std::sin(angle) * std::cos(angle) / root;
         EXPECT_NEAR(find(run, "x").rows[i][0], r * std::cos(angle) + root, 1e-8);
         EXPECT_NEAR(find(run, "v").rows[i][0], speed * slope, 1e-6);
-        // Work of the drive is all there is.
+        // The drive's work is the only energy source.
         EXPECT_NEAR(find(run, "kinetic").rows[i][0] - find(run, "kinetic").rows[0][0],
                     find(run, "work").rows[i][0], 1e-4);
     }
@@ -247,14 +247,14 @@ analyses:
     EXPECT_NEAR(diagram.frequency.at(0).at(0), 10 / (2 * kPi), 1e-7);
     EXPECT_TRUE(std::isnan(diagram.frequency.at(1).at(0)));
     EXPECT_NEAR(diagram.frequency.at(2).at(0), 5 / (2 * kPi), 1e-7);
-    // What comes after it is done, too.
+    // The analyses after it still run.
     EXPECT_NEAR(read("modes").frequency.at(0).at(0), std::sqrt(50.0) / (2 * kPi), 1e-7);
-    // None is left: an error.
+    // With no modes at any speed: an error.
     EXPECT_EQ(runModel("--set analyses.over_mass.speeds=[-1,-2]"), 1);
     EXPECT_THAT(err, HasSubstr("there are no modes at any of the 2 speeds; at the first, "));
 }
 
-/** A hub on a bushing, and a disc that spins on it in two pieces, which are welded. **/
+/** Returns a hub on a bushing with a spinning disc made of two welded pieces. **/
 std::string makeRotor(const std::string& analyses) {
     return R"(simflex: 1
 parameters: {speed: 300, out_of_round: 0}
@@ -275,8 +275,9 @@ analyses:
 )" + analyses;
 }
 
-/** Its frequencies [Hz], ascending: of the hub alone about the axis, of all along three axes, and
-with I = 0.03, I3 = 0.04 kg m^2 those of backward and forward whirl, I w^2 -+ I3 speed w = 80 N m.
+/** Returns its frequencies [Hz], ascending: of the hub alone about the axis, of all along three
+axes, and, with I = 0.03, I3 = 0.04 kg m^2, those of backward and forward whirl, I w^2 -+ I3 speed w
+= 80 N m.
 **/
 std::vector<double> calcRotorFrequencies(double speed) {
     const double turn = 0.04 * speed, root = std::sqrt(turn * turn + 4 * 0.03 * 80);
@@ -316,7 +317,7 @@ TEST_F(RunTest, ARotorThatAMotionDrivesTurnsAtItsSpeedInACampbellDiagram) {
                   "motions: {drive: {joint: bearing, position: speed*t}}\n");
     writeModel(model);
     ASSERT_EQ(runModel(), 0) << err;
-    // What turns at a given rate turns with the hub: 0.01 + 0.04 kg m^2 on 50 N m.
+    // A disc driven at a given rate rotates with the hub: 0.01 + 0.04 kg m^2 on 50 N m.
     const auto expectDriven = [](std::vector<double> found, double speed) {
         std::vector<double> expected = calcRotorFrequencies(speed);
         *std::min_element(expected.begin(), expected.end(), [](double a, double b) {
@@ -394,7 +395,8 @@ TEST_F(RunTest, AnalysesThatBeginAtAnUnstableEquilibriumSayIt) {
     EXPECT_THAT(err, HasSubstr("warning: run" + said));
     EXPECT_THAT(err, HasSubstr("warning: modes" + said));
     EXPECT_THAT(read("run").warnings, ::testing::Contains(HasSubstr("is unstable")));
-    // Of an analysis that is done, the warning is its own; of one left out, it is passed on.
+    // The warning belongs to the analysis itself if it runs; if it is left out, the dependent one
+    // reports it.
     ASSERT_EQ(runModel("-q --set analyses.run.from=rest --set analyses.modes.about=rest"), 0)
         << err;
     EXPECT_THAT(err, HasSubstr("warning: rest: the equilibrium is unstable"));
@@ -458,7 +460,7 @@ TEST_F(RunTest, ASpeedWithoutSteadyMotionIsRefusedWithTheReason) {
                 HasSubstr("simflex: warning: over_speed: no modes at speed = 300: there are no "
                           "natural modes about this motion: the equations of small motions "
                           "change as the motion goes on: a natural frequency of "));
-    EXPECT_GT(read("over_speed").frequency.at(0).at(0), 1);  // at rest there are
+    EXPECT_GT(read("over_speed").frequency.at(0).at(0), 1);  // modes exist at rest
 }
 
 TEST_F(RunTest, WhatDoesNotOscillateIsNoFrequency) {
@@ -467,7 +469,7 @@ TEST_F(RunTest, WhatDoesNotOscillateIsNoFrequency) {
     ASSERT_EQ(runModel(), 0) << err;
     EXPECT_THAT(out, AllOf(HasSubstr("UNSTABLE, grows by a factor of e in 0.2607 s"),
                            HasSubstr("decays by a factor of e in 0.2607 s")));
-    // With next to no weight, beside a vibration of 10 kHz.
+    // Almost weightless, next to a vibration of 10 kHz.
     writeModel(makePendulum("pi", R"(connectors:
   spring: {type: spring, between: [ground, block], stiffness: 4e9, free_length: 1}
 analyses: {modes: {type: eigen, about: placed}}
@@ -510,7 +512,7 @@ analyses:
 }
 
 TEST_F(RunTest, MessagesNameTheModelsBodies) {
-    // Two motions that fight each other.
+    // Two contradictory motions.
     writeModel(makePendulum("1", R"(motions:
   drive: {joint: pivot, position: 0.1*t}
   shake: {between: [ground, {on: rod, position: [0, -0.5, 0]}], axis: x, position: 1 + t}
@@ -561,7 +563,7 @@ TEST_F(RunTest, FilesThatAreNoResultsAreNotReplaced) {
 }
 
 TEST_F(RunTest, AFailingAnalysisNamesItselfAndKeepsItsRows) {
-    // The load is no number from t = 0.05 s on.
+    // The load is NaN from t = 0.05 s on.
     writeModel(
         makePendulum("1",
                      "loads: {push: {on: rod, force: ['if(t < 0.05, 1, 1e300*1e300)', 0, 0]}}\n"
@@ -576,7 +578,7 @@ TEST_F(RunTest, AFailingAnalysisNamesItselfAndKeepsItsRows) {
     EXPECT_LE(run.time.size(), 6u);
 }
 
-/** A bar of 0.2 m on a wall, its free end on a ball joint that stands somewhere else. **/
+/** Returns a bar of 0.2 m on a wall, with its free end on a ball joint at a different position. **/
 std::string makeStretchedBar(const std::string& end) {
     return R"(simflex: 1
 parts: {bar: {deck: bar.inp, interfaces: {root: LEFT, tip: RIGHT}, modes: 14}}
@@ -599,8 +601,8 @@ TEST_F(RunTest, BodiesBentBeyondWhatModesDescribeAreNamed) {
     EXPECT_EQ(err, "");
     EXPECT_THAT(out, Not(HasSubstr("warning")));
 
-    // Ends that stand 0.1 m too far apart: 0.05 m each, of a part of 0.2 m. No assembly may do
-    // that.
+    // Ends that are 0.1 m too far apart: 0.05 m each, for a part of 0.2 m. No assembly may stretch
+    // it so far.
     writeModel(makeStretchedBar("[0.3, 0, 0]"));
     for (const char* arguments : {"--check", ""}) {
         EXPECT_EQ(runModel(arguments), 1);
@@ -610,7 +612,7 @@ TEST_F(RunTest, BodiesBentBeyondWhatModesDescribeAreNamed) {
                           HasSubstr("up to 10 %"), HasSubstr("joint 'knot' is furthest")));
     }
 
-    // What loads do is told, and done.
+    // Loads may, with a warning.
     std::string pulled = makeStretchedBar("[0.2, 0, 0]");
     const size_t knot = pulled.find("  knot"), next = pulled.find("solver");
     pulled.replace(knot, next - knot, "loads: {pull: {on: bar.tip, force: [\"FORCE\", 0, 0]}}\n");
@@ -654,7 +656,7 @@ analyses: {run: {type: transient, duration: 1.6}}
     const std::string what = "probe 'root' is nan at t = ";
     ASSERT_THAT(err, HasSubstr(what));
     EXPECT_EQ(err.find(what), err.rfind(what));
-    // It is zero where the rod hangs straight, a quarter of the period after the start.
+    // It is zero where the rod hangs straight, a quarter period after the start.
     const double time = std::stod(err.substr(err.find(what) + what.size()));
     const Results::Analysis run = read("run");
     size_t first = 0;
@@ -665,7 +667,7 @@ analyses: {run: {type: transient, duration: 1.6}}
 }
 
 TEST_F(RunTest, IntervalsLongerThanTheRunAreRefused) {
-    // Extremes of two rows are not those of the motion.
+    // The extremes of two rows are not those of the motion.
     writeModel(
         makePendulum("0", "analyses: {run: {type: transient, duration: 0.1, interval: 1}}\n"));
     ASSERT_EQ(runProgram("'" SIMFLEX_PROGRAM "'", "run model.yaml -q"), 1);
@@ -716,11 +718,11 @@ TEST_F(RunTest, OnlyKeepsTheResultsOfOtherAnalyses) {
         }
     };
     check("modes");
-    // Others go on from what was kept.
+    // Other analyses continue from the stored one.
     ASSERT_EQ(runModel("--only swing"), 0) << err;
     check("swing");
 
-    // Results of another model do not belong into the same file.
+    // Results of a different model must not go into the same file.
     const std::string bytes = testing::readText(folder / "model.results.h5");
     EXPECT_EQ(runModel("--only modes --set angle=0.6 "), 1);
     EXPECT_TRUE(bytes == testing::readText(folder / "model.results.h5"));
@@ -732,7 +734,7 @@ TEST_F(RunTest, OnlyKeepsTheResultsOfOtherAnalyses) {
               "been done anew; this run does run\n");
     EXPECT_TRUE(bytes == testing::readText(folder / "model.results.h5.before-1/model.results.h5"));
     EXPECT_EQ(readResults(folder / "model.results.h5").analyses.size(), 2u);
-    // What an analysis begins from is done wherever it is not there.
+    // The analysis that provides the start runs wherever its results are missing.
     ASSERT_EQ(runModel("--only swing --set parameters.angle=0.6 -o other.h5"), 0) << err;
     EXPECT_EQ(read("swing").q, read("swing", "other.h5").q);
     EXPECT_EQ(read("run").q, read("run", "other.h5").q);
@@ -758,14 +760,14 @@ initial: {rates: {pivot: 3}}
     EXPECT_EQ(err, "simflex: warning: run: " + warnings[0] +
                        "\nsimflex: warning: run: " + warnings[1] + "\n");
     EXPECT_THAT(out, HasSubstr("  warning: " + lost + "\n"));
-    // They are there when the file is gone on with, or kept.
+    // Warnings persist when the file is resumed or kept.
     ASSERT_EQ(runModel("--resume"), 0) << err;
     EXPECT_EQ(read("run").warnings, warnings);
     EXPECT_THAT(out, HasSubstr("  warning: " + lost + "\n"));
     ASSERT_EQ(runModel("--only rest"), 0) << err;
     EXPECT_EQ(read("run").warnings, warnings);
 
-    // Without velocities there is nothing to warn of, and at the start they have their effect.
+    // Without velocities there is nothing to warn of; at the start they take effect.
     writeModel(makePendulum("0.5", R"(
 analyses: {run: {type: transient, duration: 0.1}}
 initial: {rates: {pivot: 3}}
@@ -819,7 +821,7 @@ analyses: {rest: {type: static}}
 }
 
 TEST_F(RunTest, AMassOnAStopRestsAndSwingsOnItsStiffness) {
-    // Pressed in by 10 µm and 0.1 µm, far less than a step of differences.
+    // Pressed in by 10 µm and 0.1 µm, far less than a difference step.
     for (const double stiffness : {1e4, 1e6, 1e8}) {
         SCOPED_TRACE(stiffness);
         char number[20];
@@ -917,14 +919,15 @@ TEST_F(RunTest, VerifyEstimatesTheError) {
         EXPECT_THAT(out, HasSubstr(writeGeneral(estimate, 6)));
         return std::make_pair(measure("model.results.h5", "exact.h5"), estimate);
     };
-    // The accuracy limits the steps, the interval does, or a longest step.
+    // Steps limited by the accuracy, by the interval, or by a maximum step.
     for (const char* solver :
          {"accuracy: 1e-6", "accuracy: 1e-3", "accuracy: 1e-5, maximum_step: 5e-3"}) {
         const auto [error, estimate] = verify(std::string("method: bdf, ") + solver);
         EXPECT_GT(estimate, 0.5 * error) << solver;
         EXPECT_LT(estimate, 1.5 * error) << solver;
     }
-    // Radau's error is no power of the accuracy: that of the finer run is below ten times its own.
+    // Radau's error is not a power of the accuracy: the finer run's error is below ten times its
+    // own accuracy.
     for (const auto& [solver, accuracy] : {std::pair<const char*, double>{"accuracy: 1e-6", 1e-6},
                                            {"accuracy: 1e-3", 1e-3},
                                            {"accuracy: 1e-5, maximum_step: 5e-3", 1e-5}}) {
@@ -939,7 +942,7 @@ TEST_F(RunTest, VerifyEstimatesTheError) {
                          "warning: probe 'swing' changes by [0-9.]+ % of its range between "
                          "accuracy 0.01 and 0.001; try solver.accuracy=(0.001|0.0001|1e-05), or "
                          "more damping of the parts, if this vibration is of no interest"));
-    // Errors of joints are round-off: no finer steps would change that.
+    // Joint errors are round-off that finer steps would not change.
     EXPECT_THAT(out, AllOf(HasSubstr("\n  gap.0 "), Not(HasSubstr("warning: probe 'gap"))));
     write("accuracy: 1e-8");
     ASSERT_EQ(runModel("--verify --only run"), 0) << err;
@@ -965,7 +968,7 @@ TEST_F(RunTest, TheEnergyBalanceOfAModelWithoutProbesStaysWhatItWas) {
 TEST(ProgressBar, TimeLeftCountsWhatWasDoneSinceTheBarBegan) {
     using cli::ProgressBar;
     EXPECT_DOUBLE_EQ(ProgressBar::calcTimeLeft(10, 0, 0.25), 30);
-    // Gone on with at 80 %: 5 % in 10 s, 15 % are left.
+    // Resumed at 80 %: 5 % took 10 s, 15 % remain.
     EXPECT_NEAR(ProgressBar::calcTimeLeft(10, 0.8, 0.85), 30, 1e-9);
     EXPECT_DOUBLE_EQ(ProgressBar::calcTimeLeft(10, 0.8, 1), 0);
     EXPECT_TRUE(std::isnan(ProgressBar::calcTimeLeft(1, 0, 0.01)));
@@ -994,7 +997,7 @@ TEST_F(RunTest, AnEnergyBalanceThatDoesNotCloseIsWarnedOfThoughQuiet) {
                     "solver.maximum_step until it closes\n"));
     EXPECT_THAT(out, HasSubstr("warning: the energy balance is off by"));
 
-    // Some hundredths are enough.
+    // A few hundredths are enough.
     write("2e-4");
     ASSERT_EQ(runModel(), 0) << err;
     const double fine = read("run").statistics.at("largest_energy_error") /
@@ -1008,7 +1011,7 @@ TEST_F(RunTest, AnEnergyBalanceThatDoesNotCloseIsWarnedOfThoughQuiet) {
     EXPECT_EQ(err, "");
 }
 
-/** A flexible bar of 0.4 m along x, and what holds and moves it. **/
+/** Returns a flexible bar of 0.4 m along x with the given supports and drives. **/
 std::string makeBarModel(const std::string& body, const std::string& more) {
     return "simflex: 1\n"
            "parts: {bar: {file: bar.h5}}\n"
@@ -1046,7 +1049,7 @@ TEST_F(RunTest, APartThatTurnsFastWithoutStiffeningIsWarnedOfThoughQuiet) {
     expectWarning("set 'stiffening: true' of the body");
     for (const auto& [stiffening, speed, axis] :
          {std::make_tuple(1e-6, "120", "z"), std::make_tuple(0.0, "20", "z"),
-          // About its own axis it has little to be pulled by.
+          // About its own axis the centrifugal forces are small.
           std::make_tuple(0.0, "120", "x")}) {
         run(stiffening, "", speed, axis);
         EXPECT_THAT(out, Not(HasSubstr("turns at"))) << stiffening << ' ' << speed << ' ' << axis;

@@ -1,5 +1,5 @@
 /** @file
-Settings of model files that must not change an answer, or must change a picture. **/
+Settings of model files that must not change a result, or must change a picture. **/
 
 #include "cli/run/RunTest.h"
 
@@ -8,7 +8,8 @@ namespace {
 
 class RunSettingsTest : public RunTest {};
 
-/** Angle after `duration` of the pendulum of makePendulum(), released at `angle`: Runge-Kutta. **/
+/** Returns the angle after `duration` of the pendulum of makePendulum(), released at `angle`, by
+Runge-Kutta. **/
 double swing(double angle, double duration) {
     const auto accelerate = [](double phi) {
         return -2 * 9.81 * 0.5 / (1.0 / 6 + 2 * 0.25) * std::sin(phi);
@@ -28,7 +29,7 @@ double swing(double angle, double duration) {
 }
 
 TEST_F(RunSettingsTest, SolversAgreeOnTheMotion) {
-    const double exact = swing(1, 0.5) - 1;  // counted from the placement
+    const double exact = swing(1, 0.5) - 1;  // relative to the placement
     for (const char* solver :
          {"{accuracy: 1e-8, block_form: arrow}", "{accuracy: 1e-8, block_form: dense, threads: 1}",
           "{accuracy: 1e-8, method: bdf, formulation: index3}",

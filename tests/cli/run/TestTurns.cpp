@@ -43,7 +43,7 @@ TEST_F(RunTest, AngleOfAFreeJointCountsTurnsOfEachRun) {
                   "  run: {type: transient, duration: 10, interval: 0.25}\n"
                   "  again: {type: transient, duration: 1, interval: 0.25}\n"));
     ASSERT_EQ(runModel(), 0) << err;
-    // The integrator's errors add up; a turn would be 6.3.
+    // Integration errors accumulate; a missed turn would be 6.3.
     EXPECT_NEAR(find(read("run"), "angle").rows.back()[0], -500, 1e-2);
     const Results::Analysis again = read("again");
     EXPECT_NEAR(find(again, "angle").rows.back()[0] - find(again, "angle").rows.front()[0], -50,
@@ -51,7 +51,7 @@ TEST_F(RunTest, AngleOfAFreeJointCountsTurnsOfEachRun) {
 }
 
 TEST_F(RunTest, TorsionSpringsWindOverTurns) {
-    // 1 rad/s of amplitude 25: four turns to each side; then on from there.
+    // 1 rad/s with amplitude 25: four turns to each side; then continued.
     writeModel(
         makeWheel("initial: {rates: {bearing: 25}}\n"
                   "connectors:\n"
@@ -73,7 +73,7 @@ TEST_F(RunTest, TorsionSpringsWindOverTurns) {
 }
 
 TEST_F(RunTest, ABushingThatIsTurnedTooFarIsNamed) {
-    // There and back between two rows.
+    // Forth and back between two rows.
     writeModel(makeWheel(
         "motions: {drive: {joint: bearing, position: \"3*sin(pi*t)\"}}\n"
         "connectors:\n"
@@ -128,12 +128,12 @@ TEST_F(RunTest, AWarningIsPrintedOnceWhereBothStreamsGoToOnePlace) {
         runProgram("sh -c \"'" SIMFLEX_PROGRAM "' run model.yaml --quiet --verify 2>&1\"", ""), 0)
         << out;
     EXPECT_EQ(count(out), 1) << out;
-    // The results keep it all the same.
+    // The results store the warning, too.
     EXPECT_EQ(read("run").warnings.size(), 1u);
 }
 
-/** Joints that turn freely and joints that motions lead, by several turns between two rows; a foot
-carries what a law knows of an angle. **/
+/** Freely rotating joints and driven joints, by several turns between two rows; a foot carries a
+law's knowledge of an angle. **/
 class TurnsTest : public RunTest {
 protected:
     static constexpr const char* Free[] = {"pin", "cylinder", "universal", "planar"};
@@ -156,7 +156,7 @@ protected:
         };
         for (const char* type : Free) add(std::string("free_") + type, type, feet == Feet::OfAll);
         for (const char* type : Led) add(std::string("led_") + type, type, true);
-        // A wheel that the first one drives, and the gear's own coordinates.
+        // A wheel driven by the first one, and the gear's own coordinates.
         bodies += "  wheel: {mass: 1, inertia: [0.1, 0.1, 0.1]}\n";
         joints +=
             "  wheel: {type: pin, between: [ground, wheel]}\n"
@@ -184,7 +184,7 @@ protected:
                interval + "}\n";
     }
 
-    /** What stands still from 1.5 s on, and what motions say. **/
+    /** Angles of joints that stop at 1.5 s, and of driven ones. **/
     static std::map<std::string, double> calcAngles(double t) {
         const double moved = std::min(t, 1.5), led = 30 * std::sin(10 * t);
         return {{"free_pin", 50 * moved},
@@ -231,11 +231,11 @@ TEST_F(TurnsTest, EveryWayToGoOnHasTheSameWholeAnglesAtRowsHoweverFarApart) {
             << err;
         expectAllAngles("model.results.post.h5");
     }
-    // Each by itself, from what the one before has left.
+    // Each analysis separately, continuing from the previous one.
     for (const char* only : {"run", "on", "rest", "again"})
         ASSERT_EQ(runModel(std::string("-o parts.h5 --only ") + only), 0) << err;
     expectAllAngles("parts.h5");
-    // Stopped in the midst of the second.
+    // Stopped in the middle of the second.
     RunOptions options;
     options.output = folder / "stopped.h5";
     options.listener.progress = [](const std::string& phase, double fraction, const auto&) {
@@ -286,7 +286,7 @@ TEST_F(TurnsTest, SessionsCountThem) {
     unpacked.restore(unpacked.unpack(bytes));
     unpacked.runTo(1, 0.3);
     expectAt(unpacked, 1);
-    // What is set is whole, and what hangs on it by a gear goes along.
+    // Set angles include whole turns, and geared joints follow.
     session.reset();
     expectAt(session, 0);
     session.set("joints.free_pin.angle", {20});

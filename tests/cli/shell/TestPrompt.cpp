@@ -79,7 +79,7 @@ TEST_F(PromptTest, HistoryIsKeptOverSessions) {
         terminal.type("help quit\n");
         ASSERT_TRUE(terminal.waitFor(text)) << terminal.getOutput();
         ASSERT_TRUE(terminal.waitFor(kPrompt));
-        terminal.type("\x10\n");  // the line before
+        terminal.type("\x10\n");  // the previous line
         EXPECT_TRUE(terminal.waitFor(text)) << terminal.getOutput();
         EXPECT_TRUE(terminal.waitFor(kPrompt));
         terminal.type("\x04");

@@ -1,5 +1,5 @@
 /** @file
-simflex shell with commands from a pipe, a file or the command line: what they print against closed
+simflex shell with commands from a pipe, a file or the command line: output against closed
 forms. **/
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using ::testing::StartsWith;
 
 constexpr double kPi = 3.14159265358979323846, kGravity = 9.81;
 constexpr double kPivotInertia = 2.0 / 3;  // of the pendulum: mL²/3
-constexpr double kPrinted = 1e-6;          // six digits, of what is below 1
+constexpr double kPrinted = 1e-6;          // six digits, for values below 1
 
 TEST_F(ShellTest, AHangingPendulumSwingsAtItsNaturalFrequency) {
     writePendulum();
@@ -57,7 +57,7 @@ TEST_F(ShellTest, SpeedsThatAreSetAreTheJoints) {
     EXPECT_NEAR(read("bodies.rod.velocity")[0], 2 * 0.5, 1e-9);
     EXPECT_NEAR(std::stod(readRow("kinetic")[1]), kPivotInertia * 2 * 2 / 2, 10 * kPrinted);
     ASSERT_EQ(shell("set body.rod.angular_velocity.z 3; get joint.pivot.rate"), 0) << err;
-    // What a velocity of the centre of mass at rest leaves of 3 rad/s when the pin holds.
+    // The pin reduces 3 rad/s when the mass centre's velocity starts at zero.
     EXPECT_GT(readNumber("joints.pivot.angle_rate"), 0.5);
 }
 
@@ -100,13 +100,13 @@ TEST_F(ShellTest, AParameterThatIsSetBuildsTheModelAnew) {
     EXPECT_THAT(out, HasSubstr("built anew with parameters.L = 4"));
     EXPECT_EQ(readNumber("parameters.L"), 4);
     EXPECT_EQ(readRow("rod")[2], "3");
-    // The model before stays when the new one is wrong.
+    // The previous model stays if the new one is invalid.
     ASSERT_EQ(shell("set parameters.L 2\nset bodies.rod.mass -1\nget parameters.L\n",
                     "model.yaml -q --keep-going"),
               1);
     EXPECT_THAT(err, AllOf(HasSubstr("standard input:2: set: "), HasSubstr("mass")));
     EXPECT_EQ(readNumber("parameters.L"), 2);
-    // As well on one line.
+    // The same on one line.
     ASSERT_EQ(
         shell("nonsense; set parameters.L 3; get parameters.L\n", "model.yaml -q --keep-going"), 1);
     EXPECT_EQ(readNumber("parameters.L"), 3);
@@ -135,7 +135,7 @@ TEST_F(ShellTest, WhatDoesNotChangeTheMotionLeavesItWhereItIs) {
     EXPECT_THAT(out, HasSubstr("the model was built anew with bodies.rod.color = red; it stays "
                                "where it is, t = 0.3 s\n"));
     const double turned = readNumber("joints.pivot.angle");
-    // A start may move what is within the constraint tolerance, 1e-10.
+    // A start may move coordinates within the constraint tolerance, 1e-10.
     out.resize(out.rfind("t = 0.6 s"));
     const double after = readNumber("pivot"), rateAfter = readNumber("joints.pivot.angle_rate");
     EXPECT_EQ(readNumber("time"), 0.3);
@@ -144,7 +144,7 @@ TEST_F(ShellTest, WhatDoesNotChangeTheMotionLeavesItWhereItIs) {
     EXPECT_NEAR(readNumber("joints.pivot.angle_rate"), rateAfter, 10 * kPrinted);
     ASSERT_EQ(shell("set pivot 0.5\nrun 0.6\nget pivot\n"), 0) << err;
     EXPECT_NEAR(turned, readNumber("joints.pivot.angle"), 1e-6);
-    // What moves begins anew.
+    // A moving model starts anew.
     ASSERT_EQ(shell("set pivot 0.5\nrun 0.3\nset parameters.mass 3\nget time\n"), 0) << err;
     EXPECT_EQ(readNumber("time"), 0);
 }
@@ -187,7 +187,7 @@ joints:
     EXPECT_NEAR(readNumber("joints.guide.displacement"), 1e-5, 1e-10);
     EXPECT_LT(std::stod(readRow("guide").back()), 1e-9);
     const double bent = std::stod(readRow("strain")[1]);
-    // Half the stiffness of a beam, 12EI/L³, of which its shear takes some.
+    // Half the stiffness of a beam, 12EI/L³, reduced by shear.
     const double beam = 6 * 70e9 * 0.02 * std::pow(0.03, 3) / 12 / std::pow(0.2, 3) * 1e-10;
     EXPECT_GT(bent, 0.5 * beam);
     ASSERT_EQ(shell("drag guide 1e-5; drag guide 0; energy\n"), 0) << err;
@@ -240,7 +240,7 @@ TEST_F(ShellTest, DraggingTheCrankTakesTheSliderAlong) {
                     r * std::cos(a) + std::sqrt(l * l - std::pow(r * std::sin(a), 2)), kPrinted);
         for (const char* joint : {"bearing", "pin", "gudgeon", "guide"})
             EXPECT_LT(std::stod(readRow(joint).back()), 1e-9) << joint;
-        // Pins of one plane: three hold each other's tilt.
+        // Pins in one plane: three constrain each other's tilt redundantly.
         EXPECT_THAT(out, HasSubstr(" follows from "));
     }
     ASSERT_EQ(shell("drag guide 0.06\n"), 1);  // beyond its reach
@@ -319,7 +319,7 @@ TEST_F(ShellTest, ErrorsNameTheLineAndProposeWhatWasMeant) {
         {"save 'a", "a quote ' is not closed"}};
     std::string commands;
     for (const auto& [command, message] : mistakes) {
-        // The first error ends it; the command before it has run, the one after it has not.
+        // The first error ends the session: the previous command has run, the next one has not.
         ASSERT_EQ(shell(std::string("get time\n") + command + "\nhelp quit\n"), 1) << command;
         EXPECT_THAT(err, StartsWith("simflex: standard input:2: ")) << command;
         EXPECT_THAT(err, HasSubstr(message));
@@ -471,7 +471,7 @@ TEST_F(ShellTest, AVideoRunsOnAndShowsTheWayThere) {
                            HasSubstr("slow.gif: 9 pictures, t = 0.8 s")));
     EXPECT_EQ(testing::readText(folder / "swing.gif").substr(0, 3), "GIF");
     EXPECT_NEAR(readNumber("time"), 0.6, 1e-12);
-    // What cannot be a video is refused before it runs.
+    // Invalid videos are refused before the run.
     EXPECT_EQ(shell("run 0.1\nvideo swing.avi 0.5\n"), 1);
     EXPECT_THAT(err, HasSubstr(".avi"));
     EXPECT_EQ(shell("video a.gif -1\n"), 1);
@@ -496,14 +496,14 @@ solver: {accuracy: 1e-8}
               0)
         << err;
     const double later = readNumber("joints.pivot.angle"), turnedLater = readNumber("turned");
-    // In another session: the same place, and on from there the same way.
+    // Another session restores the same state and continues identically.
     ASSERT_EQ(shell("run 0.9\nrestore here.state\nget time\nprobe\nkeep same.state\n"), 0) << err;
     EXPECT_EQ(readNumber("time"), 0.3);
     EXPECT_NEAR(readNumber("turned"), 15, 1e-3);
-    // Quaternions are brought to unit length again.
+    // Quaternions are renormalized.
     const std::vector<double> here = readNumbers("here.state"), same = readNumbers("same.state");
     ASSERT_EQ(same.size(), here.size());
-    // The counts of both joints' turns are set to their angles again, of which they tell the turn.
+    // The turn counters of both joints are reset to their angles, of which they count the turns.
     int numCounts = 0;
     for (size_t i = 0; i < here.size(); ++i) {
         if (std::abs(same[i] - here[i]) <= 1e-15 * (1 + std::abs(here[i]))) continue;

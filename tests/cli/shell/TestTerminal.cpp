@@ -1,5 +1,5 @@
 /** @file
-Plots and pictures made of characters. **/
+Plots and pictures made of text characters. **/
 
 #include <gmock/gmock.h>
 
@@ -27,7 +27,7 @@ std::vector<std::string> splitLines(const std::string& text) {
     return lines;
 }
 
-/** Characters of UTF-8. **/
+/** Decodes UTF-8 characters. **/
 std::vector<unsigned> decode(const std::string& text) {
     std::vector<unsigned> codes;
     for (size_t i = 0; i < text.size();) {
@@ -138,7 +138,7 @@ TEST(TerminalPlot, ConstantsGapsAndNothingAreNoTrouble) {
 
 TEST(TerminalPicture, IsThePngInPiecesThatTheProtocolAllows) {
     Image image(400, 200, {0, 0, 0, 255});
-    for (int y = 0; y < 200; ++y)  // noise, so that it is long
+    for (int y = 0; y < 200; ++y)  // noise, for a long file
         for (int x = 0; x < 400; ++x)
             image.setPixel(x, y, {std::uint8_t(x * y * 7), std::uint8_t(x * x + 3 * y), 9, 255});
     const std::string text = drawTerminalPicture(image, makeTerminal(100, 12));

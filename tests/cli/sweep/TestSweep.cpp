@@ -1,5 +1,5 @@
 /** @file
-Sweeps: cases run in processes of their own, once each, whoever shares them. **/
+Sweeps: each case runs once in a separate process, however many sweeps share them. **/
 
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -31,7 +31,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Status = SweepOutcome::Status;
 
-/** Sweeps of a program that stands in for `simflex run`. **/
+/** Sweeps of a stub for `simflex run`. **/
 class SweepRunnerTest : public ::testing::Test {
 protected:
     SweepPlan makePlan(const std::string& speeds) {
@@ -78,9 +78,9 @@ TEST_F(SweepRunnerTest, WhatIsCompleteIsNotDoneAgainAndWhatFailedStopsNobody) {
     EXPECT_EQ(readSweepOutcomes(plan, folder / "sweep")[1].error, "the speed is negative");
     EXPECT_THAT(run(makePlan("1,-2,3,4")),
                 ElementsAre(Status::Complete, Status::Failed, Status::Complete, Status::Complete));
-    EXPECT_THAT(listRuns(), ElementsAre("-2", "-2", "1", "3", "4"));  // a failure is tried again
+    EXPECT_THAT(listRuns(), ElementsAre("-2", "-2", "1", "3", "4"));  // failed cases are retried
     SweepPlan other = plan;
-    other.model.settings = {"solver.accuracy=1e-5"};  // which makes all cases others
+    other.model.settings = {"solver.accuracy=1e-5"};  // changes all cases
     EXPECT_THAT(run(other), ElementsAre(Status::Complete, Status::Failed, Status::Complete));
     EXPECT_EQ(listRuns().size(), 8u);
     EXPECT_TRUE(fs::exists(folder / "sweep/speed=1/results.h5.before-1/results.h5"));
@@ -119,7 +119,7 @@ TEST_F(SweepRunnerTest, ProcessesThatShareAFolderDoEachCaseOnce) {
             const bool isWhole =
                 std::all_of(outcomes.begin(), outcomes.end(),
                             [](const auto& outcome) { return outcome.status == Status::Complete; });
-            return rank > 0 || isWhole ? 0 : 1;  // the first waits for the others
+            return rank > 0 || isWhole ? 0 : 1;  // the first rank waits for the others
         }));
     }
     for (const pid_t child : children) {
@@ -188,7 +188,7 @@ protected:
                            "analyses: {modes: {type: eigen, count: 1}}\n");
     }
 
-    /** Frequency in the table's line of a case [Hz]. **/
+    /** Returns the frequency in a case's row of the table [Hz]. **/
     double findFrequency(const std::string& name) {
         const std::string csv = testing::readText(folder / "out/sweep.csv");
         const size_t line = csv.find("\n" + name), status = csv.find("complete,", line);
@@ -248,7 +248,7 @@ analyses: {rest: {type: static}}
             HasSubstr("/all.inp' or one that it includes has changed since) and done anew")));
     EXPECT_FALSE(fs::exists(folder / "bars/k=1/results.h5.before-1"));
 
-    // What cannot be done anew stays.
+    // Cases that cannot be rerun are kept.
     const std::string old = testing::readText(folder / "bars/k=1/results.h5");
     testing::writeText(folder / "bar.inp", "*NODE\n1, 0, 0\n");
     EXPECT_EQ(run(sweep), 1);
@@ -257,7 +257,7 @@ analyses: {rest: {type: static}}
     testing::writeText(folder / "bar.inp", bar.text());
     ASSERT_EQ(run(sweep), 0) << err;
     EXPECT_FALSE(fs::exists(folder / "bars/k=1/results.h5.before-1"));
-    // What was made by a simflex whose files of cases nobody knows is not taken for the same.
+    // Cases from an unknown version of simflex are not reused.
     testing::writeText(folder / "bars/k=1/case.txt", "model m.yaml\nfiles 12\ncomplete\n");
     ASSERT_EQ(run(sweep), 0) << err;
     EXPECT_THAT(
@@ -400,7 +400,7 @@ TEST_F(SweepTest, TheTableOfAMapHasTheCasesOwnValues) {
     ASSERT_EQ(run("plot out x --map --to 0.36 -o map.png --csv map.csv"), 0) << err;
     std::istringstream csv(testing::readText(folder / "map.csv"));
     std::string line;
-    // Between 0.3 and 0.4 Hz the analysis itself adds 0.35 Hz, as the resonances are near.
+    // Between 0.3 and 0.4 Hz the analysis adds 0.35 Hz, since the resonances are near.
     std::set<std::pair<double, double>> places[2];
     size_t panel = 0;
     ASSERT_TRUE(std::getline(csv, line));

@@ -1,5 +1,5 @@
 /** @file
-The cases of sweeps, and which of them a process has. **/
+The cases of sweeps, and their distribution to processes. **/
 
 #include <gmock/gmock.h>
 
@@ -97,7 +97,7 @@ TEST(SweepPlan, AGridIsAllCombinationsAndTheLastKeyVariesFastest) {
 }
 
 TEST(SweepPlan, LongNamesThatDifferOnlyBehindTheirEndHaveFoldersOfTheirOwn) {
-    // Sums of these are the same in their first 8 digits, 7aea4d3d.
+    // Hashes of these agree in their first 8 digits, 7aea4d3d.
     const std::string before(120, 'a');
     SweepPlan plan;
     plan.keys = {{"load", {before + "79954", before + "247254"}, {}}};
@@ -196,7 +196,7 @@ TEST(SweepPlan, ACaseIsAnotherWhenAFileThatItsModelReadsIs) {
                 AllOf(HasSubstr("the file '"), HasSubstr("road.csv'"), HasSubstr("has changed")));
 }
 
-/** An environment variable that is set as long as this lives; "" unsets it. **/
+/** Sets an environment variable during its lifetime; "" unsets it. **/
 class SweepShareTest : public ::testing::Test {
 protected:
     void SetUp() override {

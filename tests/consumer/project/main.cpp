@@ -13,7 +13,7 @@ using namespace SimTK;
 #error "a public header includes Eigen"
 #endif
 
-// A part of four nodes and one mode, made by hand.
+// A part with four nodes and one mode, made by hand.
 simflex::ReducedBody makePart() {
     simflex::ReducedBody part;
     part.name = "tetrahedron";
@@ -62,7 +62,7 @@ int main(int, char** argv) {
     const Real fall = 0.1 - body.getFramePose(integrator.getState()).p()[1];
     if (!(fall > 1e-4 && fall < 1e-3)) return std::printf("fell %g m\n", fall), 1;
 
-    // Reduction: linked, and it says what is wrong.
+    // Reduction: it links, and reports errors.
     try {
         simflex::readCalculixDeck("there is no such deck.inp");
         return std::printf("a missing deck was read\n"), 1;

@@ -160,7 +160,7 @@ TEST(Formula, ValuesAndDerivativesAreThoseOfTheFunction) {
             const auto f = [&](int i) { return c.function(t + i * h); };
             const Real first = (8 * (f(1) - f(-1)) - (f(2) - f(-2))) / (12 * h);
             const Real second = (16 * (f(1) + f(-1)) - (f(2) + f(-2)) - 30 * f(0)) / (12 * h * h);
-            // A kink within the differences: they are of both sides.
+            // A kink within the difference step: the differences involve both sides.
             const Real wide = (f(1) - f(-1)) / (2 * h), bend = (f(1) + f(-1) - 2 * f(0)) / (h * h);
             if (std::fabs(wide - first) > 1e-2L || std::fabs(bend - second) > 1) continue;
             const Jet<double> jet = calc(c.text, time);
@@ -276,7 +276,7 @@ TEST(Formula, WhatHasNoValueIsExplained) {
     EXPECT_EQ(explain("exp(1000*t)", 1), "a number that is too large");
     EXPECT_EQ(explain("2*strict(t)", 4),
               "table 'strict' is evaluated at 4, outside its points from 0 to 3");
-    // What is not taken needs no value.
+    // The branch not taken needs no value.
     const double time = 4;
     EXPECT_EQ(Formula("t < 1 ? sqrt(1 - t) : strict(t - 3)", makeScope(), {"t"}).calc(&time), 5);
 }
@@ -309,7 +309,7 @@ TEST(Formula, TablesOfTwoVariablesGoOnAsTheyAreTold) {
     EXPECT_NEAR(at("facets(0.25, 2)"), at("(facets(0, 2) + facets(0.5, 2))/2"), 1e-12);
     EXPECT_EQ(explain("grid(t, 1)", 3.5),
               "table 'grid' is evaluated at (3.5, 1), outside its grid from (-1, 0) to (3, 4)");
-    // Beyond the last point nothing changes any more; on the way there it did.
+    // Constant beyond the last point; not constant before.
     const Jet<double> end = calc("map(t, 1)", 3), back = calc("map(6 - t, 1)", 3);
     EXPECT_EQ(end.first, 0);
     EXPECT_NEAR(back.first, -28, 1e-11);
@@ -318,7 +318,7 @@ TEST(Formula, TablesOfTwoVariablesGoOnAsTheyAreTold) {
 }
 
 TEST(Formula, WhatHasNoValueStaysWithout) {
-    // Infinite or unknown on the way, it would look like a number.
+    // An infinite or undefined intermediate value would look like a number.
     for (const char* text : {"1/ln(t - 1)", "1/log10(t - 1)", "1/(t - 1)^-2", "ln(0*t) < 3",
                              "sqrt(-t)^0", "1^sqrt(-t)", "sqrt(-t) || t", "sqrt(-t) && 0*t",
                              "pulse(t, sqrt(-t), 0.5)", "step(t, sqrt(-t), 0, 0.5, 7)"}) {
@@ -379,7 +379,7 @@ TEST(Formula, TimesOfStepsRampsAndPulsesAscend) {
         EXPECT_EQ(calc(name + "(t, 1, 0, 1, 5)", 1).value, 5);  // a jump
     }
     EXPECT_EQ(refuse("pulse(t, 0.7, 0.2)"), "the times of pulse(t, t0, t1) must ascend: t0 <= t1");
-    // Times that depend on the motion are known when they are asked for.
+    // Times that depend on the motion are known when they are evaluated.
     for (const std::string text :
          {"step(t, x, 0, y, 5)", "ramp(t, x, 0, y, 5)", "pulse(t, x, y)"}) {
         const Formula formula(text, makeScope(), {"t", "x", "y"});
@@ -422,7 +422,7 @@ TEST(Formula, FunctionsOfAProgramAreCalledAndDifferentiated) {
     const Jet<double> along = formula.calc(jets);
     EXPECT_NEAR(along.first, slopes[1], 1e-8);
     EXPECT_TRUE(std::isnan(along.second));
-    // What is not taken is not called; what the time makes of it is nobody's to know.
+    // The branch not taken is not called; its times are unknown.
     numCalls = 0;
     EXPECT_EQ(Formula("if(x > 1, f(x, y), 3)", scope, names).calc(at), 3);
     EXPECT_EQ(
@@ -448,7 +448,7 @@ TEST(Formula, WhatAFunctionNamesTwiceIsEvaluatedOnce) {
     };
     scope.functions["f"] = std::make_shared<OwnFunction>(own);
     std::string dead = "f(x)", sign = "f(x)", timed = "t";
-    const int depth = 60;  // 2^60 of what is innermost, were it copied
+    const int depth = 60;  // 2^60 copies of the innermost term if it were copied
     for (int k = 0; k < depth; ++k) {
         dead = "deadband(" + dead + ", 0.003)";
         sign = "sign(" + sign + ", 1)";

@@ -1,5 +1,5 @@
 /** @file
-Times at which formulas change their course, against those that follow from their text. **/
+Switching times of formulas, against those that follow from their text. **/
 
 #include <gmock/gmock.h>
 
@@ -77,7 +77,7 @@ TEST(Switches, OfOscillationsAreAllFound) {
 }
 
 TEST(Switches, OfShortPassingsAreFound) {
-    // cos(x) = 0.99999 at x = 4.472e-3 from every turn
+    // cos(x) = 0.99999 at x = 4.472e-3 from every full turn
     const double beside = std::acos(0.99999) / 50;
     std::vector<double> expected{beside};
     for (int k = 1; k < 8; ++k)
@@ -105,7 +105,7 @@ TEST(Switches, OfAbsoluteValuesAreFoundHoweverTheyAreWritten) {
         SCOPED_TRACE(text);
         expectTimes(find(text, 0, 10), {0.3});
     }
-    // |sin|, as a root of what has no zero of its own sign: 1 − cos 2t = 2 sin² t
+    // |sin| as the root of a function that never changes sign: 1 − cos 2t = 2 sin² t
     std::vector<double> expected;
     for (int k = 1; k <= 3; ++k) expected.push_back(k * kPi);
     for (const char* text : {"sqrt(sin(t)^2)", "sqrt(1 - cos(2*t))", "hypot(sin(t), t * sin(t))"}) {
@@ -114,7 +114,7 @@ TEST(Switches, OfAbsoluteValuesAreFoundHoweverTheyAreWritten) {
         ASSERT_EQ(found.size(), expected.size());
         for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-14);
     }
-    // A saw
+    // A sawtooth
     for (const char* text : {"asin(sin(t))", "acos(sin(t))"}) {
         const std::vector<double> found = find(text, 0, 10);
         ASSERT_EQ(found.size(), 3u) << text;

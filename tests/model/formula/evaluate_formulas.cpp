@@ -3,8 +3,8 @@
 //     table NAME spline|linear constant|linear|refuse N M x_0 … y_0 … z_00 …
 //     formula X Y Z TEXT
 //
-// and each formula is answered by its value, its slopes by x, y and z, and value, first and second
-// derivative by x; or by `! message`.
+// For each formula, prints its value, its derivatives by x, y and z, and value, first and second
+// derivative by x; or `! message`.
 
 #include <cmath>
 #include <cstdio>

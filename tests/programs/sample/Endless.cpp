@@ -1,4 +1,4 @@
-// Asks for a key, then never ends.
+// Waits for a key, then never ends.
 #include <cstdio>
 
 #include "Pendulum.h"

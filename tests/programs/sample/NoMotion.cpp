@@ -1,4 +1,4 @@
-// Has no integrator: RungeKuttaMersonIntegrator is only spoken of.
+// Has no integrator, although it mentions RungeKuttaMersonIntegrator.
 #include "Pendulum.h"
 
 int main() {

@@ -1,5 +1,5 @@
 #pragma once
-// What the sample programs share.
+// Shared by the sample programs.
 #include "Simbody.h"
 
 using namespace SimTK;

@@ -1,4 +1,4 @@
-// Moves as its integrator is called.
+// Its motion depends on its integrator's name.
 #include "Pendulum.h"
 
 int main() {

@@ -1,4 +1,4 @@
-"""Checks of a mechanism: each a generator of texts that say what differs, and by how much."""
+"""Checks of a mechanism: each generates texts that name the differences and their size."""
 
 import time
 import warnings
@@ -45,7 +45,7 @@ def is_smooth(run: Run, times: np.ndarray) -> np.ndarray:
 
 
 def calc_differences(run: Run, other: Run, kinds, invariant_only: bool = False) -> list:
-    """(difference of each row in parts of the kind's size, probe) of all probes of these kinds."""
+    """(difference of each row relative to the kind's size, probe) of all probes of these kinds."""
     scales = calc_scales(run)
     rows = min(len(run.time), len(other.time))
     found = []
@@ -58,7 +58,7 @@ def calc_differences(run: Run, other: Run, kinds, invariant_only: bool = False) 
 
 
 def find_worst(differences, mask=None):
-    """(size, probe, row) of the largest; nothing compares as 0."""
+    """(size, probe, row) of the largest difference; 0 without probes."""
     worst = (0.0, "", 0)
     for difference, name in differences:
         rows = np.where(mask[:len(difference)], difference, 0) if mask is not None else difference
@@ -74,7 +74,7 @@ def tell(what: str, worst, bound: float, run: Run) -> str:
 
 
 def _perturb(keys: dict) -> None:
-    """Slightly other masses, weight and initial rates."""
+    """Slightly changed masses, weight and initial rates."""
     factor = 1 + PERTURBATION
     for body in keys["bodies"].values():
         if "mass" in body:
@@ -95,7 +95,7 @@ def get_reference(case: Case) -> Run:
 
 
 def calc_sensitivity(case: Case) -> float:
-    """By how much a relative change of the mechanism grows; infinite where it has other events."""
+    """Growth of a relative change of the mechanism; infinite if the events differ."""
     reference = get_reference(case)
     perturbed = case.run("perturbed", change=lambda keys: (_refine(keys), _perturb(keys)))
     if [name for name, _ in reference.events] != [name for name, _ in perturbed.events] or len(reference.time) != len(perturbed.time):
@@ -108,7 +108,7 @@ def calc_sensitivity(case: Case) -> float:
 
 
 def check_momentum(case: Case):
-    """Momentum about free axes is kept: as the program tells it, and of rigid bodies by their states."""
+    """Momentum about free axes is conserved: as reported by the program, and of rigid bodies from their states."""
     run, builder = case.run("main"), case.builder
     if not case.facts.conserved:
         return
@@ -127,7 +127,7 @@ def check_momentum(case: Case):
 
 
 def check_energy(case: Case):
-    """T by states, V by formulas, constant balance, constant T + V where nothing acts."""
+    """T from states, V from formulas, constant energy balance, constant T + V without external power."""
     run, facts = case.run("main"), case.facts
     size = mechanics.calc_energy_size(run)
     kinetic = sum(run[f"{body.name}_T"] for body in case.builder.bodies)
@@ -178,7 +178,7 @@ def check_turns(case: Case):
 
 
 def check_start(case: Case):
-    """Flexible bodies begin undeformed and with the speeds of rigid ones, where joints and motions determine these."""
+    """Flexible bodies start undeformed, with the speeds of rigid ones where joints and motions determine them."""
     if not case.builder.has_flexible() or not case.facts.has_known_rates:
         return
     import simflex
@@ -202,7 +202,7 @@ def check_zero(case: Case):
 
 
 def check_statics(case: Case):
-    """Driven coordinates after a static analysis and in what begins there."""
+    """Driven coordinates after a static analysis and in analyses that start from it."""
     if not case.facts.has_statics:
         return
     results = run_file(case.folder / "main.yaml", case.folder / "statics.h5")
@@ -218,7 +218,7 @@ def check_statics(case: Case):
 
 
 def check_discrete(case: Case):
-    """What counts is whole, and right where it counts periods."""
+    """Counters are integers, and correct where they count periods."""
     run = case.run("main")
     for probe in case.facts.whole:
         values = run[probe]
@@ -235,7 +235,7 @@ def check_discrete(case: Case):
 
 
 def check_impulse(case: Case):
-    """Speeds just before and after each event, by a session that stops there."""
+    """Speeds just before and after each event, from a session that stops there."""
     events = [(name, time) for name, time in case.run("main").events if name in case.facts.actions]
     for name, time in events:
         near = [other for other, at in case.run("main").events if 1e-7 < abs(at - time) < 1e-3]
@@ -245,11 +245,11 @@ def check_impulse(case: Case):
         yield from mechanics.check_impulse(case, name, time, actions)
 
 
-# ---- agreement with itself
+# ---- self-consistency
 
 
 def check_schemes(case: Case):
-    """Methods agree with the reference within what their order allows, or come nearer to it by their order."""
+    """Methods agree with the reference within the limits of their order, or converge to it at their order."""
     reference, sensitivity = get_reference(case), calc_sensitivity(case)
     if not np.isfinite(sensitivity) or vibrates_after_impact(case):
         return
@@ -272,7 +272,7 @@ def check_schemes(case: Case):
 
 
 def vibrates_after_impact(case: Case) -> bool:
-    """Whether a flexible part is hit: the modes that no step resolves die away, as each method damps them."""
+    """Whether a flexible part has an impact: unresolved modes decay with the damping of each method."""
     return case.builder.has_flexible() and (case.facts.has_impact or case.facts.has_friction or has_impulses(case))
 
 
@@ -281,13 +281,13 @@ def has_impulses(case: Case) -> bool:
 
 
 def _compare_with_reference(case: Case, run: Run) -> list:
-    """Speeds of what vibrates are as exact as its fastest mode allows: only positions of flexible bodies are compared."""
+    """Speeds of vibrating bodies are limited by their fastest mode, so only positions of flexible bodies are compared."""
     kinds = ("position",) if case.builder.has_flexible() else ("position", "velocity", "energy", "momentum")
     return calc_differences(get_reference(case), run, kinds)
 
 
 def check_rows(case: Case):
-    """Rows every 10 h are those of every h; steps are the same, as their longest is."""
+    """Rows every 10 h equal those of every h; steps agree because their maximum does."""
     fine = case.run("main")
     coarse = case.run("coarse", change=lambda keys: keys["analyses"]["run"].update(interval=10 * DURATION / ROWS))
     common = Run.__new__(Run)
@@ -307,7 +307,7 @@ def check_rows(case: Case):
 
 
 def check_names(case: Case):
-    """Other names change no bit."""
+    """Renaming changes no bit."""
     run = case.run("main")
     plain = case.run("plain_names", View(plain_names=True))
     if not _are_same_bits(run, plain):
@@ -323,7 +323,7 @@ def _are_same_bits(run: Run, other: Run, probes=None) -> bool:
 
 
 def check_views(case: Case):
-    """Another origin and axes, other units of length and mass."""
+    """Changes the origin, axes, and units of length and mass."""
     if not case.facts.has_known_rates:
         return  # the projection of speeds onto joints weighs speeds, which depend on axes and units
     run = case.run("main")
@@ -344,7 +344,7 @@ def check_views(case: Case):
 
 
 def check_analyses(case: Case):
-    """All analyses at once, one at a time, and one that is stopped and resumed."""
+    """Compares all analyses at once, one at a time, and one that is stopped and resumed."""
     path = case.write("analyses")
     whole = run_file(path, case.folder / "whole.h5")
     for name in case.builder.keys["analyses"]:
@@ -370,7 +370,7 @@ def _compare_analyses(what, whole, other):
 
 
 def _check_resumed(case: Case, path, whole):
-    """A run is stopped at a row by a probe that takes its time, as progress is told every 50 ms only."""
+    """A slow probe stops a run at a row, since progress is reported every 50 ms only."""
     import simflex
 
     calls = iter(range(10**9))
@@ -399,7 +399,7 @@ def _check_resumed(case: Case, path, whole):
 
 
 def check_post(case: Case):
-    """A probe evaluated later is that of a run that has it."""
+    """A probe evaluated later equals one evaluated in the run."""
     import simflex
 
     new = {"later_x": {"center_of_mass": True}, "later_m": {"momentum": "angular"}, "later_e": {"energy": "total"}}

@@ -39,7 +39,7 @@ def _unit_vector(rng) -> np.ndarray:
 
 
 def _add_rigid_bar(b: Builder, rng, start, end, mobilizer=None):
-    """A rigid body about a line, its axes turned anyhow. @param mobilizer  called with R and x, returns the key"""
+    """A rigid body about a line, with arbitrarily rotated axes. @param mobilizer  called with R and x, returns the key"""
     start, end = np.asarray(start), np.asarray(end)
     along = end - start
     length = np.linalg.norm(along)
@@ -65,7 +65,7 @@ def _draw_type(rng, can_weld=False) -> str:
 
 
 def _add_link(b: Builder, rng, parent, point, type: str, may_bend: bool, planar: bool):
-    """A bar that hangs on its parent (None: Ground) at a point; returns the body, its joint or None, and its far end."""
+    """A bar attached to its parent (None: Ground) at a point. Returns the body, its joint or None, and its far end."""
     direction = _unit_vector(rng)
     axis = Z if planar else _unit_vector(rng)
     if planar:
@@ -108,7 +108,7 @@ def _grow_tree(b: Builder, rng, root, root_point, root_type: str, count: int, pl
 
 
 def _close_loops(b: Builder, rng, tips, with_ground: bool) -> None:
-    """One loop at most, that takes one freedom: a rod, a point on a plane, or coupled coordinates."""
+    """At most one loop that removes one degree of freedom: a rod, a point on a plane, or coupled coordinates."""
     kind = rng.choice(["none", "rod", "plane", "coupler", "gear"])
     single = [joint for joint in b.joints if joint.type == "pin" and (with_ground or joint.bodies[0] is not None)]
     mobilizers = [body["mobilizer"]["type"] for body in b.keys["bodies"].values() if "mobilizer" in body]
@@ -139,7 +139,7 @@ def _close_loops(b: Builder, rng, tips, with_ground: bool) -> None:
 
 
 def _make_tree(b: Builder, rng) -> None:
-    """A tree on Ground, maybe with a loop, under weight and loads."""
+    """A tree on Ground, possibly with a loop, under weight and loads."""
     planar = rng.random() < 0.3
     b.set_gravity([0, -9.8, 0] if rng.random() < 0.8 else [0, 0, 0])
     tips = _grow_tree(b, rng, None, rng.uniform(-1, 1, 3), str(rng.choice(["pin", "pin", "slider", "ball", "universal", "cylinder"])),
@@ -155,7 +155,7 @@ def _make_tree(b: Builder, rng) -> None:
 
 
 def _make_isolated(b: Builder, rng) -> None:
-    """Bodies that no external load acts on, free or on one joint: momentum about its free axes is kept, whatever happens inside."""
+    """Bodies without external loads, free or on one joint: momentum about its free axes is conserved for any internal forces."""
     type = str(rng.choice(["free", "pin", "pin", "slider", "cylinder", "planar", "ball"]))
     point, axis = rng.uniform(-0.5, 0.5, 3), _unit_vector(rng)
     mobilizer = None
@@ -195,7 +195,7 @@ def _list_conserved(type: str, point, axis) -> list:
 
 
 def _make_four_bar(b: Builder, rng) -> None:
-    """Three bars in a plane between two bearings: pins all along z, so that reactions out of the plane are not determined."""
+    """Three bars in a plane between two bearings: all pins are along z, so out-of-plane reactions are indeterminate."""
     b.facts.is_redundant = True
     b.facts.axis_of_rotation = (0.0, 1.0, 0.0)
     b.set_gravity([0, -9.8, 0])
@@ -247,7 +247,7 @@ def _make_slider_crank(b: Builder, rng) -> None:
 
 
 def _make_carts(b: Builder, rng) -> None:
-    """Carts on one rail that are coupled, let go and caught again where they meet, on springs, under loads and motors."""
+    """Carts on one rail that are coupled, released and caught again where they meet, on springs, under loads and motors."""
     axis = X
     carts = [_add_rigid_bar(b, rng, [0, 0, 0.1 * k], [0.2, 0.1, 0.1 * k]) for k in range(2)]
     rails = [b.add_joint("slider", None, cart, cart.x, axis) for cart in carts]
@@ -277,7 +277,7 @@ def _make_carts(b: Builder, rng) -> None:
 
 
 def _make_winch(b: Builder, rng) -> None:
-    """A drum turns by a motion, several times, and winds up the rope of a load; statics follow, which know its turns."""
+    """A driven drum makes several turns and winds up the rope of a load; the following static analyses preserve its turns."""
     b.set_gravity([0, -9.8, 0])
     drum = _add_rigid_bar(b, rng, [0, 0, 0], [0.2, 0, 0])
     load = _add_rigid_bar(b, rng, [0.5, -1, 0], [0.5, -1.2, 0])
@@ -298,11 +298,11 @@ def _make_winch(b: Builder, rng) -> None:
     _add_states_without_samples(b, rng)
 
 
-# ---- what acts
+# ---- forces, motions and events
 
 
 def _add_spring_potential(b: Builder, name: str, stiffness: float, free_length: float) -> None:
-    """Knows the potential energy of a built-in spring by its length."""
+    """Records the potential energy of a built-in spring as a function of its length."""
     between = b.keys["connectors"][name]["between"]
     probe = b.probe(f"{name}_l", {"distance": between}, "position", length=1)
     k, l0 = stiffness * b.view.mass, free_length * b.view.length
@@ -310,7 +310,7 @@ def _add_spring_potential(b: Builder, name: str, stiffness: float, free_length: 
 
 
 def _add_internal_connectors(b: Builder, rng, tips, with_ground: bool) -> None:
-    """Up to three connectors, of any kind, between bodies (or Ground)."""
+    """Up to three connectors of any kind between bodies (or Ground)."""
     makers = [_add_spring, _add_law_spring, _add_bushing, _add_torsion_spring, _add_stop, _add_actuator, _add_motor]
     for k in range(rng.integers(0, 4)):
         maker = makers[rng.integers(len(makers))]
@@ -380,7 +380,7 @@ def _add_torsion_spring(b, rng, name, first, second) -> None:
 
 
 def _turned_frames(b: Builder, joint):
-    """The two frames of a joint with z along its axis, equal as placed: the angle between them begins at 0."""
+    """The two frames of a joint with z along its axis, coincident as placed: the angle between them starts at 0."""
     R = frame_along(joint.axis, 2)
     return [b.frame(body, joint.point, R) for body in joint.bodies]
 
@@ -418,7 +418,7 @@ def _add_motor(b, rng, name, first, second) -> None:
 
 
 def _add_drives(b: Builder, rng, tips) -> None:
-    """Loads and prescribed motions from outside."""
+    """External loads and prescribed motions."""
     if rng.random() < 0.6:
         _add_loads(b, rng, [tip[0] for tip in tips])
     if rng.random() < 0.4:
@@ -464,7 +464,7 @@ def _add_motion(b: Builder, rng, joints) -> None:
 
 
 def _add_friction(b: Builder, rng, tips) -> None:
-    """Joints that rub, where their reactions are determined."""
+    """Joints with friction, where their reactions are determinate."""
     if b.facts.is_redundant or rng.random() < 0.6:
         return
     for _, joint, *_ in tips:
@@ -509,7 +509,7 @@ def _add_states_without_samples(b: Builder, rng) -> None:
 
 
 def _add_events(b: Builder, rng, joints) -> None:
-    """Events at times, of every action; and one that counts."""
+    """Timed events with every kind of action, and one that counts."""
     if rng.random() < 0.4:
         count = b.names.take()
         b.keys["events"][count] = {"when": f"sin({float(rng.uniform(20, 80))!r}*t) > 0.1"}
@@ -545,7 +545,7 @@ def _add_event(b: Builder, when: str, actions: list) -> None:
 
 
 def _add_rates(b: Builder, rng) -> None:
-    """Initial rates of joints; what has a motion gets none."""
+    """Initial rates of joints without a motion."""
     if rng.random() < 0.3:
         return
     for joint in b.joints:
@@ -556,7 +556,7 @@ def _add_rates(b: Builder, rng) -> None:
 
 
 def _are_rates_known(b: Builder) -> bool:
-    """Whether the initial rates leave no speed to the projection onto joints, whose weights depend on units."""
+    """Whether the initial rates determine all speeds, so that the projection onto joints, whose weights depend on units, changes none."""
     rated = b.keys["initial"]["rates"]
     has_mobilizers = any("mobilizer" in body for body in b.keys["bodies"].values())
     return not (rated or b.facts.moves_by_time) or not has_mobilizers and all(
@@ -564,7 +564,7 @@ def _are_rates_known(b: Builder) -> bool:
 
 
 def _drop_released(b: Builder) -> None:
-    """Coordinates of joints that are released mean nothing from there on, and are not compared, nor what follows them."""
+    """Coordinates of released joints are undefined from there on: they and their dependents are not compared."""
     released = {action["release"] for actions in b.facts.actions.values() for action in actions if "release" in action}
     for joint in b.joints:
         if joint.name in released:
