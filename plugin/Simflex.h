@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-What a Simbody program with flexible bodies needs, Simbody's own headers included; pictures
-(simflex/render) and reduction (simflex/reduction) are libraries of their own. **/
+Everything for Simbody programs with flexible bodies, including Simbody's own headers. Pictures
+(simflex/render) and reduction (simflex/reduction) are separate libraries. **/
 
 #include "Simbody.h"
 #include "simflex/base/SimbodyBuild.h"

@@ -1,6 +1,7 @@
 #pragma once
 /** @file
-Programs inside models: which of them may run. Everything else in a model is data and never runs.
+Which programs embedded in a model may run. All other content of a model is data and is never
+executed.
 
     ModelOptions options;
     options.code.fmus = AllowedCode::Fmus::ChildProcess;  **/
@@ -10,13 +11,13 @@ namespace simflex {
 struct AllowedCode {
     enum class Fmus {
         Refused,
-        Described,     ///< their descriptions are read, their libraries are not loaded
-        ChildProcess,  ///< each instance in a process of its own
-        ThisProcess    ///< faster; one that crashes ends this process
+        Described,     ///< the description is read, the library is not loaded
+        ChildProcess,  ///< each instance runs in its own process
+        ThisProcess    ///< faster, but a crash of the FMU ends this process
     };
     Fmus fmus = Fmus::Refused;
-    double fmuTimeout = 60;  ///< [s] that a child process may take for one answer
-    bool scripts = false;    ///< of Gmsh, outside the sandbox
+    double fmuTimeout = 60;  ///< time limit of a child process for one answer [s]
+    bool scripts = false;    ///< Gmsh scripts, which run outside the sandbox
 };
 
 }  // namespace simflex

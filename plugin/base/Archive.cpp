@@ -112,7 +112,7 @@ std::string readArchive(std::istream& stream, const std::string& kind, std::uint
         refuse("its format has version " + std::to_string(header.version) +
                ", this simflex reads " + std::to_string(version) +
                (header.version > version ? ": a newer simflex is needed" : ""));
-    // Piece by piece: a damaged length must not ask for all memory.
+    // Read in pieces, so that a damaged length does not allocate all memory.
     while (bytes.size() < header.size) {
         const std::size_t before = bytes.size();
         const std::size_t piece = std::min<std::uint64_t>(Piece, header.size - before);

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Values as bytes and back. One visit() of a class both writes and reads it, so that the two cannot
-differ; what is read is taken for damaged by anybody, and never asks for more memory than it has
+Binary serialization. One visit() function of a class both writes and reads it, so the two cannot
+diverge. Input is assumed to be damaged: a reader never allocates more memory than the input has
 bytes. Internal.
 
     void visit(Archive& a, Frame& frame) { a.visit(frame.time, frame.q, frame.u); }
@@ -10,7 +10,7 @@ bytes. Internal.
     visit(written, frame);                        visit(read, other);   // the same
                                                   read.requireEnd();
 
-Numbers stand as this machine has them, sizes in 64 bits. **/
+Numbers are stored in this machine's representation, sizes in 64 bits. **/
 
 #include <cstddef>
 #include <cstdint>
@@ -24,9 +24,9 @@ namespace simflex {
 
 class Archive {
 public:
-    /** Empty, to write into. **/
+    /** Creates an empty archive for writing. **/
     Archive() = default;
-    /** To read from. **/
+    /** Creates an archive that reads from these bytes. **/
     explicit Archive(std::string bytes)
         : m_isReading(true), m_left(bytes.size()), m_bytes(std::move(bytes)) {}
     virtual ~Archive() = default;
@@ -35,7 +35,7 @@ public:
 
     bool isReading() const { return m_isReading; }
 
-    /** @name Values. @throws std::runtime_error "it ends early", or what else is wrong **/
+    /** @name Values. @throws std::runtime_error "it ends early", or another reason **/
     /**@{**/
     template <class T>
     std::enable_if_t<std::is_arithmetic_v<T>> visit(T& value) {
@@ -54,32 +54,34 @@ public:
         visit(b);
         (visit(more), ...);
     }
-    /** An index: refused outside first … last. **/
+    /** Visits an index. When reading, refuses values outside first … last. **/
     void visitWithin(int& value, int first, int last, const char* what);
-    /** A number of things, in 64 bits: refused if it is negative or no int. **/
+    /** Visits a count, stored in 64 bits. Refuses negative values and values that do not fit an
+    int. **/
     void visitCount(int& count);
     /**@}**/
 
-    /** Number of elements of this many bytes, which must be there when reading. **/
+    /** Visits the number of elements of this many bytes each. When reading, all of them must be
+    present. **/
     std::size_t visitSize(std::size_t size, std::size_t bytesEach);
     void visitBytes(void* data, std::size_t size);
 
-    /** Refuses to go on if so many elements cannot follow. @pre isReading() **/
+    /** Throws if fewer than `count` elements are left. @pre isReading() **/
     void requireLeft(std::uint64_t count, std::size_t bytesEach) const;
-    /** Refuses bytes that nobody has read. **/
+    /** Throws if unread bytes remain. **/
     void requireEnd() const;
 
-    /** What was written; what is read from. **/
+    /** Returns the bytes written, or those being read. **/
     const std::string& getBytes() const { return m_bytes; }
-    /** Bytes that have not been read. **/
+    /** Returns the number of unread bytes. **/
     std::uint64_t getLeft() const { return m_left; }
 
 protected:
-    /** For archives that keep their bytes themselves. @param left  to be read **/
+    /** For archives that manage their own bytes. @param left  number of bytes to read **/
     Archive(bool isReading, std::uint64_t left) : m_isReading(isReading), m_left(left) {}
-    /** @throws std::runtime_error of the reason **/
+    /** @throws std::runtime_error with the reason **/
     [[noreturn]] virtual void fail(const std::string& reason) const;
-    /** Writes bytes, or reads them, which are there. **/
+    /** Writes bytes, or reads bytes known to be present. **/
     virtual void move(void* data, std::size_t size);
 
 private:
@@ -98,14 +100,14 @@ private:
     std::string m_bytes;
 };
 
-/** @name Files of an archive: a line that names their kind, byte order, version, length, the bytes,
-and their checksum **/
+/** @name Archive files: a line with kind, byte order, version and length, the bytes, and their
+checksum **/
 /**@{**/
-/** @throws std::runtime_error if the stream cannot take it. **/
+/** @throws std::runtime_error if the stream cannot be written. **/
 void writeArchive(std::ostream& stream, const std::string& kind, std::uint32_t version,
                   const std::string& bytes);
-/** @returns the bytes. @throws std::runtime_error if it is of another kind or version, cut off or
-damaged. **/
+/** @returns the bytes. @throws std::runtime_error if the archive has another kind or version, is
+truncated or damaged. **/
 std::string readArchive(std::istream& stream, const std::string& kind, std::uint32_t version);
 /**@}**/
 

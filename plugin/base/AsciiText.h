@@ -1,7 +1,8 @@
 #pragma once
 /** @file
-Kinds and cases of ASCII characters, the same in every locale, where those of <cctype> follow the
-process's. Bytes beyond ASCII are of no kind and keep their value. Internal. **/
+Classification and case conversion of ASCII characters, independent of the locale (the functions of
+<cctype> follow the process's locale). Bytes outside ASCII belong to no class and are left
+unchanged. Internal. **/
 
 #include <string>
 #include <string_view>
@@ -35,7 +36,7 @@ inline std::string lowerCase(std::string_view text) {
     return result;
 }
 
-/** The pieces between separators, empty ones too: one more than there are separators. **/
+/** Splits at every separator. Empty pieces are kept. **/
 inline std::vector<std::string> splitAt(std::string_view text, char separator) {
     std::vector<std::string> pieces{""};
     for (const char c : text)
@@ -46,7 +47,7 @@ inline std::vector<std::string> splitAt(std::string_view text, char separator) {
     return pieces;
 }
 
-/** The pieces between commas that stand in no brackets, without blanks around them. **/
+/** Splits at commas outside brackets and trims blanks. **/
 inline std::vector<std::string> splitAtCommas(std::string_view text) {
     std::vector<std::string> pieces{""};
     int depth = 0;

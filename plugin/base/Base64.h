@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Bytes as letters, RFC 4648. **/
+Base64 encoding (RFC 4648). **/
 
 #include <cstddef>
 #include <cstdint>

@@ -6,7 +6,7 @@ namespace simflex {
 namespace {
 
 constexpr char Kind[] = "simflex checkpoint";
-/** Of the format that is written; older ones are not read, there are none. **/
+/** Version of the format. Other versions are refused. **/
 constexpr std::uint32_t Version = 7;
 
 std::string readBytes(std::istream& stream) {

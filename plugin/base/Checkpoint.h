@@ -1,9 +1,9 @@
 #pragma once
 /** @file
-The bytes of an integrator's checkpoint (private header). It is read into a model that is there:
-vectors of numbers have the sizes that it asks for, and are refused if they come in others.
+The bytes of an integrator's checkpoint (private header). A checkpoint is read into an existing
+model: a vector of another size than the model's is refused.
 
-    void StepController::visit(Checkpoint& c) { c.visit(m_lastError, m_lastRatio, m_hasPast); } **/
+    void StepController::visit(Checkpoint& c) { c.visit(m_lastError, m_lastRatio, m_hasPast); }  **/
 
 #include "simflex/base/Archive.h"
 
@@ -13,13 +13,14 @@ class Checkpoint : public Archive {
 public:
     using Archive::visit;
 
-    /** Empty, to write into. **/
+    /** Creates an empty checkpoint for writing. **/
     Checkpoint() = default;
-    /** Takes a file to read from.
-    @throws std::runtime_error if it is no checkpoint, of another version, cut off or damaged. **/
+    /** Opens a checkpoint for reading.
+    @throws std::runtime_error if the stream is no checkpoint, has another version, is truncated or
+    damaged. **/
     explicit Checkpoint(std::istream& stream);
 
-    /** @throws std::runtime_error if the stream cannot take it. **/
+    /** @throws std::runtime_error if the stream cannot be written. **/
     void write(std::ostream& stream) const;
 
     void visit(std::vector<double>& values) override;

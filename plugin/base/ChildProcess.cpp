@@ -25,7 +25,7 @@ extern char** environ;
 namespace simflex {
 namespace {
 
-/** Pointers to the texts, with the null that exec wants at the end. **/
+/** Returns a null-terminated array of pointers, as exec() requires. **/
 std::vector<char*> pointersTo(std::vector<std::string>& texts) {
     std::vector<char*> pointers;
     for (std::string& text : texts) pointers.push_back(text.data());
@@ -33,7 +33,7 @@ std::vector<char*> pointersTo(std::vector<std::string>& texts) {
     return pointers;
 }
 
-/** All signals wait in this thread until the end of the scope. **/
+/** Blocks all signals in this thread until the end of the scope. **/
 class SignalPause {
 public:
     SignalPause() {
@@ -51,7 +51,7 @@ private:
     sigset_t m_before;
 };
 
-/** What a new process needs until it is another program. **/
+/** Everything a new process needs until it calls exec(). **/
 struct Launch {
     const ChildSetup& setup;
     const char* program;
@@ -59,10 +59,10 @@ struct Launch {
     char* const* environment;
     const sigset_t& signals;
     pid_t parent;
-    int report;  ///< takes errno where it fails
+    int report;  ///< descriptor that receives errno on failure
 
-    /** In the new process, which shares its memory with a parent that waits: system calls alone.
-     * **/
+    /** Runs in the new process, which shares the memory of its waiting parent: system calls
+    only. **/
     [[noreturn]] void run() const {
         if (!prepare()) _exit(fail());
         execve(program, arguments, environment);
@@ -71,7 +71,8 @@ struct Launch {
 
 private:
     bool prepare() const {
-        // Whoever dies by SIGKILL cannot take his programs with him; he may be dead by now.
+        // A process killed by SIGKILL cannot end its children itself. It may have died before this
+        // call.
         if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0) return false;
         if (getppid() != parent) _exit(1);
         if (setup.isOwnGroup && setpgid(0, 0) != 0) return false;
@@ -80,7 +81,7 @@ private:
             !redirect(setup.error, STDERR_FILENO, O_WRONLY))
             return false;
         if (!setup.folder.empty() && chdir(setup.folder.c_str()) != 0) return false;
-        // No handler of the parent's may run here.
+        // None of the parent's signal handlers may run here.
         for (int signal = 1; signal < NSIG; ++signal) {
             struct sigaction action {};
             if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;
@@ -104,8 +105,8 @@ private:
     }
 };
 
-/** A copy of an open file above those that a program begins with, so that none of them replaces
-another while they are put in place, whichever of them this process has closed. **/
+/** A duplicate of a descriptor above the standard three, so that none of these replaces another
+while they are assigned, even if this process has closed some of them. **/
 class HighCopy {
 public:
     explicit HighCopy(int file)
@@ -124,7 +125,7 @@ private:
     int m_file;
 };
 
-/** @pre all signals are blocked; @param signals  those that the program is to have blocked **/
+/** @pre all signals are blocked; @param signals  mask of the new program **/
 pid_t spawn(const ChildSetup& given, const sigset_t& signals) {
     std::vector<std::string> arguments = given.arguments, environment;
     for (const auto& [name, value] : given.environment) environment.push_back(name + "=" + value);
@@ -195,16 +196,16 @@ std::string ChildEnd::describe() const {
            (signal == SIGKILL ? "; is memory short?" : "");
 }
 
-/** The thread that starts a program. It stays as long as that runs: the kernel ends the program
-with the thread, not with the process. One that has shut itself in passes that on, and nothing else
-is shut in. **/
+/** The thread that starts a program and lives as long as the program runs: the kernel ends the
+program with the thread, not with the process. A sandbox restricts this thread and its child
+only. **/
 class ChildProcess::Starter {
 public:
     explicit Starter(const ChildSetup& setup) {
         std::promise<pid_t> promise;
         std::future<pid_t> child = promise.get_future();
         {
-            const SignalPause pause;  // it takes no signal from the others
+            const SignalPause pause;  // the thread must not take signals meant for others
             auto wait = [&setup, signals = pause.getBefore(), end = m_end.get_future(),
                          started = std::move(promise)]() mutable {
                 try {

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Programs that simflex starts: from a list of arguments, never through a shell.
+Child processes, started from an argument list and never through a shell.
 
     ChildSetup setup;
     setup.arguments = {"gmsh", "-3", path};
@@ -21,51 +21,50 @@ namespace simflex {
 
 struct Sandbox;
 
-/** The variables of this process's environment. **/
 std::map<std::string, std::string> getEnvironment();
 
-/** Where a program of that name is: itself if it has a '/', else on the PATH; empty: nowhere. **/
+/** Locates a program: the name itself if it contains '/', else the PATH is searched. Returns "" if
+it is not found. **/
 std::string findProgram(const std::string& name);
 
 struct ChildSetup {
-    std::vector<std::string>
-        arguments;  ///< the program first, searched in PATH unless it has a '/'
+    std::vector<std::string> arguments;  ///< program first; searched in PATH unless it contains '/'
     std::map<std::string, std::string> environment = getEnvironment();
-    /** Open files that become the child's; -1: /dev/null. **/
+    /** File descriptors that the child inherits; -1: /dev/null. **/
     int input = -1, output = -1, error = -1;
-    std::string folder;  ///< where it works; empty: here
-    /** A group of its own: Ctrl-C at the terminal does not reach it. **/
+    std::string folder;  ///< working directory; empty: this process's
+    /** Runs the child in its own process group, which Ctrl-C at the terminal does not reach. **/
     bool isOwnGroup = false;
-    const Sandbox* sandbox = nullptr;  ///< it can do no more than this allows
+    const Sandbox* sandbox = nullptr;  ///< restrictions on the child; null: none
 };
 
-/** How a program ended. **/
+/** Exit status of a program. **/
 struct ChildEnd {
     int exitCode = 0;
-    int signal = 0;  ///< that ended it; 0: it left by itself
+    int signal = 0;  ///< that ended the program; 0: it exited by itself
 
     bool isSuccess() const { return signal == 0 && exitCode == 0; }
     /** "left with exit status 2", "was ended by signal 9 (Killed); is memory short?" **/
     std::string describe() const;
 };
 
-/** A program that runs. Killed if it still does when this goes, or when this process ends in
-whatever way, by SIGKILL too. **/
+/** A running program. It is killed by the destructor, and when this process ends for any reason,
+SIGKILL included. **/
 class ChildProcess {
 public:
-    /** None. **/
+    /** No program. **/
     ChildProcess() = default;
-    /** Starts it. @throws std::runtime_error naming the program. **/
+    /** Starts a program. @throws std::runtime_error naming the program. **/
     explicit ChildProcess(const ChildSetup& setup);
     ~ChildProcess();
     ChildProcess(ChildProcess&& other) noexcept { *this = static_cast<ChildProcess&&>(other); }
     ChildProcess& operator=(ChildProcess&& other) noexcept;
 
-    /** Looks whether it has ended; true if there is none. **/
+    /** Checks without waiting whether the program has ended; true if there is none. **/
     bool hasEnded();
-    /** Waits until it has ended. **/
+    /** Waits until the program has ended. **/
     const ChildEnd& wait();
-    /** Of one that runs. **/
+    /** Sends a signal to the program if it is running. **/
     void sendSignal(int signal);
     /** @pre hasEnded() **/
     const ChildEnd& getEnd() const { return m_end; }

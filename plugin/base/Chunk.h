@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-Eight doubles at a time (private header): one register of AVX-512, two of AVX, four of SSE2. The
-order of operations is fixed, so that results are the same to the bit at any address.
+Vector arithmetic on eight doubles (private header): one AVX-512 register, two AVX or four SSE2
+registers. The order of operations is fixed, so results are bit-identical for any alignment.
 
     Chunk sum{};
     for (int i = 0; i < size; i += ChunkSize) {
         const int count = std::min(size - i, ChunkSize);
         sum += loadChunk(a + i, count) * loadChunk(b + i, count);
     }
-    sumChunk(sum); **/
+    sumChunk(sum);  **/
 
 #ifdef __AVX__
 #include <immintrin.h>
@@ -24,7 +24,7 @@ constexpr int roundUpToChunks(int size) {
     return (size + ChunkSize - 1) / ChunkSize * ChunkSize;
 }
 
-/** What the machine works on at once. **/
+/** Doubles in one hardware register. **/
 #if defined __AVX512F__
 constexpr int RegisterSize = 8;
 #elif defined __AVX__
@@ -34,8 +34,8 @@ constexpr int RegisterSize = 2;
 #endif
 using Register = double __attribute__((vector_size(8 * RegisterSize)));
 
-/** Two halves that are worked on alike, each a register or again of halves. A vector that no
-register holds would be kept in memory, at a tenth of the speed. **/
+/** A pair of halves on which all operations act alike; each half is a register or again a pair. The
+compiler would keep a vector wider than a register in memory, at a tenth of the speed. **/
 template <class Half>
 struct Halves {
     Half low, high;
@@ -72,7 +72,7 @@ using Chunk = Halves<Register>;
 using Chunk = Halves<Halves<Register>>;
 #endif
 
-/** What halves do not do by operators: here of a register. **/
+/** Operations that Halves does not provide as operators; here for one register. **/
 template <class Part>
 struct ChunkPart {
     static Part load(const double* values) {
@@ -134,7 +134,8 @@ inline Chunk loadChunk(const float* values) {
     return ChunkPart<Chunk>::load(values);
 }
 
-/** The first `count` of eight values, then zeros; nothing behind them is read. **/
+/** Loads the first `count` of eight values and sets the others to zero. Reads no memory behind
+them. **/
 inline Chunk loadChunk(const double* values, int count) {
     if (count == ChunkSize) return loadChunk(values);
 #if defined __AVX512F__
@@ -163,7 +164,7 @@ inline void storeChunk(const Chunk& chunk, double* values, int count) {
 #if defined __AVX512F__
     _mm512_mask_storeu_pd(values, __mmask8((1u << count) - 1), chunk);
 #elif defined __AVX__
-    // Not by a mask, which is slow on some processors.
+    // No masked store: it is slow on some processors.
     __m256d rest = chunk.low;
     if (count & 4) {
         _mm256_storeu_pd(values, rest);
@@ -192,11 +193,11 @@ inline void setEntry(Chunk& chunk, int k, double value) {
     ChunkPart<Chunk>::set(chunk, k, value);
 }
 
-/** |x| of each. **/
+/** Element-wise |x|. **/
 inline Chunk absolute(const Chunk& chunk) {
     return ChunkPart<Chunk>::absolute(chunk);
 }
-/** Of each pair the first if it is larger, else the second, also where one is NaN. **/
+/** Element-wise maximum: a if a > b, else b, also where one of them is NaN. **/
 inline Chunk larger(const Chunk& a, const Chunk& b) {
     return ChunkPart<Chunk>::larger(a, b);
 }

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Decompositions of dense matrices, by Eigen: compiled once for all libraries, since each costs a
-compiler 5 to 10 s. Internal. **/
+Decompositions of dense matrices by Eigen. They are compiled once for all libraries, because each
+takes a compiler 5 to 10 s. Internal. **/
 
 #include <Eigen/Core>
 #include <memory>
@@ -9,20 +9,20 @@ compiler 5 to 10 s. Internal. **/
 
 namespace simflex {
 
-/** Eigenvalues, ascending, and orthonormal vectors of a symmetric matrix. **/
+/** Eigenvalues in ascending order and orthonormal eigenvectors of a symmetric matrix. **/
 struct SymmetricEigen {
     Eigen::VectorXd values;
     Eigen::MatrixXd vectors;
     bool hasConverged = false;
 };
 
-/** A v = λ v; only the lower triangle of A is read. **/
+/** Solves A v = λ v. Only the lower triangle of A is read. **/
 SymmetricEigen calcSymmetricEigen(const Eigen::MatrixXd& A);
 
-/** A v = λ B v with vᵀBv = 1; B is positive definite. **/
+/** Solves A v = λ B v with vᵀBv = 1. B must be positive definite. **/
 SymmetricEigen calcSymmetricEigen(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-/** Eigenvalues of any real matrix, in no order, and vectors of length 1. **/
+/** Eigenvalues of a general real matrix, unordered, and eigenvectors of unit length. **/
 struct GeneralEigen {
     Eigen::VectorXcd values;
     Eigen::MatrixXcd vectors;
@@ -31,36 +31,36 @@ struct GeneralEigen {
 
 GeneralEigen calcGeneralEigen(const Eigen::MatrixXd& A);
 
-bool isPositiveDefinite(const Eigen::MatrixXd& A);  ///< symmetric: only its lower triangle is read
+bool isPositiveDefinite(const Eigen::MatrixXd& A);  ///< reads the lower triangle only
 
-/** Of LDLᵀ with pivoting; that of a matrix it does not suit is −∞. **/
+/** Returns the smallest pivot of LDLᵀ with pivoting, −∞ if the decomposition fails. **/
 double calcSmallestPivot(const Eigen::MatrixXd& A);
 
-/** Columns of a matrix as a rank-revealing QR decomposition sees them. **/
+/** Column space of a matrix by rank-revealing QR. **/
 struct ColumnSpace {
     int rank = 0;
-    Eigen::MatrixXd complement;     ///< orthonormal: all that is orthogonal to the columns
-    Eigen::MatrixXd pseudoInverse;  ///< Moore and Penrose's
+    Eigen::MatrixXd complement;     ///< orthonormal basis of the orthogonal complement
+    Eigen::MatrixXd pseudoInverse;  ///< Moore–Penrose
 };
 
-/** @param threshold  relative to the largest pivot, below which a column depends on the others;
-Eigen's own, round-off, where it is negative. **/
+/** @param threshold  relative to the largest pivot: columns with smaller pivots count as dependent.
+Negative: Eigen's default, round-off. **/
 ColumnSpace calcColumnSpace(const Eigen::MatrixXd& A, double threshold = -1);
 
-/** A = Q R of a matrix with no more columns than rows: Qᵀ Q = 1, R upper triangular. **/
+/** A = Q R of a matrix with at most as many columns as rows: QᵀQ = 1, R upper triangular. **/
 struct ThinQr {
     Eigen::MatrixXd Q, R;
 };
 
 ThinQr calcThinQr(const Eigen::MatrixXd& A);
 
-/** The shortest x of least ‖A x − b‖. **/
+/** Minimum-norm solution x of min ‖A x − b‖. **/
 class LeastSquares {
 public:
     explicit LeastSquares(const Eigen::MatrixXd& A, double threshold = -1);
     ~LeastSquares();
     int getRank() const;
-    Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;  ///< for each column of B
+    Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;  ///< column by column
 
 private:
     struct Factors;
@@ -72,35 +72,34 @@ inline Eigen::MatrixXd solveLeastSquares(const Eigen::MatrixXd& A, const Eigen::
     return LeastSquares(A, threshold).solve(B);
 }
 
-/** A x = b by LU with partial pivoting. **/
+/** Solves A x = b by LU with partial pivoting. **/
 class SquareSystem {
 public:
     explicit SquareSystem(const Eigen::MatrixXd& A);
     ~SquareSystem();
-    double getSmallestPivot() const;  ///< its size
+    double getSmallestPivot() const;  ///< absolute value
     Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
-    Eigen::MatrixXd solveEach(const Eigen::MatrixXd& B) const;  ///< for each column of B
+    Eigen::MatrixXd solveEach(const Eigen::MatrixXd& B) const;  ///< column by column
 
 private:
     struct Factors;
     std::unique_ptr<Factors> m_factors;
 };
 
-/** A x = b by LU with partial pivoting, for each column of B. **/
+/** Solves A X = B by LU with partial pivoting. **/
 Eigen::MatrixXcd solveEach(const Eigen::MatrixXcd& A, const Eigen::MatrixXcd& B);
 
 Eigen::MatrixXd calcInverse(const Eigen::MatrixXd& A);
 Eigen::MatrixXcd calcInverse(const Eigen::MatrixXcd& A);
 
-/** A x = b by LDLᵀ with pivoting; only the lower triangle of A is read. **/
+/** Solves A x = b by LDLᵀ with pivoting. Only the lower triangle of A is read. **/
 Eigen::VectorXd solveSymmetric(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 Eigen::MatrixXd solveEachSymmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-/** ZᵀAZ. **/
+/** Returns ZᵀAZ. **/
 Eigen::MatrixXd calcCongruent(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& A);
 
-/** Columns in the order in which QR decomposition with column pivoting takes them: always the one
-farthest from those before. **/
+/** Returns the columns in the order in which QR with column pivoting selects them. **/
 std::vector<int> orderColumns(const Eigen::MatrixXd& A);
 
 }  // namespace simflex

@@ -12,19 +12,19 @@ namespace simflex {
 namespace {
 
 struct Prefix {
-    int exponent;  // of ten
-    double from;   // smallest number that is written with it
+    int exponent;  // power of ten
+    double from;   // smallest value written with this prefix
 };
 struct Row {
     const char* unit;
-    int zero;                      // exponent with which zero is written
-    std::vector<Prefix> prefixes;  // from large to small; the last takes all
+    int zero;                      // exponent of the prefix for zero
+    std::vector<Prefix> prefixes;  // from large to small; the last takes all remaining values
 };
 
 constexpr double whole = 0.9995, tenths = 0.0995;
 
-/** Tenths of a unit are still written in it where the next smaller one would be unusual: 0.4 mm
-rather than 400 µm, but 500 mm rather than 0.5 m. **/
+/** `tenths` keeps a unit down to 0.1 where the next smaller one is unusual: 0.4 mm instead of 400
+µm, but 500 mm instead of 0.5 m. **/
 const std::vector<Row>& getRows() {
     static const std::vector<Row> rows = {
         {"m/s", 0, {{3, 2}, {0, tenths}, {-3, tenths}, {-6, 0}}},
@@ -37,7 +37,7 @@ const std::vector<Row>& getRows() {
     return rows;
 }
 
-/** The row of the first factor; none of a power, as 1000 mm² are not 1 m². **/
+/** Returns the row of the first factor of a unit, null if it is a power: 1000 mm² are not 1 m². **/
 const Row* findRow(const std::string& unit) {
     for (const Row& row : getRows()) {
         const std::string first = row.unit;
@@ -50,7 +50,7 @@ const Row* findRow(const std::string& unit) {
     return nullptr;
 }
 
-/** "m/s^2" as "m/s²". **/
+/** Converts "m/s^2" to "m/s²". **/
 std::string beautify(std::string unit) {
     for (const auto& [plain, nice] : {std::pair<const char*, const char*>{"^2", "²"}, {"^3", "³"}})
         for (size_t at = unit.find(plain); at != std::string::npos; at = unit.find(plain))

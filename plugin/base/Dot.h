@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-aᵀb of plain arrays (private header). Eight interleaved sums in a fixed order: quick, and the same
-to the bit at any address, which Eigen's sums over unaligned memory are not. **/
+aᵀb of plain arrays (private header). Eight interleaved sums in a fixed order are fast and
+bit-identical for any alignment, unlike Eigen's sums over unaligned memory. **/
 
 namespace simflex {
 

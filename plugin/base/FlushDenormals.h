@@ -1,15 +1,15 @@
 #pragma once
 /** @file
-How this thread rounds and what it does with denormal numbers, for a while (private header). Loops
-of ParallelFor.h give it to every thread that takes part, and give back what that had. Without
-effect where the processor has no SSE.
+Scoped control of this thread's rounding mode and treatment of denormal numbers (private header).
+Loops of ParallelFor.h pass the mode on to every participating thread and restore that thread's own
+mode afterwards. No effect on processors without SSE.
 
     const FlushDenormals flush;          // until the end of the scope
     const StandardArithmetic standard;   // whatever the caller has set
 
-Disturbances fade along a long chain of bodies until they are denormal numbers, on which processors
-are many times slower: a Newton iteration of 10 000 links let go at rest took three times as long.
-**/
+Disturbances decay along a long chain of bodies until they are denormal, and arithmetic on denormal
+numbers is many times slower: a Newton iteration of 10 000 links released from rest took three times
+as long. **/
 
 #ifdef __SSE2__
 #include <immintrin.h>
@@ -17,7 +17,7 @@ are many times slower: a Newton iteration of 10 000 links let go at rest took th
 
 namespace simflex {
 
-/** Sets a mode, and the one before at the end of the scope. **/
+/** Sets a mode and restores the previous one at the end of the scope. **/
 class ArithmeticMode {
 public:
     explicit ArithmeticMode(unsigned mode) : m_before(get()) {
@@ -31,13 +31,15 @@ public:
     ArithmeticMode(const ArithmeticMode&) = delete;
     ArithmeticMode& operator=(const ArithmeticMode&) = delete;
 
-    static constexpr unsigned Standard = 0;       ///< rounds to nearest, has denormals
-    static constexpr unsigned Flushing = 0x8040;  ///< flushes to zero, takes denormals for zero
+    static constexpr unsigned Standard = 0;       ///< round to nearest, keep denormals
+    static constexpr unsigned Flushing = 0x8040;  ///< flush results to zero, treat denormal inputs
+                                                  ///< as zero
 
-    /** What this thread had before any of these: what a new thread shall inherit from it. **/
+    /** Returns the mode of this thread outside all scopes of this class: the one a new thread
+    should inherit. **/
     static unsigned getOutermost() { return nesting().depth > 0 ? nesting().outermost : get(); }
 
-    /** That of this thread. **/
+    /** Returns the current mode of this thread. **/
 #ifdef __SSE2__
     static unsigned get() {
         return _mm_getcsr() & All;
@@ -58,7 +60,7 @@ private:
         return ofThread;
     }
 
-    static constexpr unsigned All = Flushing | 0x6000;  // and the direction of rounding
+    static constexpr unsigned All = Flushing | 0x6000;  // with the rounding bits
 
 #ifdef __SSE2__
     static void set(unsigned mode) {

@@ -11,7 +11,7 @@ namespace {
 using Complexes = std::vector<std::complex<double>>;
 
 constexpr std::size_t LargestFactor =
-    50;  // above it kissfft's n·factor are more than a convolution
+    50;  // above it kissfft's n·factor operations cost more than a convolution
 
 std::size_t findLargestPrimeFactor(std::size_t n) {
     std::size_t largest = 1;
@@ -20,7 +20,7 @@ std::size_t findLargestPrimeFactor(std::size_t n) {
     return n > 1 ? n : largest;
 }
 
-/** By a convolution, whose length is a power of two (L. I. Bluestein, 1970). **/
+/** Transforms by a convolution of power-of-two length (L. I. Bluestein, 1970). **/
 Complexes convolve(const std::vector<double>& x) {
     const std::size_t n = x.size();
     std::size_t m = 1;

@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-A number that tells one content from another: what keys of kept results and checksums of files are
-made of. It is the same in every version, for it stands in part and result files.
+A 64-bit content hash for cache keys and file checksums. It must stay the same in all versions,
+since part and result files store it.
 
-Word by word of 64 bits, the last one of an addBytes() filled up with zeros (FNV-1a, but for the
-length of its steps and the shift, which lets high bits act on low ones):
+Data is hashed in 64-bit words; the last word of each addBytes() is padded with zeros. The function
+is FNV-1a on words instead of bytes, with a shift that lets high bits act on low ones:
 
     state ← (state ⊕ word) · 1099511628211,  state ← state ⊕ (state >> 32)
 
-O(bytes), about 3 GB a second. Against errors and coincidence, not against forgers. **/
+O(bytes), about 3 GB/s. It detects errors and accidental collisions, not forgery. **/
 
 #include <algorithm>
 #include <cstddef>
@@ -20,10 +20,10 @@ O(bytes), about 3 GB a second. Against errors and coincidence, not against forge
 
 namespace simflex {
 
-/** Of all that is added, in its order: values, not addresses. **/
+/** Hash of everything added, in order. Hashes values, not addresses. **/
 class Hash {
 public:
-    /** Without the number of bytes: shorter contents followed by zeros may have the same hash. **/
+    /** Does not hash the size: shorter content followed by zeros may give the same hash. **/
     void addBytes(const void* bytes, std::size_t size) {
         const char* at = static_cast<const char*>(bytes);
         for (; size > 0;) {
@@ -52,7 +52,7 @@ public:
 
     std::uint64_t get() const { return m_state; }
 
-    /** 16 hexadecimal digits. **/
+    /** Returns 16 hexadecimal digits. **/
     std::string getText() const {
         std::string text;
         for (int shift = 60; shift >= 0; shift -= 4)

@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-Opens files whose names stand in models, decks and commands. All readers open them here, since a
-name may stand for what no reader can use: a pipe waits for a writer, a device has no end, and what
-the kernel shows of itself in /proc and /sys waits for events or is as long as all memory. **/
+Opens files named in models, decks and commands. All readers open files here, because a name may
+refer to something that cannot be read to an end: a pipe waits for a writer, a device has no end,
+and entries of /proc and /sys may block or be as long as all memory. **/
 
 #include <filesystem>
 #include <fstream>
@@ -10,14 +10,14 @@ the kernel shows of itself in /proc and /sys waits for events or is as long as a
 
 namespace simflex {
 
-/** Whether a name, or what it links to, is a regular file on a disk. **/
+/** Returns whether a path is, or links to, a regular file on a disk. **/
 bool isInputFile(const std::filesystem::path& path);
 
-/** Opens a file to read its bytes.
-@return a stream that is not open if this is no isInputFile(), or may not be read **/
+/** Opens a file in binary mode.
+@return a stream that is not open if the path is no isInputFile() or cannot be read **/
 std::ifstream openInputFile(const std::filesystem::path& path);
 
-/** All bytes of a file. @throws std::runtime_error "cannot read 'PATH': CAUSE" **/
+/** Reads a whole file. @throws std::runtime_error "cannot read 'PATH': CAUSE" **/
 std::string readInputFile(const std::filesystem::path& path);
 
 }  // namespace simflex

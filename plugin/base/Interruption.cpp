@@ -16,10 +16,10 @@ void catchInterrupts() {
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
     struct sigaction before {};
-    // A terminal that goes; not where `nohup` has it ignored.
+    // The terminal was closed. Left ignored under `nohup`.
     if (sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
         sigaction(SIGHUP, &action, nullptr);
-    signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error as a full disk is
+    signal(SIGXFSZ, SIG_IGN);  // writing then fails, as on a full disk
 }
 
 bool wasInterrupted() {

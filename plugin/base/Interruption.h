@@ -1,16 +1,16 @@
 #pragma once
 /** @file
-Ctrl-C as the wish to stop: a flag that long work looks at. Internal. **/
+Ctrl-C sets a flag that long computations poll. Internal. **/
 
 namespace simflex {
 
-/** Makes Ctrl-C (and a polite kill) set a flag instead of ending the program at once. A second
-Ctrl-C ends it. **/
+/** Makes SIGINT, SIGTERM and SIGHUP set a flag instead of ending the program. A second signal of
+the same kind ends it. **/
 void catchInterrupts();
 
 bool wasInterrupted();
 
-/** Forgets a Ctrl-C and catches the next one. **/
+/** Clears the flag and catches the next Ctrl-C. **/
 void forgetInterrupts();
 
 }  // namespace simflex

@@ -8,7 +8,7 @@
 namespace simflex {
 namespace {
 
-const std::size_t kMaxLength = 200;  // of names that are compared
+const std::size_t kMaxLength = 200;  // longer names are not compared
 
 std::string makePlain(std::string name) {
     for (char& c : name) {
@@ -18,7 +18,7 @@ std::string makePlain(std::string name) {
     return name;
 }
 
-/** Edits that make `a` of `b`: insertions, deletions, replacements, swaps of neighbours. **/
+/** Returns the edit distance: insertions, deletions, replacements and swaps of neighbours. **/
 std::size_t countEdits(const std::string& a, const std::string& b) {
     const std::size_t width = b.size() + 1;
     std::vector<std::size_t> before(width), last(width), now(width);
@@ -48,7 +48,7 @@ std::string findNearestName(const std::string& name, const std::vector<std::stri
         if (candidate.size() > kMaxLength) continue;
         const std::string other = makePlain(candidate);
         std::size_t edits = countEdits(plain, other);
-        // 'tolerance' for 'constraint_tolerance'
+        // 'tolerance' suggests 'constraint_tolerance'.
         const bool isWithin = plain.size() > 3 && other.find(plain) != std::string::npos;
         if (isWithin) edits = std::min<std::size_t>(edits, fewest);
         if (edits < fewest || (edits == fewest && nearest.empty())) {

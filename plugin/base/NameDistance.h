@@ -1,13 +1,14 @@
 #pragma once
 /** @file
-The known name that was probably meant. Internal. **/
+Suggestions for misspelled names. Internal. **/
 
 #include <string>
 #include <vector>
 
 namespace simflex {
 
-/** The nearest of `known` by edits (case aside), or "" if none is near. **/
+/** Returns the member of `known` with the smallest edit distance, ignoring case, or "" if none is
+close. **/
 std::string findNearestName(const std::string& name, const std::vector<std::string>& known);
 
 }  // namespace simflex

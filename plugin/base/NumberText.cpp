@@ -24,7 +24,7 @@ bool readNumber(std::string_view field, double& value) {
     if (result.ptr != end) return false;
     if (result.ec == std::errc::result_out_of_range) {
         value = 0;
-        return std::strstr(begin, "e-") || std::strstr(begin, "E-");  // too small, not too large
+        return std::strstr(begin, "e-") || std::strstr(begin, "E-");  // underflow, not overflow
     }
     return result.ec == std::errc() && std::isfinite(value);
 }

@@ -1,9 +1,8 @@
 #pragma once
 /** @file
-Numbers as text that is the same in every locale: what goes into files, and what is read back.
-(printf, strtod and streams follow the process' locale, which a program that links the library may
-have set: "1,3".) Streams that write files:
-file.imbue(std::locale::classic()). **/
+Locale-independent conversion between numbers and text, for files. (printf, strtod and streams
+follow the process's locale, which a program that links the library may have set: "1,3".) Streams
+that write files need file.imbue(std::locale::classic()). **/
 
 #include <charconv>
 #include <string>
@@ -11,9 +10,9 @@ file.imbue(std::locale::classic()). **/
 
 namespace simflex {
 
-/** As printf's %.*g, %.*f and %.*e write it in the locale "C". **/
+/** Formats as printf's %.*g, %.*f and %.*e do in the locale "C". **/
 inline std::string writeAs(double value, std::chars_format format, int digits) {
-    char text[400];  // of the largest number, with 80 decimals
+    char text[400];  // enough for the largest number with 80 decimals
     return std::string(text, std::to_chars(text, text + sizeof text, value, format, digits).ptr);
 }
 inline std::string writeGeneral(double value, int digits = 17) {
@@ -31,7 +30,7 @@ inline std::string writeFileSize(double bytes) {
     return bytes < 1e6 ? writeFixed(bytes / 1e3, 1) + " kB" : writeFixed(bytes / 1e6, 1) + " MB";
 }
 
-/** As %.*E: for programs written in Fortran. **/
+/** Formats as %.*E, for Fortran programs. **/
 inline std::string writeFortran(double value, int decimals) {
     std::string text = writeScientific(value, decimals);
     for (char& c : text)
@@ -39,8 +38,8 @@ inline std::string writeFortran(double value, int decimals) {
     return text;
 }
 
-/** Reads a whole field as a finite number; a sign + and exponents of D are as good as others. Too
-small a number is zero. @returns false if it is none. **/
+/** Reads a whole field as a finite number. A leading + and Fortran's exponent D are accepted.
+Numbers too small for a double become zero. @returns false if the field is not a number. **/
 bool readNumber(std::string_view field, double& value);
 bool readInteger(std::string_view field, int& value);
 

@@ -1,18 +1,17 @@
 #pragma once
 /** @file
-Loops whose passes may run at the same time (private header). With one thread they are plain loops:
-a team of one would still cost a fraction of a microsecond.
+Parallel loops (private header). With one thread they are plain loops: even a team of one would cost
+a fraction of a microsecond.
 
     threads = chooseNumThreads(threads, work, workPerThread);
     parallelFor(count, threads, [&](int i) { … });          // equal shares, in order
     parallelFor(count, threads, Schedule::WhoeverIsFree, [&](int i) { … });
 
-Nobody waits for threads that other programs keep from coming, see WorkTeam.h. A loop inside of a
-loop is a plain one. What a pass throws comes out of the loop, as it would come out of a plain one:
-it is that of the first pass that throws, whatever the number of threads. Passes after it may have
-run.
+Threads that other programs keep busy are not waited for, see WorkTeam.h. A nested loop runs
+serially. An exception leaves the loop as it would leave a serial one: it is that of the first
+iteration that throws, for any number of threads, but later iterations may have run.
 
-All threads do arithmetic as the calling one does, see FlushDenormals.h. **/
+All threads use the caller's arithmetic mode, see FlushDenormals.h. **/
 
 #include <omp.h>
 
@@ -27,17 +26,17 @@ All threads do arithmetic as the calling one does, see FlushDenormals.h. **/
 
 namespace simflex {
 
-/** Threads that `work` can feed, each at least its share: a parallel loop must outlast its end. At
-most `most`, and at most as many as there are processors. **/
+/** Returns the number of threads for which each gets at least `workPerThread`, so that the loop
+outweighs its overhead. At most `most` and at most the number of processors. **/
 inline int chooseNumThreads(int most, double work, double workPerThread) {
     most = std::min(most, omp_get_num_procs());
     return std::max(1, int(std::min(double(most), work / workPerThread)));
 }
 
-/** What the passes of a parallel region throw: none may leave it. **/
+/** Collects exceptions of a parallel region, which none may leave. **/
 class FirstException {
 public:
-    /** Runs a pass, unless one before it has thrown. **/
+    /** Runs an iteration unless an earlier one has thrown. **/
     template <class Pass>
     void guard(long number, const Pass& pass) noexcept {
         if (number > m_number) return;
@@ -50,7 +49,7 @@ public:
             m_exception = std::current_exception();
         }
     }
-    /** After the region. **/
+    /** Call after the region. **/
     void rethrow() const {
         if (m_exception) std::rethrow_exception(m_exception);
     }
@@ -62,8 +61,8 @@ private:
 };
 
 enum class Schedule {
-    EqualShares,   ///< each thread begins with its own passes, in order
-    WhoeverIsFree  ///< takes the next pass
+    EqualShares,   ///< each thread starts with its own range, in order
+    WhoeverIsFree  ///< each thread takes the next iteration
 };
 
 template <class Index, class Body>
@@ -97,8 +96,8 @@ void parallelFor(Index count, int threads, const Body& body) {
     parallelFor(count, threads, Schedule::EqualShares, body);
 }
 
-/** Calls body(begin, end) for ranges of 0 … size−1 that begin with whole chunks; one range for a
-vector that is not worth more than one thread. **/
+/** Calls body(begin, end) for ranges of 0 … size−1 that start at whole chunks; one range if the
+vector is too short for several threads. **/
 template <class Body>
 void parallelRanges(int size, int threads, const Body& body) {
     constexpr int Range = 2048;

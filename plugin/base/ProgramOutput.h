@@ -1,11 +1,11 @@
 #pragma once
 /** @file
-What a program that simflex starts says: kept in a file without a name, so that no full pipe stops
-it, and read when it has ended. Internal.
+Output of a child process, collected in an unnamed temporary file, so that a full pipe cannot block
+the child, and read after it has ended. Internal.
 
     ProgramOutput said;
     setup.output = setup.error = said.getDescriptor();
-    if (!ChildProcess(setup).wait().isSuccess()) throw std::runtime_error(said.read()); **/
+    if (!ChildProcess(setup).wait().isSuccess()) throw std::runtime_error(said.read());  **/
 
 #include <cstdio>
 #include <memory>
@@ -15,13 +15,13 @@ namespace simflex {
 
 class ProgramOutput {
 public:
-    /** @throws std::runtime_error if there is no place for temporary files. **/
+    /** @throws std::runtime_error if no temporary file can be created. **/
     ProgramOutput();
 
-    /** Of the open file, which no other program inherits. **/
+    /** Returns the file's descriptor, which other child processes do not inherit. **/
     int getDescriptor() const { return fileno(m_file.get()); }
 
-    /** Its first bytes. **/
+    /** Returns the first `most` bytes. **/
     std::string read(size_t most = 4096) const;
 
 private:

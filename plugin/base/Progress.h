@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-How long-running work reports where it is, and how it is told to stop. **/
+Progress reports and cancellation of long computations. **/
 
 #include <functional>
 #include <stdexcept>
@@ -8,14 +8,15 @@ How long-running work reports where it is, and how it is told to stop. **/
 
 namespace simflex {
 
-/** Called every now and then with what is being done and the part of it that is done, 0…1, or a
-negative number where that is not known. Return false to stop: the work then throws Cancelled. **/
+/** Called from time to time with the current phase and its completed fraction, 0…1, or a negative
+number if the fraction is unknown. Return false to cancel: the computation then throws
+Cancelled. **/
 using ProgressCallback = std::function<bool(const std::string& phase, double fraction)>;
 
-/** Thrown by work that was told to stop. **/
+/** Thrown by cancelled computations. **/
 class Cancelled : public std::runtime_error {
 public:
-    /** @param kept  what there is of it: "3 of 8 modes are in 'crank_modes'" **/
+    /** @param kept  results that remain: "3 of 8 modes are in 'crank_modes'" **/
     explicit Cancelled(const std::string& kept = "nothing was written")
         : std::runtime_error("stopped; " + kept), m_kept(kept) {}
     const std::string& getKept() const { return m_kept; }
@@ -24,7 +25,7 @@ private:
     std::string m_kept;
 };
 
-/** Calls `progress`, if there is one. @throws Cancelled if it returns false. **/
+/** Calls `progress` if it is set. @throws Cancelled if it returns false. **/
 inline void reportProgress(const ProgressCallback& progress, const std::string& phase,
                            double fraction) {
     if (progress && !progress(phase, fraction)) throw Cancelled();

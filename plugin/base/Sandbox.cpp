@@ -19,8 +19,8 @@
 namespace simflex {
 namespace {
 
-// Landlock as linux/landlock.h of the newest kernel that is used here has it; that of the system
-// may be older.
+// Landlock's interface, copied from the newest kernel's linux/landlock.h that is used here, since
+// the system's header may be older.
 struct RulesetAttributes {
     std::uint64_t handledAccess, handledNetwork, scoped;
 };
@@ -32,11 +32,11 @@ constexpr long CreateRuleset = 444, AddRule = 445, RestrictSelf = 446;
 constexpr unsigned AskVersion = 1, PathBeneath = 1;
 using Access = std::uint64_t;
 constexpr Access Execute = 1 << 0, WriteFile = 1 << 1, ReadFile = 1 << 2, ReadFolder = 1 << 3,
-                 Version1 = (1 << 13) - 1,  // these, and removing and making whatever there is
+                 Version1 = (1 << 13) - 1,  // and removing and creating files of every kind
     Refer = 1 << 13,                        // version 2: moving between folders
     Truncate = 1 << 14,                     // version 3
     ControlDevice = 1 << 15;                // version 5
-constexpr long FirstScopes = 6;             // version
+constexpr long FirstScopes = 6;             // Landlock version that introduced scopes
 constexpr std::uint64_t ScopeSignals = 1 << 1;
 
 #if defined(__x86_64__)
@@ -46,9 +46,9 @@ constexpr unsigned Architecture = AUDIT_ARCH_AARCH64;
 #else
 constexpr unsigned Architecture = 0;
 #endif
-constexpr unsigned FirstForeignCall = 0x40000000;  // of x86-64's calls with short pointers
+constexpr unsigned FirstForeignCall = 0x40000000;  // first of the x32 calls of x86-64
 
-/** Calls by which a process gets at what Landlock does not guard. **/
+/** Calls that reach resources which Landlock does not guard. **/
 constexpr long ForbiddenCalls[] = {
     SYS_socket,
     SYS_io_uring_setup,  // network
@@ -123,7 +123,7 @@ constexpr long ForbiddenCalls[] = {
     SYS_delete_module,
     SYS_sethostname,
     SYS_setdomainname,  //
-#ifdef SYS_chmod        // old names, which newer architectures lack
+#ifdef SYS_chmod        // legacy calls, absent on newer architectures
     SYS_chmod,
     SYS_chown,
     SYS_lchown,
@@ -134,12 +134,12 @@ constexpr long ForbiddenCalls[] = {
 #endif
 };
 
-/** Calls of which the first argument names a process; 0: the caller. **/
+/** Calls whose first argument names a process; 0: the caller. **/
 constexpr long CallsForOneself[] = {
     SYS_prlimit64,      SYS_sched_setaffinity,  SYS_sched_setattr,
     SYS_sched_setparam, SYS_sched_setscheduler,
 };
-constexpr long Clone3 = 435;  // what it makes stands in memory, where no filter sees it
+constexpr long Clone3 = 435;  // its flags are in memory, which filters cannot read
 constexpr unsigned NewNamespaces = 0x7e020080;
 
 [[noreturn]] void fail(const std::string& what) {
@@ -150,8 +150,8 @@ long getLandlockVersion() {
     return syscall(CreateRuleset, nullptr, 0, AskVersion);
 }
 
-/** The program that loads this one and its libraries, and will load the other: only it and the
- * other may be run. **/
+/** Returns the dynamic loader of this program, which will also load the sandboxed program. Only
+these two may be executed. **/
 std::string findLoader() {
     std::string loader;
     dl_iterate_phdr(
@@ -160,13 +160,13 @@ std::string findLoader() {
                 if (info->dlpi_phdr[k].p_type == PT_INTERP)
                     *static_cast<std::string*>(result) =
                         reinterpret_cast<const char*>(info->dlpi_addr + info->dlpi_phdr[k].p_vaddr);
-            return 1;  // the first is the program itself
+            return 1;  // the first entry is the program itself
         },
         &loader);
     return loader;
 }
 
-/** A set of rules, closed at the end. **/
+/** A Landlock rule set, closed by the destructor. **/
 class Landlock {
 public:
     Landlock() {
@@ -182,7 +182,7 @@ public:
     Landlock(const Landlock&) = delete;
     Landlock& operator=(const Landlock&) = delete;
 
-    /** What is not there needs no rule. **/
+    /** Ignores paths that do not exist. **/
     void allow(const std::string& path, Access access) {
         const int file = open(path.c_str(), O_PATH | O_CLOEXEC);
         if (file < 0) return;
@@ -204,7 +204,7 @@ private:
     int m_rules;
 };
 
-/** Which calls are refused, as the kernel's filters say it. **/
+/** A seccomp filter of refused system calls. **/
 class CallFilter {
 public:
     CallFilter() {
@@ -220,7 +220,7 @@ public:
         refuse(error);
     }
     void forbidUnlessFirstIsZero(long call) { forbidByFirst(call, BPF_JEQ, 0); }
-    /** @param bits  of the first argument, of which none may be set **/
+    /** @param bits  of the first argument: the call is refused if any is set **/
     void forbidBitsOfFirst(long call, unsigned bits) { forbidByFirst(call, BPF_JSET, bits); }
 
     void restrictThread() {
@@ -244,7 +244,7 @@ private:
         jump(test, value, 1, 0);
         refuse(EPERM);
     }
-    /** Numbers and flags of processes have 32 bits: the lower ones. **/
+    /** Tests the lower 32 bits of the first argument, which hold process numbers and flags. **/
     void forbidByFirst(long call, int test, unsigned value) {
         jump(BPF_JEQ, unsigned(call), 0, 4);
         load(offsetof(seccomp_data, args));
@@ -261,10 +261,10 @@ void forbidCalls() {
     CallFilter filter;
     for (const long call : ForbiddenCalls) filter.forbid(call);
     for (const long call : CallsForOneself) filter.forbidUnlessFirstIsZero(call);
-    // abort() does without.
+    // abort() works without tgkill.
     if (getLandlockVersion() < FirstScopes) filter.forbid(SYS_tgkill);
     filter.forbidBitsOfFirst(SYS_clone, NewNamespaces);
-    filter.forbid(Clone3, ENOSYS);  // the C library takes clone then
+    filter.forbid(Clone3, ENOSYS);  // makes the C library fall back to clone
     filter.restrictThread();
 }
 

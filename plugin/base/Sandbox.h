@@ -1,17 +1,17 @@
 #pragma once
 /** @file
-What a program that is not trusted may do. Landlock and seccomp of the Linux kernel see to it: they
-need no privileges, no other program, and work in containers and changed roots.
+Restrictions on untrusted programs, enforced by the Linux kernel's Landlock and seccomp. They need
+neither privileges nor other programs, and work in containers and changed roots.
 
 A program in the sandbox
+- cannot run other programs, except through the system's loader, which it needs itself and which
+  stays in the same sandbox,
+- opens only the files that are readable below, and creates, changes and removes files only in one
+  folder,
+- has no network, cannot signal or trace other processes or change their limits and priorities, and
+  cannot change modes, owners or times of files.
 
-- runs no other program; what it loads by the system's loader, which it needs itself, runs in the
-  same sandbox,
-- opens only what is readable below, and makes, changes and removes files only in one folder,
-- has no network, sends no signals to other processes, traces them not and changes neither their
-  limits nor their priorities, changes no modes, owners or times of files.
-
-Names, sizes and times of files are not hidden from it, nor are its processor time, memory and disk
+Names, sizes and times of files are not hidden, and processor time, memory and disk are not
 limited. **/
 
 #include <string>
@@ -20,19 +20,19 @@ limited. **/
 namespace simflex {
 
 struct Sandbox {
-    std::string program;                ///< what may be run: its path
-    std::vector<std::string> readable;  ///< files, and folders with all that is in them
-    std::string writable;               ///< a folder, with all that is in it
+    std::string program;                ///< path of the only program that may run
+    std::vector<std::string> readable;  ///< files, and folders with all their contents
+    std::string writable;               ///< one folder with all its contents
 };
 
-/** Where the programs' libraries and their data are. **/
+/** Returns the folders of system libraries and their data. **/
 std::vector<std::string> listSystemFolders();
 
-/** Why this system cannot keep a program in a sandbox; empty: it can. **/
+/** Returns why this system cannot enforce a sandbox, "" if it can. **/
 std::string findSandboxObstacle();
 
-/** Shuts the calling thread in, and all that it starts from now on. There is no way back.
-@throws std::runtime_error if the system cannot. **/
+/** Restricts the calling thread and everything it starts from now on, irrevocably.
+@throws std::runtime_error if the system cannot enforce it. **/
 void enterSandbox(const Sandbox& sandbox);
 
 }  // namespace simflex

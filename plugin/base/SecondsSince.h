@@ -1,5 +1,5 @@
 #pragma once
-/** @file Wall time that has passed. Internal. **/
+/** @file Elapsed wall time. Internal. **/
 
 #include <chrono>
 

@@ -1,10 +1,10 @@
 #pragma once
 /** @file
-Stops the build of a program whose standard containers would not fit those of simflex's libraries:
-it would crash, or worse. **/
+Stops the build of a program whose standard containers have another layout than those of simflex's
+libraries. Such a program would crash or corrupt memory. **/
 
 #ifndef SIMFLEX_HAS_DEBUG_CONTAINERS
-#define SIMFLEX_HAS_DEBUG_CONTAINERS 0  // of simflex's libraries, unless its CMake target says 1
+#define SIMFLEX_HAS_DEBUG_CONTAINERS 0  // simflex's CMake target may set 1
 #endif
 
 #if defined(_GLIBCXX_DEBUG) != SIMFLEX_HAS_DEBUG_CONTAINERS

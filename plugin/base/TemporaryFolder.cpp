@@ -18,14 +18,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr char Beginning[] = "simflex-locked-";  // and six letters
+constexpr char Beginning[] = "simflex-locked-";  // followed by six letters
 
 fs::path findPlace() {
     const char* given = std::getenv("TMPDIR");
     return fs::absolute(given && *given ? given : "/tmp");
 }
 
-/** The folder, locked; −1: another process has it, or it is gone. **/
+/** Locks a folder. Returns −1 if another process has locked it or it no longer exists. **/
 int lock(const fs::path& folder) {
     const int file = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     if (file < 0) return -1;
@@ -39,7 +39,7 @@ int lock(const fs::path& folder) {
     return -1;
 }
 
-/** Removes the folders that nobody holds any more. **/
+/** Removes folders that no process has locked. **/
 void sweep(const fs::path& place) {
     std::error_code ignored;
     std::vector<fs::path> folders;
@@ -57,14 +57,14 @@ void sweep(const fs::path& place) {
 }  // namespace
 
 void TemporaryFolder::removeAbandoned() {
-    static std::atomic<long> doneBy{0};  // this process, not the one that it was forked from
+    static std::atomic<long> doneBy{0};  // process that has swept; a forked child sweeps again
     if (doneBy.exchange(getpid()) != getpid()) sweep(findPlace());
 }
 
 TemporaryFolder::TemporaryFolder() {
     removeAbandoned();
     const fs::path place = findPlace();
-    constexpr int MostTrials = 10;  // another process may sweep a folder away before it is locked
+    constexpr int MostTrials = 10;  // another process may remove a folder before it is locked
     for (int trial = 0; trial < MostTrials && m_lock < 0; ++trial) {
         std::error_code ignored;
         if (trial > 0) fs::remove(m_path, ignored);
@@ -75,7 +75,7 @@ TemporaryFolder::TemporaryFolder() {
         m_path = pattern;
         m_lock = lock(m_path);
     }
-    fs::create_directory(m_path);  // where a file system knows no locks
+    fs::create_directory(m_path);  // for file systems without locks
 }
 
 TemporaryFolder::~TemporaryFolder() {

@@ -4,18 +4,18 @@
 
 namespace simflex {
 
-/** A folder of its own under $TMPDIR (else /tmp), removed with everything in it at the end. It is
-locked until then, so that those of processes that were killed can be told. **/
+/** A unique folder under $TMPDIR (else /tmp), removed with its contents by the destructor. It is
+locked until then, so that folders left by killed processes can be recognised. **/
 class TemporaryFolder {
 public:
-    /** @throws std::runtime_error naming the place. **/
+    /** @throws std::runtime_error naming the location. **/
     TemporaryFolder();
     ~TemporaryFolder();
     TemporaryFolder(const TemporaryFolder&) = delete;
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
     const std::filesystem::path& path() const { return m_path; }
 
-    /** Removes those of processes that were killed; the first folder that a process makes does it,
+    /** Removes folders left by killed processes. The first TemporaryFolder of a process does so,
     too. **/
     static void removeAbandoned();
 

@@ -11,8 +11,8 @@ namespace {
 
 static_assert(TiledMatrix::TileHeight == ChunkSize);
 
-/** Chunks of sums at a time: as many as registers hold beside the factors, and enough independent
-ones to hide the latency of an addition. **/
+/** Chunks of sums computed at a time: as many as fit into registers beside the factors, and enough
+independent ones to hide the latency of an addition. **/
 #ifdef __AVX512F__
 constexpr int NumSums = 16;
 #else

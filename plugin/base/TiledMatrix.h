@@ -3,12 +3,12 @@
 A constant matrix laid out for products with a few vectors at a time: y_c = A x_c, c = 1 … count
 (private header).
 
-Rows are packed in tiles of 8, each tile's columns one after another, so that a product reads memory
-once and in order, whatever the number of vectors; several vectors share each read. Every sum runs
-over the columns in order: results do not depend on count or on addresses.
+Rows are packed in tiles of 8, and each tile is stored column by column, so a product reads memory
+once and in order, and several vectors share each read. Every sum runs over the columns in order:
+results depend neither on count nor on alignment.
 
-Of matrices of symmetric parts most entries are zero, in no order that one sees. Then rows whose
-entries stand in the same columns share a tile, which keeps these columns alone. **/
+Matrices of symmetric parts are mostly zero, in no visible pattern. Rows with the same non-zero
+columns then share a tile, which stores these columns only. **/
 
 #include <Eigen/Dense>
 #include <vector>
@@ -20,15 +20,15 @@ public:
     static constexpr int TileHeight = 8;
 
     TiledMatrix() = default;
-    /** @param negligible  entries so small, measured by the largest one, are taken for zero where
-    that saves half of the products **/
+    /** @param negligible  relative to the largest entry: smaller entries are treated as zero if
+    that saves half of the multiplications **/
     explicit TiledMatrix(const Eigen::Ref<const Eigen::MatrixXd>& matrix, double negligible = 0);
 
-    /** Takes the entries of Aᵀ; allocates only when the size changes. **/
+    /** Sets the entries to those of Aᵀ. Allocates only if the size changes. **/
     void assignTransposed(const Eigen::Ref<const Eigen::MatrixXd>& A);
 
     int cols() const { return m_cols; }
-    /** Rows rounded up to whole tiles: the length of each y. **/
+    /** Number of rows rounded up to whole tiles: the length of each y. **/
     int paddedRows() const { return m_numTiles * TileHeight; }
 
     /** y[c] ← A x[c]. 2·rows·cols·count flops. **/
@@ -46,9 +46,9 @@ private:
 
     int m_cols = 0, m_numTiles = 0;
     Eigen::VectorXd m_values;
-    std::vector<int> m_rows;       ///< that each tile's rows are, if not all columns are kept
-    std::vector<int> m_kept;       ///< columns, tile after tile
-    std::vector<int> m_firstKept;  ///< by tile; the number of all last
+    std::vector<int> m_rows;       ///< matrix row of each tile row; empty if all columns are kept
+    std::vector<int> m_kept;       ///< column indices, tile by tile
+    std::vector<int> m_firstKept;  ///< offset of each tile in m_kept, then their total
 };
 
 }  // namespace simflex

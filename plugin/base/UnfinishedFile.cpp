@@ -18,7 +18,7 @@ namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr char Ending[] = ".part-";  // and the number of the process
+constexpr char Ending[] = ".part-";  // followed by the process number
 
 [[noreturn]] void refuse(const fs::path& path, int error) {
     throw std::runtime_error(
@@ -26,7 +26,6 @@ constexpr char Ending[] = ".part-";  // and the number of the process
         "': " + (error == EEXIST ? "it is a device or a pipe, not a file" : std::strerror(error)));
 }
 
-/** An open file, closed at the end. **/
 struct Descriptor {
     int number;
     ~Descriptor() {
@@ -43,16 +42,16 @@ void writeAll(const Descriptor& file, std::string_view bytes, const fs::path& pa
     }
 }
 
-/** Waits until a file or a folder is on the disk. **/
+/** Flushes a file or folder to the disk. **/
 void sync(const fs::path& path, const fs::path& name) {
     const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC)};
-    if (file.number < 0) return;  // its folder may be written to, but not read
+    if (file.number < 0) return;  // a folder may be writable but not readable
     if (fsync(file.number) != 0 && errno != EINVAL && errno != EROFS) refuse(name, errno);
 }
 
-/** The file that a name stands for: what symbolic links lead to, whether it is there or not. **/
+/** Resolves symbolic links; the target need not exist. **/
 fs::path followLinks(fs::path path) {
-    constexpr int MostLinks = 40;  // as the kernel allows
+    constexpr int MostLinks = 40;  // the kernel's limit
     std::error_code none;
     for (int k = 0; k < MostLinks && fs::is_symlink(fs::symlink_status(path, none)); ++k) {
         const fs::path target = fs::read_symlink(path, none);
@@ -62,7 +61,7 @@ fs::path followLinks(fs::path path) {
     return path;
 }
 
-/** Why a file may not take the place of what has its name; 0: it may. @param path  no link **/
+/** Returns an errno code why a path may not be replaced, 0 if it may. @param path  no link **/
 int findObstacle(const fs::path& path) {
     std::error_code none;
     const fs::file_status status = fs::symlink_status(path, none);
@@ -72,7 +71,7 @@ int findObstacle(const fs::path& path) {
     return access(path.c_str(), W_OK) == 0 ? 0 : errno;
 }
 
-/** Of "crank.h5.part-4711"; 0 if there is none. **/
+/** Returns 4711 for "crank.h5.part-4711", 0 if the name has no process number. **/
 int findProcess(const std::string& name) {
     const size_t at = name.rfind(Ending);
     int process = 0;
@@ -81,7 +80,8 @@ int findProcess(const std::string& name) {
     return process;
 }
 
-/** Whether a name begins so, and is that of an unfinished file whose process is no more. **/
+/** Returns whether a name starts with `begin` and belongs to an unfinished file of an ended
+process. **/
 bool isLeftover(const fs::path& path, const std::string& begin) {
     const std::string name = path.filename().string();
     const int process = findProcess(name);
@@ -97,7 +97,8 @@ std::vector<fs::path> listLeftovers(const fs::path& folder, const std::string& b
     return left;
 }
 
-/** Those of one file. A folder is looked through once: thousands of pictures may come into one. **/
+/** Removes the leftovers of one file. Each folder is listed only once, since thousands of pictures
+may be written to one. **/
 void removeLeftovers(const fs::path& folder, const std::string& begin) {
     static std::mutex mutex;
     static std::map<fs::path, std::vector<fs::path>> known;
@@ -137,7 +138,7 @@ void replaceFile(const fs::path& path, std::string_view bytes, Durability durabi
             open(unfinished.getPath().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
         if (file.number < 0) refuse(path, errno);
         writeAll(file, bytes, path);
-        // A disk on the network may say only now that it is full.
+        // Network file systems may report a full disk only on close.
         if (close(std::exchange(file.number, -1)) != 0) refuse(path, errno);
     }
     unfinished.finish(durability);

@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-Files that appear under their name only when they are whole: each is written beside its place, under
-a name of this process's own, and renamed at the end. A symbolic link stays, and its target is
-replaced; a device, a pipe and a write-protected file are refused. Internal.
+Files that appear under their final name only when they are complete: each is written next to its
+destination, under a name unique to this process, and renamed at the end. A symbolic link is kept
+and its target replaced. Devices, pipes and write-protected files are refused. Internal.
 
     UnfinishedFile file("crank.h5");
     write(file.getPath());   // crank.h5.part-4711
     file.finish();           // crank.h5; without this, what was written is removed
 
-    replaceFile("case.txt", text);   // all at once **/
+    replaceFile("case.txt", text);   // all at once  **/
 
 #include <cstdint>
 #include <filesystem>
@@ -18,28 +18,29 @@ replaced; a device, a pipe and a write-protected file are refused. Internal.
 
 namespace simflex {
 
-/** What a finished file outlives. **/
+/** The failure that a finished file survives. **/
 enum class Durability {
-    ProcessEnd,   ///< the end of this process, whatever ends it
-    PowerFailure  ///< that of the machine, too: it waits for the disk, milliseconds
+    ProcessEnd,   ///< any end of this process
+    PowerFailure  ///< also a power failure; waits for the disk, milliseconds
 };
 
 class UnfinishedFile {
 public:
-    /** Nothing is opened yet. @param path  the name it will have **/
+    /** Opens no file yet. @param path  the final name **/
     explicit UnfinishedFile(const std::filesystem::path& path);
     /** Removes the file unless it is finished. **/
     ~UnfinishedFile();
     UnfinishedFile(const UnfinishedFile&) = delete;
     UnfinishedFile& operator=(const UnfinishedFile&) = delete;
 
-    /** Where it is to be written. **/
+    /** Returns the path to write to. **/
     std::string getPath() const { return m_unfinished.string(); }
 
-    /** Gives it its name, in place of a file that had it, and removes what killed processes had
-    left of it when this process began. @pre it is written, and closed
-    @throws std::runtime_error naming it and the cause; it is removed then, and the old one stays.
-    **/
+    /** Renames the file to its final name, replacing an existing file, and removes unfinished files
+    of the same name left by processes killed before this one began. @pre the file is written and
+    closed
+    @throws std::runtime_error naming the file and the cause; the unfinished file is removed then,
+    and the old one kept. **/
     void finish(Durability durability = Durability::PowerFailure);
 
 private:
@@ -56,22 +57,23 @@ inline void replaceFile(const std::filesystem::path& path, const std::vector<std
     replaceFile(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, durability);
 }
 
-/** Appends to the first `size` bytes of a file, which is made if need be, drops what stood behind
-them, and waits for the disk. @throws std::runtime_error "cannot write 'PATH': CAUSE". **/
+/** Truncates a file to its first `size` bytes, creating it if necessary, appends `bytes` and waits
+for the disk. @throws std::runtime_error "cannot write 'PATH': CAUSE". **/
 void appendToFile(const std::filesystem::path& path, std::uint64_t size, std::string_view bytes);
 
-/** Refuses a place where no file can be made, before there is work to lose.
-@throws std::runtime_error naming it and the cause. **/
+/** Checks that a file can be created at this path, before there are results to lose.
+@throws std::runtime_error naming the path and the cause. **/
 void checkWritable(const std::filesystem::path& path);
-/** The same of files that begin so: one that is there and does not is of another kind, an input
-perhaps, and stays. @param kind  what it would be, "part file" **/
+/** As checkWritable(), for files that start with `begin`: an existing file that does not is of
+another kind, perhaps an input, and is not replaced. @param kind  the new file's kind, such as "part
+file" **/
 void checkReplaceable(const std::filesystem::path& path, std::string_view begin,
                       const std::string& kind);
-/** Says that one stays. @throws std::runtime_error **/
+/** @throws std::runtime_error that the existing file is not replaced **/
 [[noreturn]] void refuseReplacing(const std::filesystem::path& path, const std::string& kind);
 
-/** Removes what processes that are no more have left unfinished in a folder, of files whose names
-begin so. **/
+/** Removes unfinished files that ended processes have left in a folder, if their names start with
+`begin`. **/
 void removeUnfinishedFiles(const std::filesystem::path& folder, const std::string& begin);
 
 }  // namespace simflex

@@ -49,7 +49,7 @@ std::u16string convertToUtf16(std::string_view text) {
 
 namespace {
 
-/** Whether a terminal obeys a character, or shows by it what comes after in another place. **/
+/** Returns whether a terminal interprets a character or changes the writing direction after it. **/
 bool isControl(char32_t code) {
     const bool isBlank = code == '\n' || code == '\t';
     return (code < 0x20 && !isBlank) || (code >= 0x7F && code < 0xA0) || code == 0x061C ||

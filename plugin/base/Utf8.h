@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Text in UTF-8, character by character (Unicode 15, table 3-7). Internal. **/
+UTF-8 decoding (Unicode 15, table 3-7). Internal. **/
 
 #include <cstddef>
 #include <string>
@@ -8,22 +8,20 @@ Text in UTF-8, character by character (Unicode 15, table 3-7). Internal. **/
 
 namespace simflex {
 
-/** Bytes of the character that begins at `at`; 0 where none does: sequences that are cut off or
-longer than needed, surrogates, numbers beyond U+10FFFF. **/
+/** Returns the number of bytes of the character at `at`; 0 if it is invalid: truncated or overlong
+sequences, surrogates, code points beyond U+10FFFF. **/
 std::size_t calcUtf8Length(std::string_view text, std::size_t at);
 
-/** Numbers of its characters; a byte that belongs to none stands for itself. **/
+/** Returns the code points; an invalid byte is kept as its own value. **/
 std::u32string decodeUtf8(std::string_view text);
 
-/** UTF-16 of the same. **/
+/** Converts to UTF-16, with invalid bytes as in decodeUtf8(). **/
 std::u16string convertToUtf16(std::string_view text);
 
-/** The same without what a terminal would obey: control characters but for line feeds and tabs,
-those that turn the direction of writing, and bytes that are not UTF-8, become '?'. For all text
-that comes from files of others. **/
+/** Replaces everything that a terminal would interpret by '?': control characters except line feeds
+and tabs, bidirectional controls and invalid UTF-8. For all text from untrusted files. **/
 std::string makePrintable(std::string_view text);
 
-/** How many there are. **/
 std::size_t countCharacters(std::string_view text);
 
 }  // namespace simflex

@@ -14,9 +14,10 @@ using State = std::uint64_t;
 
 constexpr State OneAtWork = 1, AtWork = 0xffff, OneWanted = 1 << 16, Wanted = 0x7fff0000,
                 Open = 1u << 31, OneLoop = State(1) << 32;
-/** Some tens of microseconds: longer than what lies between two loops of a step. **/
+/** Spins before sleeping, some tens of microseconds: longer than the gap between two loops of a
+step. **/
 constexpr int Patience = 1000;
-/** No piece of a short loop takes so long if nothing keeps its thread from working. **/
+/** A piece of a short loop takes longer only if its thread is kept from running. **/
 constexpr std::chrono::milliseconds LongestWait{1};
 constexpr int TimesAlone = 20;
 
@@ -45,7 +46,7 @@ WorkTeam::~WorkTeam() {
         if (m_process == long(getpid()))
             helper.join();
         else
-            helper.detach();  // it stayed in the process that this one was forked from
+            helper.detach();  // the thread exists only in the process that this one was forked from
 }
 
 void WorkTeam::enlarge(int helpers) {
@@ -53,7 +54,7 @@ void WorkTeam::enlarge(int helpers) {
     try {
         while (int(m_helpers.size()) < helpers) m_helpers.emplace_back([this] { help(); });
     } catch (const std::system_error&) {
-        // The machine gives no more threads: there is nobody to wait for.
+        // The system grants no more threads; work with those that have started.
     }
 }
 

@@ -26,11 +26,11 @@ constexpr uLong MadeOnUnix = 3 << 8 | 20;
 constexpr uLong ExecutableFile = 0100755u << 16;
 constexpr uLong IsEncrypted = 1, NamesAreUtf8 = 1 << 11;
 constexpr std::uint64_t MostWithoutZip64 = 0xfffffffe;
-constexpr std::uint64_t MostInflation = 1100;  // deflate makes nothing more than this smaller
+constexpr std::uint64_t MostInflation = 1100;  // deflate cannot compress better
 constexpr std::uint64_t MostUnpacked = std::uint64_t(4) << 30;
-// More than this is refused if it was packed as tightly as libraries and parts never are.
+// Larger files are refused above this ratio, which libraries and parts never reach.
 constexpr std::uint64_t MuchUnpacked = std::uint64_t(256) << 20, LargestRatio = 100;
-constexpr size_t LongestZipName = 100;           // of a name, in an error
+constexpr size_t LongestZipName = 100;           // characters quoted in an error
 constexpr std::uint64_t LargestPiece = 1 << 30;  // minizip counts in 32 bits
 
 std::string deflate(std::string_view bytes) {
@@ -52,8 +52,8 @@ int closeUnfinished(void* zip) {
     throw std::runtime_error("cannot write '" + path + "': " + cause);
 }
 
-/** Whether an archive's last record is there as a whole: minizip takes what is cut off as zeros.
- * **/
+/** Returns whether the end record is complete: minizip reads the missing bytes of a truncated
+archive as zeros. **/
 bool hasWholeEnd(std::ifstream& file) {
     constexpr size_t Size = 22, LongestComment = 65535;
     file.seekg(0, std::ios::end);
@@ -82,7 +82,7 @@ ZipWriter::ZipWriter(const fs::path& path)
 }
 
 void ZipWriter::add(const std::string& name, std::string_view bytes, ZipMethod method) {
-    // What is written is packed already, which minizip calls raw: libdeflate is faster than zlib.
+    // The data is compressed already ("raw" to minizip): libdeflate is faster than zlib.
     const std::string packed = method == ZipMethod::Deflated ? deflate(bytes) : "";
     std::string_view rest = method == ZipMethod::Deflated ? std::string_view(packed) : bytes;
     zip_fileinfo info{};

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Archives of type ZIP, by minizip: FMUs and NumPy's .npz are such. Internal.
+ZIP archives (FMUs, NumPy's .npz) by minizip. Internal.
 
     ZipWriter zip("model.fmu");
     zip.add("modelDescription.xml", xml);
@@ -20,16 +20,16 @@ namespace simflex {
 
 enum class ZipMethod { Stored, Deflated };
 
-/** Without times of files: the same contents give the same bytes. **/
+/** Writes no file times: the same contents give the same bytes. **/
 class ZipWriter {
 public:
-    /** @throws std::runtime_error if there can be no such file. **/
+    /** @throws std::runtime_error if the file cannot be created. **/
     explicit ZipWriter(const std::filesystem::path& path);
     /** @param name  with '/' between folders **/
     void add(const std::string& name, std::string_view bytes,
              ZipMethod method = ZipMethod::Deflated);
     void addFile(const std::string& name, const std::filesystem::path& file);
-    /** Without this nothing is left. **/
+    /** Without this call no file remains. **/
     void finish(Durability durability = Durability::PowerFailure);
 
 private:
@@ -38,25 +38,25 @@ private:
     std::unique_ptr<void, int (*)(void*)> m_zip;
 };
 
-/** The files of an archive, one after another. Everything here throws std::runtime_error
-"'PATH' CAUSE" if it is no such archive, damaged or encrypted, or much that was packed
-suspiciously small. **/
+/** Reads the files of an archive one after another. All members throw std::runtime_error "'PATH'
+CAUSE" if the file is no ZIP archive, damaged, encrypted, or packed at a suspiciously high
+ratio. **/
 class ZipReader {
 public:
     explicit ZipReader(const std::filesystem::path& path);
-    /** Goes to the first file, then to the next. @returns false if there is none. **/
+    /** Moves to the first file, then to the next. @returns false after the last. **/
     bool next();
     const std::string& getName() const { return m_name; }
-    /** Number of its bytes. **/
+    /** Size of the current file in bytes. **/
     std::uint64_t getSize() const { return m_size; }
-    /** The bytes of this file. **/
+    /** Returns the contents of the current file. **/
     std::string read() const;
     [[noreturn]] void fail(const std::string& what) const;
 
 private:
     std::string m_path, m_name;
     std::unique_ptr<void, int (*)(void*)> m_zip;
-    std::uint64_t m_size = 0, m_unpacked = 0;  ///< of this file; of all up to it
+    std::uint64_t m_size = 0, m_unpacked = 0;  ///< of the current file; of all files so far
     bool m_hasBegun = false;
 };
 

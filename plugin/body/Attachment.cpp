@@ -15,7 +15,8 @@ using namespace SimTK;
 
 namespace {
 
-/** Mesh indices of the nodes that share an element with `node`, itself left out. **/
+/** Returns the mesh indices of the nodes that share an element with `node`, without `node`
+itself. **/
 std::vector<int> findNeighbours(const Mesh& mesh, int node) {
     std::set<int> neighbours;
     for (const ElementBlock& block : mesh.elements) {
@@ -28,10 +29,10 @@ std::vector<int> findNeighbours(const Mesh& mesh, int node) {
     return {neighbours.begin(), neighbours.end()};
 }
 
-/** Of a node of no element the same for the nodes that it lies between, as those of shells and
-beams do: of a solid, above and below. Empty if there are none. **/
+/** Neighbours of a node that belongs to no element, such as mid-surface nodes of shells and beams:
+those of the solid's nodes above and below it. Empty if there are none. **/
 std::vector<int> findNeighboursBetween(const Mesh& mesh, int node) {
-    constexpr double OnTheLine = 1e-6;  // of its length
+    constexpr double OnTheLine = 1e-6;  // relative to the length
     const auto vectorTo = [&](int other) {
         const auto x = mesh.position(node), y = mesh.position(other);
         return Vec3(y[0] - x[0], y[1] - x[1], y[2] - x[2]);
@@ -52,8 +53,8 @@ std::vector<int> findNeighboursBetween(const Mesh& mesh, int node) {
     return {};
 }
 
-/** Rotation shapes of a node: axial vector of the least-squares gradient of Φ over its neighbours.
- * 3×n_f. **/
+/** Rotation shapes of a node (3×n_f): axial vector of the least-squares gradient of Φ over its
+neighbours. **/
 Eigen::MatrixXd calcNodeRotations(const ReducedBody& part, int node) {
     std::vector<int> neighbours = findNeighbours(part.mesh, node);
     if (neighbours.empty()) neighbours = findNeighboursBetween(part.mesh, node);
@@ -97,8 +98,8 @@ std::shared_ptr<const FrameShapes> makeNodeShapes(const ReducedBody& part, int n
                              std::vector<double>(Psi.data(), Psi.data() + Psi.size()));
 }
 
-/** Shapes of mesh nodes, the same ones for all frames on a node of a part: the elimination
-multiplies by each once for all bodies of the part. Kept as long as a frame has them. **/
+/** Cache of node shapes, shared by all frames on a node of a part, so that the elimination
+multiplies by each once for all bodies of the part. An entry lives as long as a frame uses it. **/
 class NodeShapes {
 public:
     std::shared_ptr<const FrameShapes> obtain(const std::shared_ptr<const ReducedBody>& part,

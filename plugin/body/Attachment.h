@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-A frame that joints and forces hold on to: on an interface or a mesh node of a flexible body, or on
-any MobilizedBody. **/
+A frame for joints and forces: on an interface or a mesh node of a flexible body, or on any
+MobilizedBody. **/
 
 #include <memory>
 #include <string>
@@ -17,50 +17,51 @@ SimTK_DEFINE_UNIQUE_INDEX_TYPE(FlexibleBodyIndex)
 
     class Attachment {
 public:
-    /** A frame X_BA on an ordinary mobilized body, Ground included. Implicit, so that a body can
-     * stand for its frame. **/
+    /** A frame X_BA on an ordinary mobilized body, Ground included. Implicit, so that a body can be
+    passed for its frame. **/
     Attachment(const SimTK::MobilizedBody& body, const SimTK::Transform& X_BA = SimTK::Transform());
 
-    /** A frame on interface `name`, whose axes are those of B while undeformed; X_IA turns and
-    shifts it.
-    @throws std::out_of_range naming the part, the interface and those that exist. **/
+    /** A frame on interface `name`, whose undeformed axes are those of B; X_IA is its pose in the
+    interface frame.
+    @throws std::out_of_range naming the part, the interface and the existing ones. **/
     static Attachment onInterface(const FlexibleBody& body, const std::string& name,
                                   const SimTK::Transform& X_IA = SimTK::Transform());
 
-    /** A frame on the mesh node with this deck number. Its rotation is that of the surrounding
-    elements: the antisymmetric part of the least-squares displacement gradient over the nodes that
-    share an element with it.
+    /** A frame on the mesh node with this deck number. It rotates with the surrounding elements: by
+    the antisymmetric part of the least-squares displacement gradient over the nodes that share an
+    element with it.
     @throws std::out_of_range if the mesh has no such node. **/
     static Attachment onNode(const FlexibleBody& body, int nodeNumber,
                              const SimTK::Transform& X_NA = SimTK::Transform());
 
-    /** A frame that moves with the modes as it is told: at s + Φξ, turned by Ψξ.
+    /** A frame with given shapes: its origin is at s + Φξ, its rotation vector is Ψξ.
     @param s         from the centre of mass, in B [m]
     @param Phi, Psi  3×n_f, column-major; empty: 0
-    @throws std::invalid_argument on other numbers of shapes. **/
+    @throws std::invalid_argument if the number of shapes is wrong. **/
     static Attachment onShapes(const FlexibleBody& body, const SimTK::Vec3& s,
                                std::vector<double> Phi = {}, std::vector<double> Psi = {});
 
     bool isFlexible() const { return bool(m_flexibleFrame); }
 
-    /** What it is on, for messages: "crank.pin", "crank node 12", "slider", "body 3" or "ground".
-     * **/
+    /** Returns the name for messages: "crank.pin", "crank node 12", "slider", "body 3" or
+    "ground". **/
     const std::string& getName() const { return m_name; }
 
-    /** Whether it is on a body of this subsystem or of its system's matter. **/
+    /** Returns whether the attachment is on a body of this subsystem or of its system's matter. **/
     bool isIn(const FlexibleBodySubsystem& subsystem) const;
 
-    /** Body frame of the flexible body, or the mobilized body itself. **/
+    /** Returns the frame body of the flexible body, or the mobilized body itself. **/
     SimTK::MobilizedBodyIndex getMobilizedBodyIndex() const { return m_mobod; }
 
     /** @pre isFlexible(). **/
     FlexibleBodyIndex getFlexibleBodyIndex() const { return m_flexibleBody; }
     const FlexibleFrame& getFlexibleFrame() const { return *m_flexibleFrame; }
 
-    /** Order of its displacement in ξ, see FlexibleBody::enableStiffening(). @pre isFlexible(). **/
+    /** Returns the order of the displacement in ξ, see FlexibleBody::enableStiffening(). @pre
+    isFlexible(). **/
     FrameAtXi::Order getFrameOrder(const SimTK::State& state) const;
 
-    /** Frame on a rigid body. @pre !isFlexible(). **/
+    /** Returns X_BA on the rigid body. @pre !isFlexible(). **/
     const SimTK::Transform& getFrame() const { return m_X_BA; }
 
     /** Pose and velocity in Ground. @pre state realized to Stage::Velocity. **/
@@ -78,7 +79,7 @@ private:
     std::shared_ptr<const FlexibleBody> m_body;
 };
 
-/** Whether both are the same place and axes of the same body. **/
+/** Returns whether both have the same origin and axes on the same body. **/
 bool isSame(const Attachment& a, const Attachment& b);
 
 }  // namespace simflex

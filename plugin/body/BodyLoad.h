@@ -12,12 +12,12 @@ namespace simflex {
 
 struct BodyLoad {
     SimTK::Vec3 force, torque;                                   ///< in B, torque about its origin
-    ::Eigen::VectorXd modal;                                     ///< n_f
-    ::Eigen::Matrix<double, 3, ::Eigen::Dynamic> torquePerMode;  ///< torque that ξ_i = 1 adds
+    ::Eigen::VectorXd modal;                                     ///< n_f modal forces
+    ::Eigen::Matrix<double, 3, ::Eigen::Dynamic> torquePerMode;  ///< torque added per unit ξ_i
     std::function<SimTK::Real(SimTK::Real time)> scale;
 };
 
-/** Adds the loads; the torque is written in B, the force in Ground, n_f modal forces.
+/** Adds the loads: torque in B, force in Ground, n_f modal forces.
 @param scales  one per load **/
 inline void addInLoads(const std::vector<BodyLoad>& loads, const SimTK::Real* scales,
                        const SimTK::Rotation& R_GB, const double* xi, SimTK::Vec3& torque_B,

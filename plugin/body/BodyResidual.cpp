@@ -1,5 +1,5 @@
-// The one loop over a body's modes, eight at a time: everything of O(n_f) in an evaluation.
-// Compiled with fused operations, which have one fixed order here.
+// The only loop over a body's modes: all O(n_f) work of an evaluation, eight modes at a time.
+// Compiled with fused multiply-add, whose order is fixed here.
 
 #include <algorithm>
 
@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** Half of ½ω_aω_b by component, off-diagonal ones twice. **/
+/** ½ω_aω_b by component; off-diagonal ones are doubled. **/
 struct OmegaProducts {
     explicit OmegaProducts(const Vector3d& omega)
         : of{0.5 * omega[0] * omega[0], 0.5 * omega[1] * omega[1], 0.5 * omega[2] * omega[2],

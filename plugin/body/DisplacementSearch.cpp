@@ -16,7 +16,7 @@ using ::Eigen::Vector3d;
 
 namespace {
 
-constexpr double SumRoundOff = 1e-12;  // of sums, generously
+constexpr double SumRoundOff = 1e-12;  // relative, a generous bound for sums
 
 Vector3d getPosition(const ReducedBody& part, int node) {
     return Vector3d::Map(part.mesh.positions.data() + 3 * size_t(node));
@@ -108,7 +108,8 @@ void DisplacementSearch::fit(int index) {
     x.colwise() -= tile.center;
     tile.low = x.rowwise().minCoeff();
     tile.high = x.rowwise().maxCoeff();
-    // Where nodes lie in a plane or on a line, nothing is said of what is across.
+    // The pseudoinverse handles nodes in a plane or on a line, which do not determine slopes across
+    // it.
     const Matrix3d moments = x * x.transpose();
     const Matrix3d inverse = calcColumnSpace(moments).pseudoInverse;
     float* own = m_coefficients.data() + size_t(index) * size_t(numModes) * NumCoefficients;
@@ -124,7 +125,7 @@ void DisplacementSearch::fit(int index) {
         }
         ::Eigen::Matrix<float, 3, 4> fitted;
         fitted << (sum / count).cast<float>(), (slopes * inverse).cast<float>();
-        // What is left of the fit as it is kept.
+        // Remainder of the fit as stored in single precision.
         const Vector3d c = fitted.col(0).cast<double>();
         const Matrix3d A = fitted.rightCols<3>().cast<double>();
         for (int k = 0; k < count; ++k)
@@ -160,7 +161,7 @@ double DisplacementSearch::calcBound(int index, const double* xi) const {
     const Tile& tile = m_tiles[size_t(index)];
     const Field field = calcField(index, xi);
     const double* const c = field.linear;
-    // All corners at once.
+    // All eight corners at once.
     const Vector3d &l = tile.low, &h = tile.high;
     const Chunk x = makeChunk(l[0], h[0], l[0], h[0], l[0], h[0], l[0], h[0]);
     const Chunk y = makeChunk(l[1], l[1], h[1], h[1], l[1], l[1], h[1], h[1]);
@@ -203,7 +204,7 @@ DisplacementSearch::Largest DisplacementSearch::findAmongAll(const ReducedBody& 
         ::Eigen::Map<const ::Eigen::MatrixXd>(part.Phi.data(), 3 * nodes, part.numModes) * modes;
     const ::Eigen::VectorXd squared =
         ::Eigen::Map<const ::Eigen::Matrix3Xd>(all.data(), 3, nodes).colwise().squaredNorm();
-    // Last bits may depend on what is multiplied together.
+    // Round-off of the matrix product may depend on its size; recheck nodes near the maximum.
     const double least = (1 - SumRoundOff) * squared.maxCoeff();
     double largest = 0;
     int worst = 0;

@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-The node of a mesh that is displaced most (private header).
+Search for the mesh node with the largest displacement (private header).
 
-Nodes stand in a tree of tiles. In a tile with box b about x̄ a mode is nearly linear, φ_i(x) = c_i +
-A_i (x − x̄) up to r_i, so that
+Nodes are sorted into a tree of tiles. Within a tile with bounding box b about x̄, mode i is nearly
+linear, φ_i(x) = c_i + A_i (x − x̄) with a remainder of at most r_i, so that
 
     |Φξ| ≤ max over the corners of b |Σ ξ_i c_i + Σ ξ_i A_i (x − x̄)| + Σ |ξ_i| r_i.
 
-Tiles whose bound is less than what a node has are passed over: of a large mesh most. The value
-found is the largest of all nodes, as calcDisplacement() has it, to the last bit. **/
+Tiles whose bound is below a displacement already found are skipped, which is most of a large mesh.
+The result equals the maximum of calcDisplacement() over all nodes to the last bit. **/
 
 #include <Eigen/Dense>
 #include <atomic>
@@ -20,21 +20,21 @@ found is the largest of all nodes, as calcDisplacement() has it, to the last bit
 
 namespace simflex {
 
-/** Φξ of a node in B [m]. @param node  mesh index **/
+/** Returns the displacement Φξ of a node in B [m]. @param node  mesh index **/
 ::Eigen::Vector3d calcDisplacement(const ReducedBody& part, int node, const double* xi);
 
 class DisplacementSearch {
 public:
-    /** Reads Φ once. @param part  outlives this **/
+    /** Reads Φ once. @param part  must outlive this object **/
     explicit DisplacementSearch(const ReducedBody& part);
 
     struct Largest {
         double displacement = 0;  ///< |Φξ| [m]; NaN if ξ is not finite
-        int node = 0;             ///< mesh index, the first if there are several
+        int node = 0;             ///< mesh index, the lowest of several
     };
     /** @param xi  n_f **/
     Largest find(const double* xi) const;
-    /** The same by a look at all nodes, without a tree. O(nodes·n_f). **/
+    /** As find(), over all nodes without a tree. O(nodes·n_f). **/
     static Largest findAmongAll(const ReducedBody& part, const double* xi);
 
 private:
@@ -43,27 +43,29 @@ private:
     static constexpr int NumCoefficients = 16;  // c (3), A (9), r, padding
 
     struct Tile {
-        int first, last;                                ///< of m_nodes
-        int children = -1;                              ///< the first of NumChildren; none: a leaf
-        ::Eigen::Vector3d center{0, 0, 0};              ///< x̄, the mean of its nodes
-        ::Eigen::Vector3d low{0, 0, 0}, high{0, 0, 0};  ///< corners of the box, from x̄
+        int first, last;                    ///< range in m_nodes
+        int children = -1;                  ///< index of the first of NumChildren; −1:
+                                            ///< a leaf
+        ::Eigen::Vector3d center{0, 0, 0};  ///< x̄, mean of the nodes
+        ::Eigen::Vector3d low{0, 0, 0}, high{0, 0, 0};  ///< corners of the bounding box relative to
+                                                        ///< x̄
     };
-    /** Displacements in a tile at ξ. **/
+    /** Displacement field in a tile at ξ. **/
     struct Field {
         double linear[NumCoefficients];  ///< Σ ξ_i (c_i, A_i)
         double rest = 0;                 ///< Σ |ξ_i| r_i
     };
 
-    /** Sorts nodes into two halves along their longest direction; returns where the second begins.
-     * **/
+    /** Partitions nodes into two halves along their longest direction. Returns the start of the
+    second. **/
     int halve(int first, int last);
     void divide(int first, int last);
     void divideTile(int tile);
     void fit(int tile);
     Field calcField(int tile, const double* xi) const;
-    /** That no node of the tile is displaced beyond. **/
+    /** Returns an upper bound of the displacement in a tile. **/
     double calcBound(int tile, const double* xi) const;
-    /** Takes a node that is displaced more than the worst so far. **/
+    /** Updates `worst` if a node of the leaf is displaced more. **/
     void searchLeaf(int tile, const double* xi, double& squared, int& worst) const;
 
     const ReducedBody& m_part;
@@ -73,11 +75,12 @@ private:
     std::vector<float> m_coefficients;  ///< by tile, mode
 };
 
-/** Looks at all nodes until that would have paid for a tree. From any thread. **/
+/** Searches all nodes until the cost of these searches exceeds that of a tree, then builds one.
+Thread-safe. **/
 class LazyDisplacementSearch {
 public:
     DisplacementSearch::Largest find(const ReducedBody& part, const double* xi) {
-        constexpr int Worth = 50;  // looks that cost what a tree does
+        constexpr int Worth = 50;  // searches that cost as much as a tree
         if (m_looks < Worth) {
             ++m_looks;
             return DisplacementSearch::findAmongAll(part, xi);

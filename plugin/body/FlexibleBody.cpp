@@ -55,7 +55,7 @@ const FlexibleBodySubsystem::Guts& FlexibleBody::guts() const {
 }
 
 FlexibleBodySubsystem::Guts& FlexibleBody::updGuts() {
-    // A handle stands for its system as Simbody's handles do.
+    // Like Simbody's handles, a const handle gives write access to its system.
     return const_cast<FlexibleBodySubsystem::Guts&>(guts());
 }
 

@@ -2,10 +2,10 @@
 /** @file
 A flexible part in a SimTK::MultibodySystem.
 
-Its frame B is a MobilizedBody::Free on Ground with the undeformed mass properties; its modal
-coordinates ξ are the q of ModalMobilizer bodies. Both are ordinary Simbody mobilizers, so that ξ, ξ̇
-can be initialised, locked and measured. setRigid() holds them all; to hold some for good, make the
-body of a part with fewer modes (simflex/part/ModeSelection.h).
+Its frame B is a MobilizedBody::Free on Ground with the undeformed mass properties. Its modal
+coordinates ξ are the q of ModalMobilizer bodies. Both are ordinary Simbody mobilizers, so ξ and ξ̇
+can be initialised, locked and measured. setRigid() holds all modes; to remove some permanently, use
+a part with fewer modes (simflex/part/ModeSelection.h).
 
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -24,8 +24,8 @@ namespace simflex {
 
 class FlexibleBody {
 public:
-    /** Adds the part to the system; `name` defaults to the part's. A name that another flexible
-    body has gets a number behind it, "rod 2".
+    /** Adds the part to the system; `name` defaults to the part's. A number is appended to a name
+    that another flexible body has: "rod 2".
     @throws std::invalid_argument if the part is not valid. **/
     FlexibleBody(FlexibleBodySubsystem& subsystem, std::shared_ptr<const ReducedBody> part,
                  const std::string& name = "");
@@ -36,52 +36,51 @@ public:
     const ReducedBody& getPart() const { return *getPartHandle(); }
     const std::shared_ptr<const ReducedBody>& getPartHandle() const;
 
-    /** The mobilized body of frame B (origin at the undeformed centre of mass). **/
+    /** Returns the mobilized body of frame B (origin at the undeformed centre of mass). **/
     const SimTK::MobilizedBody& getFrame() const;
-    /** Carrier of modes 6k … 6k+5. **/
+    /** Returns the carrier of modes 6k … 6k+5. **/
     const SimTK::MobilizedBody& getModalMobilizer(int k) const;
     int getNumModalMobilizers() const;
 
     /** @name Geometric stiffening
-    The stiffness that modes gain (or lose) by rotation of the body and by forces and moments on its
-    interfaces; without it a rod that turns fast gets too soft, or collapses. It needs a part that
-    was reduced with it (`simflex reduce --stiffening`), and is then on unless it is disabled.
-    Interfaces move to second order in ξ: bending draws the ends of a rod together. Loads elsewhere,
-    on nodes, and gravity stiffen nothing. A variable of the State, Stage::Instance. **/
+    Stiffness that modes gain or lose from rotation of the body and from forces and moments on its
+    interfaces. Without it a rapidly rotating rod is too soft or even collapses. The part must be
+    reduced with `simflex reduce --stiffening`; stiffening is then on unless it is disabled.
+    Interface displacements are of second order in ξ: bending draws the ends of a rod together.
+    Gravity and loads at other nodes cause no stiffening. A State variable of Stage::Instance. **/
     /**@{**/
-    /** True if the part has the data. **/
     bool hasStiffening() const { return getPart().stiffening.has_value(); }
-    /** Whether States start without it; false unless set. Topological.
-    @throws std::invalid_argument for `false` if the part has no data, saying how to get them. **/
+    /** Sets whether new States start without stiffening; default false. Topological.
+    @throws std::invalid_argument for `false` if the part has no data, saying how to compute
+    them. **/
     void setStiffeningDisabledByDefault(bool isDisabled);
-    /** @throws std::invalid_argument if the part has no data, saying how to get them.
-    Stage::Topology. **/
+    /** Stage::Topology. @throws std::invalid_argument if the part has no data, saying how to
+    compute them. **/
     void enableStiffening(SimTK::State& state) const;
     void disableStiffening(SimTK::State& state) const;
     bool isStiffeningEnabled(const SimTK::State& state) const;
     /**@}**/
 
     /** @name Rigid or flexible
-    A switch of the State, Stage::Instance: nothing is rebuilt, and event handlers may use it. It
-    locks or unlocks the modal mobilizers, so that Simbody's own integrators obey it as well; in
-    the implicit ones a rigid body costs no more than its frame's six speeds.
+    A State variable of Stage::Instance: nothing is rebuilt, and event handlers may change it. It
+    locks or unlocks the modal mobilizers, so Simbody's own integrators respect it as well. In the
+    implicit integrators a rigid body costs no more than the six speeds of its frame.
 
         crank.setRigid(state);       // undeformed from here on
-        crank.setFlexible(state);    // its modes move again, from rest
-    **/
+        crank.setFlexible(state);    // its modes move again, from rest  **/
     /**@{**/
     /** Sets modal coordinates and speeds to zero and holds them there. The frame keeps its pose and
-    velocity: what was a deformation or a vibration is lost. Joints that no longer meet are
-    assembled when an implicit integrator takes the State, from its handlers too; before a run of
-    Simbody's own integrators, and in its handlers, call FlexibleBodySubsystem::initializeNative().
-    To keep the deformed shape instead, lock() every getModalMobilizer(). **/
+    velocity; deformation and vibration are lost. Joints opened by this are closed when an implicit
+    integrator takes over the State, also after its event handlers. With Simbody's own integrators,
+    call FlexibleBodySubsystem::initializeNative() before the run and in event handlers. To keep the
+    deformed shape instead, lock() every getModalMobilizer(). **/
     void setRigid(SimTK::State& state) const;
-    /** Frees all modes, also those that were locked one mobilizer at a time; coordinates and speeds
-    stay what they are, zero after setRigid(). A part without modes stays rigid. **/
+    /** Frees all modes, including individually locked mobilizers. Coordinates and speeds are
+    unchanged: zero after setRigid(). A part without modes stays rigid. **/
     void setFlexible(SimTK::State& state) const;
-    /** True if every mode is held at zero. **/
+    /** Returns whether every mode is locked at zero. **/
     bool isRigid(const SimTK::State& state) const;
-    /** Whether States start rigid; false unless set. Topological. **/
+    /** Sets whether new States start rigid; default false. Topological. **/
     void setRigidByDefault(bool isRigid);
     bool isRigidByDefault() const;
     /**@}**/
@@ -95,17 +94,18 @@ public:
         return Attachment::onNode(*this, nodeNumber, X_NA);
     }
 
-    /** @name Nodes by place, in the coordinates of the part's deck or geometry [m]; those of B lie
-    parallel, with their origin at getPart().centerOfMass **/
+    /** @name Nodes by position, in the coordinates of the part's deck or geometry [m]; parallel to
+    B, whose origin is at getPart().centerOfMass **/
     /**@{**/
-    /** Number in the deck of the node nearest to a point; of several the first. O(nodes).
+    /** Returns the deck number of the node nearest to a point, the first of several. O(nodes).
     @throws std::invalid_argument if the point is not finite or the part has no nodes. **/
     int findNearestNode(const SimTK::Vec3& point) const;
-    /** Where a node of the undeformed part is. @throws std::out_of_range. **/
+    /** Returns the undeformed position of a node. @throws std::out_of_range. **/
     SimTK::Vec3 getNodePosition(int nodeNumber) const;
     /**@}**/
 
-    /** @name State access. Stage::Model suffices, except for the pose: Stage::Position. **/
+    /** @name State access. Stage::Model suffices, except where noted and for the pose:
+    Stage::Position. **/
     /**@{**/
     SimTK::Transform getFramePose(const SimTK::State& state) const;  ///< X_GB
     SimTK::SpatialVec getFrameVelocity(
@@ -122,19 +122,21 @@ public:
     /**@}**/
 
     /** @name Quantities of the deformed body. Energies and momentum: Stage::Velocity;
-     * displacements: Stage::Position. **/
+    displacements: Stage::Position. **/
     /**@{**/
     SimTK::Real calcKineticEnergy(const SimTK::State& state) const;
     SimTK::Real calcStrainEnergy(const SimTK::State& state) const;
-    /** Strain energy of each mode, ½Ω_i²ξ_i² [J]. **/
+    /** Returns the strain energy of each mode, ½Ω_i²ξ_i² [J]. **/
     SimTK::Vector calcModalStrainEnergies(const SimTK::State& state) const;
-    /** Angular momentum about Ground's origin and linear momentum, in Ground [kg m²/s, kg m/s]. **/
+    /** Returns the angular momentum about Ground's origin and the linear momentum, in Ground [kg
+    m²/s, kg m/s]. **/
     SimTK::SpatialVec calcMomentum(const SimTK::State& state) const;
-    /** Location in Ground of a mesh node [m], of first order in ξ. @throws std::out_of_range. **/
+    /** Returns the location of a mesh node in Ground [m], to first order in ξ. @throws
+    std::out_of_range. **/
     SimTK::Vec3 calcNodeLocation(const SimTK::State& state, int nodeNumber) const;
-    /** Elastic displacement Φξ of a mesh node in B [m]. @throws std::out_of_range. **/
+    /** Returns the elastic displacement Φξ of a mesh node in B [m]. @throws std::out_of_range. **/
     SimTK::Vec3 calcNodeDisplacement(const SimTK::State& state, int nodeNumber) const;
-    /** Largest |Φξ| over the mesh [m]. Of large meshes it looks at small parts only. **/
+    /** Returns the largest |Φξ| over the mesh [m]. Searches only a small part of a large mesh. **/
     SimTK::Real calcLargestDisplacement(const SimTK::State& state) const;
     /**@}**/
 

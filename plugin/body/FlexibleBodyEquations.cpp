@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** Symmetry makes entries zero to what the modes are accurate to. **/
+/** Entries that vanish by symmetry are zero only to the accuracy of the modes. **/
 constexpr double NegligibleInvariant = 1e-12;
 
 Matrix3d crossMatrix(const Vector3d& x) {
@@ -204,8 +204,9 @@ void calcNewtonMatrix(const FlexibleBodyModel& model, const FlexibleBodyData& da
         data.I / mass + data.IDot + crossMatrix(omega) * data.I - crossMatrix(h);
     J.block<3, 3>(3, 3).diagonal().setConstant(model.mass / mass);
 
-    // ω rows against ξ̇, column j: C/γ + B_jω + ω×C_j + γ[B_jω̇ + N_jξ̈ + Ḃ_jω + ω×(B_jω) + ω×(N_jξ̇)].
-    // Kept from call to call: nothing is allocated once it is large enough for the largest part.
+    // ω rows against ξ̇, column j: C/γ + B_jω + ω×C_j + γ[B_jω̇ + N_jξ̈ + Ḃ_jω + ω×(B_jω) +
+    // ω×(N_jξ̇)].
+    // The storage is reused between calls and only grows.
     thread_local VectorXd storage;
     if (storage.size() < 18 * n) storage.resize(18 * n);
     Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> B(storage.data(), n, 6);

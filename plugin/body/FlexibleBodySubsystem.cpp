@@ -119,7 +119,7 @@ Real FlexibleBodySubsystem::calcKineticEnergy(const State& state) const {
     const Guts& own = getGuts();
     Real energy = own.getMatter().calcKineticEnergy(state);
     for (int b = 0; b < getNumBodies(); ++b) {
-        // Simbody counted ½m|v|² + ½ωᵀI₀ω + ½|ξ̇|²; replace it by the full sum.
+        // Replace Simbody's ½m|v|² + ½ωᵀI₀ω + ½|ξ̇|² by the full kinetic energy.
         const FlexibleBodyRecord& record = own.body(FlexibleBodyIndex(b));
         const BodyFrame frame = own.getBodyFrame(state, record);
         const Eigen::Vector3d omega = toEigen(frame.omega_B);
@@ -180,7 +180,7 @@ void FlexibleBodySubsystem::closeJoints(State& state, Real tolerance) const {
     system.realize(state, Stage::Velocity);
     const State start = copyState(state);
     try {
-        // As ImplicitIntegrator::initialize() does. What is prescribed has been so before.
+        // As ImplicitIntegrator::initialize() does, with prescribed values set first.
         system.prescribe(state);
         const State prescribed = copyState(state);
         bool isProjected = getNumBodies() == 0;
@@ -250,7 +250,7 @@ int FlexibleBodySubsystem::Guts::countTurns(JointIndex index, int coordinate, Re
     const Attachment* const frames = findFrame(own, coordinate);
     own.turns.resize(size_t(own.equations->getNumCoordinates()), -1);
     int& state = own.turns[size_t(coordinate)];
-    // Couplers couple angles of other joints.
+    // Couplers use angles of other joints.
     for (const JointRecord& other : m_joints)
         for (int k = 0; k < int(other.turns.size()); ++k)
             if (other.turns[size_t(k)] >= 0 && other.equations->getCoordinate(k) == wanted &&
@@ -294,7 +294,7 @@ void FlexibleBodySubsystem::Guts::requireOwn(const Attachment& attachment,
 
 namespace {
 
-/** The name with the first number behind it that makes it free. **/
+/** Appends the smallest number that makes the name unique. **/
 template <class IsTaken>
 std::string findFreeName(const std::string& name, const IsTaken& isTaken) {
     std::string free = name;
@@ -312,7 +312,7 @@ void FlexibleBodySubsystem::Guts::makeUnique(FlexibleBodyRecord& record) const {
 }
 
 void FlexibleBodySubsystem::Guts::makeUnique(JointRecord& record) const {
-    // A motion may be called as the joint that it drives is; locks are.
+    // A motion may share the name of the joint that it drives. Locks may share names, too.
     if (record.equations->isLock()) return;
     const std::string kind = record.equations->getKind();
     record.name = findFreeName(record.name, [&](const std::string& name) {
@@ -445,7 +445,8 @@ void FlexibleBodySubsystem::Guts::addLoad(FlexibleBodyIndex index, BodyLoad load
 
 namespace {
 
-/** A body's part of all coordinates or speeds. @param findFirst  of a modal mobilizer, there **/
+/** Gathers a body's modes from all coordinates or speeds. @param findFirst  index of a modal
+mobilizer's first entry **/
 template <class FindFirst>
 Eigen::VectorXd gatherModes(const SimbodyMatterSubsystem& matter, const Vector& all,
                             const FlexibleBodyRecord& body, const FindFirst& findFirst) {
@@ -672,7 +673,7 @@ int FlexibleBodySubsystem::Guts::realizeSubsystemDynamicsImpl(const State& state
         Value<Real>::downcast(getDiscreteVariable(state, m_shownTime)).get() != state.getTime())
         refuseFriction(state);
 
-    // First, while the forces are those of all others.
+    // Must come first, while the arrays hold the forces of all other subsystems only.
     if (m_coupling) m_coupling->addInForces(state, bodyForces, mobilityForces);
 
     for (int b = 0; b < int(m_bodies.size()); ++b)
@@ -716,7 +717,7 @@ void FlexibleBodySubsystem::Guts::addInBodyForces(const State& state, FlexibleBo
     Eigen::VectorXd modes(model.n);
     calcVelocityTerms(model, data, omega, rotation, modes);
 
-    // Simbody has ω×I₀ω of the frame body itself.
+    // Simbody already includes ω×I₀ω of the frame body.
     rotation -= omega.cross(model.inertia * omega);
     bodyForces[record.frame][0] -= frame.R_GB * toSimTK(rotation);
     modes += model.omegaSquared.cwiseProduct(xi) + record.damping.cwiseProduct(xiDot);

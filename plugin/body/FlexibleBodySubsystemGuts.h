@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What a FlexibleBodySubsystem holds (private header). **/
+Implementation of FlexibleBodySubsystem (private header). **/
 
 #include <map>
 #include <memory>
@@ -17,18 +17,18 @@ What a FlexibleBodySubsystem holds (private header). **/
 
 namespace simflex {
 
-/** One flexible body of the system. **/
 struct FlexibleBodyRecord {
     std::string name;
     std::shared_ptr<const FlexibleBodyModel> model;
-    std::shared_ptr<const FlexibleBodyModel> stiffened;  ///< null if the part has no data for it
+    std::shared_ptr<const FlexibleBodyModel> stiffened;  ///< null without stiffening data
     std::shared_ptr<const FlexibleBodyModel> rigid;      ///< without modes
     bool isStiffenedByDefault = true;
     FlexibleBodyIndex index;
     SimTK::MobilizedBodyIndex frame;
     std::vector<SimTK::MobilizedBodyIndex> carriers;
     Eigen::VectorXd damping;  ///< n_f modal damping coefficients d_i [1/s]: force −d_i ξ̇_i
-    /** What couples modes, n_f×n_f with a zero diagonal: force −Dξ̇ beside it. Empty: none. **/
+    /** Off-diagonal modal damping, n_f×n_f with a zero diagonal: additional force −Dξ̇. Empty:
+    none. **/
     Eigen::MatrixXd dampingCoupling;
 
     std::vector<BodyLoad> loads;
@@ -36,14 +36,14 @@ struct FlexibleBodyRecord {
     int numModes() const { return model->n; }
 };
 
-/** One joint of the system. **/
 struct JointRecord {
     std::string name;
     std::shared_ptr<const JointEquations> equations;
-    std::vector<Attachment> frames;  ///< F, M; of a coupler those of every coordinate
+    std::vector<Attachment> frames;  ///< F, M; for a coupler the pairs of all coordinates
     SimTK::ConstraintIndex constraint;
     std::shared_ptr<const FrictionEquations> friction;  ///< null: none
-    std::vector<int> turns;  ///< by coordinate, the state that counts its turns; −1, or none: none
+    std::vector<int> turns;  ///< by coordinate, index of the state that counts its turns; −1 or
+                             ///< missing: not counted
 
     int getTurns(int coordinate) const {
         return size_t(coordinate) < turns.size() ? turns[size_t(coordinate)] : -1;
@@ -66,9 +66,9 @@ public:
     }
 
     /** @throws std::invalid_argument if an attachment is on a body of another system.
-    @param owner  what holds on to it, for the message **/
+    @param owner  the attached element, for the message **/
     void requireOwn(const Attachment& attachment, const std::string& owner) const;
-    /** Puts a number behind a name that another body, or another joint of the same kind, has. **/
+    /** Appends a number to a name that another body, or another joint of the same kind, has. **/
     void makeUnique(FlexibleBodyRecord& record) const;
     void makeUnique(JointRecord& record) const;
     FlexibleBodyIndex addBody(FlexibleBodyRecord record);
@@ -76,9 +76,9 @@ public:
     void setFriction(JointIndex index, std::shared_ptr<const FrictionEquations> friction);
     void addForceElement(std::unique_ptr<ForceElement> element);
     int addState(std::unique_ptr<StateEquation> equation);
-    /** Counts turns of a joint's coordinate from now on, or of the same coordinate of another joint
-    that has them counted. @param start, lead  as TurnState has them
-    @returns the number of the state
+    /** Starts to count the turns of a joint's coordinate. Reuses the state of another joint that
+    counts the same coordinate. @param start, lead  see TurnState
+    @returns the index of the state
     @pre the coordinate is periodic. **/
     int countTurns(JointIndex joint, int coordinate, SimTK::Real start,
                    const JointEquations::MotionFunction& lead);
@@ -89,34 +89,34 @@ public:
 
     void addLoad(FlexibleBodyIndex index, BodyLoad load);
 
-    /** The shared evaluation model of a part; checked and built once however many bodies are made
-    of it. @throws std::invalid_argument if the part is not valid. **/
+    /** Returns the shared evaluation model of a part, checked and built once for all its bodies.
+    @throws std::invalid_argument if the part is not valid. **/
     std::shared_ptr<const FlexibleBodyModel> obtainModel(
         const std::shared_ptr<const ReducedBody>& part);
-    /** The same with geometric stiffening; null if the part has no data for it. **/
+    /** Returns the model with geometric stiffening, null if the part has no data for it. **/
     std::shared_ptr<const FlexibleBodyModel> obtainStiffenedModel(
         const std::shared_ptr<const ReducedBody>& part);
 
-    /** The same without modes. **/
+    /** Returns the model without modes. **/
     std::shared_ptr<const FlexibleBodyModel> obtainRigidModel(
         const std::shared_ptr<const ReducedBody>& part);
 
-    /** True if every mode is locked at zero. **/
+    /** Returns whether every mode is locked at zero. **/
     bool isRigid(const SimTK::State& state, const FlexibleBodyRecord& body) const;
 
-    /** @name Geometric stiffening, an Instance-stage variable of each body that has data for it **/
+    /** @name Geometric stiffening, an Instance-stage variable of each body with stiffening data **/
     /**@{**/
     enum class Stiffening { Off, On };
     Stiffening getStiffening(const SimTK::State& state, const FlexibleBodyRecord& body) const;
-    /** @throws std::invalid_argument if the part has no data for it. **/
+    /** @throws std::invalid_argument if the part has no stiffening data. **/
     void setStiffening(SimTK::State& state, FlexibleBodyIndex index, Stiffening stiffening) const;
     void setStiffeningByDefault(FlexibleBodyIndex index, Stiffening stiffening);
-    /** The evaluation model in use. **/
+    /** Returns the evaluation model in use. **/
     const FlexibleBodyModel& getModel(const SimTK::State& state,
                                       const FlexibleBodyRecord& body) const {
         return getStiffening(state, body) == Stiffening::On ? *body.stiffened : *body.model;
     }
-    /** Of the displacements of this body's interfaces. **/
+    /** Returns the order in ξ of the displacements of this body's interfaces. **/
     FrameAtXi::Order getFrameOrder(const SimTK::State& state,
                                    const FlexibleBodyRecord& body) const {
         return getStiffening(state, body) == Stiffening::On ? FrameAtXi::Order::Second
@@ -128,7 +128,7 @@ public:
     void nameBody(SimTK::MobilizedBodyIndex body, const std::string& name) {
         m_bodyNames[body] = name;
     }
-    /** Of a rigid body; empty if nobody has named it. **/
+    /** Returns the name set by nameBody(), or "". **/
     std::string findBodyName(SimTK::MobilizedBodyIndex body) const;
     const std::vector<JointRecord>& joints() const { return m_joints; }
     const std::vector<std::shared_ptr<const ForceElement>>& forceElements() const {
@@ -136,7 +136,7 @@ public:
     }
     const std::vector<std::shared_ptr<const StateEquation>>& states() const { return m_states; }
     const StateEquation& state(int index) const { return *m_states.at(size_t(index)); }
-    /** Null if the turns of this coordinate are not counted. **/
+    /** Returns null if the turns of this coordinate are not counted. **/
     const TurnState* findTurns(JointIndex joint, int coordinate) const;
     const FlexibleBodyRecord& body(FlexibleBodyIndex index) const { return m_bodies.at(index); }
     const JointRecord& joint(JointIndex index) const { return m_joints.at(index); }
@@ -145,7 +145,7 @@ public:
     Eigen::VectorXd getXiDot(const SimTK::State& state, const FlexibleBodyRecord& body) const;
     BodyFrame getBodyFrame(const SimTK::State& state, const FlexibleBodyRecord& body) const;
 
-    /** Pose and velocity of an attachment. Stage::Velocity. **/
+    /** Computes pose and velocity of an attachment. Stage::Velocity. **/
     FrameMotion calcMotion(const SimTK::State& state, const Attachment& attachment) const;
     SimTK::Array_<FrameMotion> calcMotions(const SimTK::State& state,
                                            const SimTK::Array_<Attachment>& attachments) const;
@@ -159,40 +159,41 @@ public:
 
     /** What drives a joint in a State. Stage::Time. **/
     JointEquations::Drive calcDrive(const SimTK::State& state, JointIndex index) const;
-    /** Where a lock holds its coordinate, an Instance-stage variable; 0 of other joints. **/
+    /** Position at which a lock holds its coordinate, an Instance-stage variable; 0 for other
+    joints. **/
     SimTK::Real getHeld(const SimTK::State& state, JointIndex index) const;
     void setHeld(SimTK::State& state, JointIndex index, SimTK::Real value) const;
 
-    /** Number of the first state's value among all z of a State. Stage::Model. **/
+    /** Returns the index of the first StateEquation among all z of a State. Stage::Model. **/
     int getFirstZ(const SimTK::State& state) const {
         return int(state.getZStart(getMySubsystemIndex()));
     }
-    /** For elements and equations; good as long as the State has these values. **/
+    /** Inputs for elements and equations; valid until these values of the State change. **/
     ElementInputs getInputs(const SimTK::State& state) const;
-    /** Begins all states where they should. Stage::Velocity. **/
+    /** Initialises all StateEquations. Stage::Velocity. **/
     void startStates(SimTK::State& state) const;
-    /** Puts an angle on the turn where it is nearest to `value`; nothing for coordinates whose
-    turns are not counted. Stage::Velocity. **/
+    /** Moves an angle to the turn nearest to `value`. No effect on coordinates whose turns are not
+    counted. Stage::Velocity. **/
     void setTurn(SimTK::State& state, JointIndex joint, int coordinate, SimTK::Real value) const;
 
-    /** Turns the forces of this subsystem, inertia coupling included, off or on in one State
+    /** Enables or disables the forces of this subsystem, inertia coupling included, in one State
     (Stage::Instance): the BGE solver evaluates them itself. **/
     void setNativeForcesEnabled(SimTK::State& state, bool enabled) const;
 
-    /** Makes Simbody find these accelerations, in its own numbering, where they are free and no
-    constraint is against them: for a State on which its elements ask for accelerations that are
-    known already. Instead of the subsystem's forces those act that they need. **/
+    /** Makes Simbody compute these accelerations (in its own numbering) where they are free and
+    unconstrained, for elements that need accelerations known already. The forces required for them
+    replace the subsystem's own. **/
     void setKnownAccelerations(SimTK::State& state, const SimTK::Vector& uDot) const;
 
-    /** Refuses joint friction in a State that Simbody is to find accelerations for, which would
-    leave it out. Stage::Instance. @throws std::invalid_argument that names the joint. **/
+    /** Refuses enabled joints with friction, which Simbody's own accelerations would ignore.
+    Stage::Instance. @throws std::invalid_argument naming the joint. **/
     void refuseFriction(const SimTK::State& state) const;
-    /** Says that an integrator that knows the friction of joints shows this State: as long as its
-    time stays, it may be realized further. **/
+    /** Marks a State as published by an integrator that handles joint friction: it may be realized
+    further as long as its time does not change. **/
     void setShown(SimTK::State& state) const;
 
-    /** Sets the weights of flexible bodies' speeds, what a unit of each counts for: the metres that
-    it causes. Stage::Model. **/
+    /** Sets the weights of flexible bodies' speeds: the displacement in metres that a unit of each
+    causes. Stage::Model. **/
     void setDisplacementWeights(SimTK::State& state) const;
 
     SimTK::Real calcPotentialEnergy(const SimTK::State& state) const override;
@@ -204,10 +205,10 @@ protected:
     int realizeSubsystemAccelerationImpl(const SimTK::State& state) const override;
 
 private:
-    /** What acts in a State when Simbody realizes it (Stage::Instance). **/
+    /** Forces applied when Simbody realizes a State (Stage::Instance). **/
     enum NativeForces { None, Own, ForKnownAccelerations };
 
-    /** @throws std::invalid_argument that names a force subsystem added after this one. **/
+    /** @throws std::invalid_argument naming a force subsystem added after this one. **/
     void checkOrder() const;
     void addInBodyForces(const SimTK::State& state, FlexibleBodyIndex index,
                          SimTK::Vector_<SimTK::SpatialVec>& bodyForces,
@@ -237,8 +238,8 @@ inline SimTK::Vec3 toSimTK(const Eigen::Vector3d& v) {
     return {v[0], v[1], v[2]};
 }
 
-/** What somebody has named it by FlexibleBodySubsystem::nameBody(); else "body 3", or with another
-word before its number. **/
+/** Returns the name given by FlexibleBodySubsystem::nameBody(), else "body 3" (`word` and its
+index). **/
 std::string describeBody(const SimTK::SimbodyMatterSubsystem& matter,
                          SimTK::MobilizedBodyIndex body, const std::string& word = "body");
 

@@ -1,20 +1,20 @@
 #pragma once
 /** @file
-Base of the force elements in simflex/forces: spatial forces at attachments.
+Base class of the force elements in simflex/forces: spatial forces at attachments.
 
-For the Newton matrix an element gives its stiffness and damping as a sum of terms of rank one,
+An element contributes its stiffness and damping to the Newton matrix as a sum of rank-one terms,
 
     −(γ ∂F/∂q·N + ∂F/∂u) ≈ Σ_i σ_i d_i d_iᵀ + Σ_j l_j r_jᵀ,    σ_i = ±1,
 
-all stacked over the attachments: factors of their twists (ω, v), in Ground. What turns a force or
-moves its point is left out. In the block elimination every d_i is one row more beside those of the
-joints, a pair (l_j, r_j) two, and bodies stay apart. **/
+stacked over the attachments: coefficients of their spatial velocities (ω, v) in Ground. Changes of
+direction and point of application are neglected. In the block elimination each d_i adds one row to
+those of the joints, a pair (l_j, r_j) two, and bodies stay decoupled. **/
 
 #include "simflex/body/Attachment.h"
 
 namespace simflex {
 
-/** What forces and equations know besides the motions of their frames. **/
+/** Inputs of forces and equations besides the motions of their frames. **/
 struct ElementInputs {
     ElementInputs(SimTK::Real now, const SimTK::Real* statesNow = nullptr)
         : time(now), states(statesNow) {}
@@ -27,13 +27,13 @@ class ForceElement {
 public:
     virtual ~ForceElement() = default;
 
-    /** For messages; empty: none. **/
+    /** Name for messages; empty: none. **/
     const std::string& getName() const { return m_name; }
     void setName(const std::string& name) { m_name = name; }
-    /** "force 'mount'"; without a name by the frames it acts on. **/
+    /** Returns "force 'mount'", or names the frames of an unnamed element. **/
     std::string describe() const;
 
-    /** The frames this element acts on; fixed after construction. **/
+    /** Returns the frames this element acts on; fixed after construction. **/
     const SimTK::Array_<Attachment>& getAttachments() const { return m_attachments; }
 
     /** Adds the spatial force (torque, force) on each attachment frame's origin, in Ground.
@@ -43,23 +43,23 @@ public:
                              [[maybe_unused]] const SimTK::Array_<FrameMotion>& frames,
                              [[maybe_unused]] SimTK::Array_<SimTK::SpatialVec>& forces_G) const {}
 
-    /** @name A force that depends on time alone, beside the others
-    The solver asks for it once for every time, at whatever poses it is then applied. **/
+    /** @name Additional force that depends on time alone
+    The solver evaluates it once per time and applies it at any pose. **/
     /**@{**/
     virtual bool hasTimedForce() const { return false; }
-    /** (torque, force) in axes of the element's choice. **/
+    /** Returns (torque, force) in axes of the element's choice. **/
     virtual SimTK::SpatialVec calcTimedForce(SimTK::Real /*time*/) const {
         return {SimTK::Vec3(0), SimTK::Vec3(0)};
     }
-    /** Adds it in Ground, as addInForces() does. **/
+    /** Adds that force, expressed in Ground, as addInForces() does. **/
     virtual void addInTimedForce(
         [[maybe_unused]] const SimTK::SpatialVec& force,
         [[maybe_unused]] const SimTK::Array_<FrameMotion>& frames,
         [[maybe_unused]] SimTK::Array_<SimTK::SpatialVec>& forces_G) const {}
     /**@}**/
 
-    /** @name Numbers of terms d_i and of pairs (l_j, r_j) of the Jacobian; fixed after construction
-     * **/
+    /** @name Numbers of terms d_i and of pairs (l_j, r_j) of the Jacobian; fixed after
+    construction **/
     /**@{**/
     virtual int getNumJacobianTerms() const { return 0; }
     virtual int getNumJacobianPairs() const { return 0; }
@@ -68,8 +68,8 @@ public:
 
     /** @param[in]  gamma       γ: dq = γ N du [s]
     @param[out] signs       σ_i, one per term
-    @param[out] directions  d_i: those of term 0 on every attachment, then of term 1 …; then those
-    of l_0, r_0, l_1 …, each of whatever length **/
+    @param[out] directions  d_i: those of term 0 on every attachment, then of term 1 …; then l_0,
+    r_0, l_1 …; vectors of any length **/
     virtual void calcJacobian([[maybe_unused]] const ElementInputs& now,
                               [[maybe_unused]] const SimTK::Array_<FrameMotion>& frames,
                               [[maybe_unused]] SimTK::Real gamma,
@@ -77,8 +77,9 @@ public:
                               [[maybe_unused]] SimTK::Array_<SimTK::SpatialVec>& directions) const {
     }
 
-    /** Power of the forces beyond what leaves the stored energy [W]: of applied loads and dampers.
-    @param forces_G  of addInForces() and addInTimedForce() **/
+    /** Returns the power of the forces that does not come from stored energy [W]: of applied loads
+    and dampers.
+    @param forces_G  those of addInForces() and addInTimedForce() **/
     virtual SimTK::Real calcPower(const ElementInputs& /*now*/,
                                   const SimTK::Array_<FrameMotion>& frames,
                                   const SimTK::Array_<SimTK::SpatialVec>& forces_G) const {
@@ -88,21 +89,22 @@ public:
         return power;
     }
 
-    /** Energy stored by the element [J]. **/
+    /** Returns the energy stored by the element [J]. **/
     virtual SimTK::Real calcPotentialEnergy(const ElementInputs& /*now*/,
                                             const SimTK::Array_<FrameMotion>& /*frames*/) const {
         return 0;
     }
 
-    /** @name Range in which the force means what the element promises
-    Runs warn, once and by name, where an element has left it. **/
+    /** @name Valid range of the element
+    Runs warn once, by name, about an element that has left it. **/
     /**@{**/
-    /** Whether describeOutOfRange() ever says something. **/
+    /** Returns whether describeOutOfRange() ever returns text. **/
     virtual bool hasRange() const { return false; }
-    /** Why the force is not to be trusted where the frames are, after the element's name: "is
-    turned by 3 rad; …"; empty: it is in its range.
-    The time since it was asked last [s], in which it may have been elsewhere, comes with them; 0:
-    nothing is known of it. **/
+    /** Returns why the force is not valid at this pose, as a predicate: "is turned by 3 rad; …".
+    Empty within the valid range.
+
+    The second argument is the time since the last call [s], in which the element may have been
+    elsewhere; 0: unknown. **/
     virtual std::string describeOutOfRange(const SimTK::Array_<FrameMotion>& /*frames*/,
                                            SimTK::Real /*elapsed*/) const {
         return {};

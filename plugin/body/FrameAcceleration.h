@@ -1,9 +1,10 @@
 #pragma once
 /** @file
-Motion of attachments, accelerations included, from u̇ as an integrator has it.
+Motion of attachments, including accelerations, from an integrator's u̇.
 
     const std::vector<FrameMotion> motions =
-        calcFrameMotions(flexible, integrator.getState(), integrator.getUDot(), {tip, bearing}); **/
+        calcFrameMotions(flexible, integrator.getState(), integrator.getUDot(), {tip, bearing});
+**/
 
 #include <vector>
 
@@ -12,7 +13,8 @@ Motion of attachments, accelerations included, from u̇ as an integrator has it.
 
 namespace simflex {
 
-/** Pose, velocity and acceleration in Ground of each attachment. O(bodies). Stage::Velocity.
+/** Computes pose, velocity and acceleration of each attachment in Ground. O(bodies).
+Stage::Velocity.
 @param uDot  in Simbody's numbering; empty: zero **/
 std::vector<FrameMotion> calcFrameMotions(const FlexibleBodySubsystem& subsystem,
                                           const SimTK::State& state, const SimTK::Vector& uDot,

@@ -15,7 +15,7 @@ struct FrameMotion {
                         SimTK::Vec3(0)};  ///< (α, a) of the frame's origin [rad/s², m/s²]
 };
 
-/** A frame fixed at X_BF on a rigid body whose own motion is given. **/
+/** Returns the motion of a frame fixed at X_BF on a rigid body. **/
 inline FrameMotion shiftMotion(const FrameMotion& body, const SimTK::Transform& X_BF) {
     using SimTK::Vec3;
     FrameMotion frame;

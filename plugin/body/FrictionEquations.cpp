@@ -73,7 +73,8 @@ void FrictionEquations::makeContacts() {
     } else if (kind == "Screw") {
         if (r == 0)
             refuseFriction("the radius", r, "a Screw with friction needs that of its thread");
-        // The flanks' normal is (cos β axial, −sin β around), their tangent (sin β, cos β).
+        // The flanks' normal is (cos β axial, −sin β circumferential), their tangent (sin β, cos
+        // β).
         const Real beta = std::atan(m_joint->getPitch() / r);
         m_contacts = {{{Rate{{{JointCoordinate::makeAngleAboutZ(), r * std::cos(beta)},
                               {JointCoordinate::makeDisplacement(Z), std::sin(beta)}}}},
@@ -112,7 +113,7 @@ void FrictionEquations::calcGradients(int contact, const Transform& F, const Tra
 void FrictionEquations::calcAccelerations(int contact, const FrameMotion& F, const FrameMotion& M,
                                           Real* accelerations) const {
     for (const Rate& rate : m_contacts[size_t(contact)].rates) {
-        // Axes turn, but what turns with them is zero.
+        // Axes rotate, but the terms from their rotation vanish with the rates.
         *accelerations = rate.turnAxis < 0 ? 0 : ~axisOf(F.X, rate.turnAxis) * (M.A[0] - F.A[0]);
         for (const Rate::Term& term : rate.terms)
             *accelerations += term.weight * term.coordinate.calcMotion(F, M)[2];

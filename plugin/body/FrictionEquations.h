@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Dry friction in a joint, by the force that the joint itself transmits. Each *contact* of a joint has
-sliding rates v [m/s or rad/s], one, two or three, and a load P [N or N m] from the reaction:
+Dry friction in a joint, proportional to the joint's own reaction. Each *contact* of a joint has one
+to three sliding rates v [m/s or rad/s] and a load P [N or N m]:
 
     sliding:   f = −μ P v/|v| − c v        μ coulomb
     sticking:  v = 0,  |f| ≤ μ_s P         μ_s breakaway
@@ -10,13 +10,13 @@ sliding rates v [m/s or rad/s], one, two or three, and a load P [N or N m] from 
 |---|---|---|
 | Pin | angle | r |F_⊥| + r_a |F_a| |
 | Ball | angular velocity (3) | r |F| |
-| Universal | each of its angles, a contact of its own | r |F| |
+| Universal | each angle, as a separate contact | r |F| |
 | Slider | displacement | |F_⊥| |
 | Cylinder | r·angle, displacement | |F_⊥| |
-| Screw | along the thread, r cos β·angle + sin β·displacement, tan β = p/r | |F_a|/cos β: that of
-its flanks |
+| Screw | along the thread: r cos β·angle + sin β·displacement, tan β = p/r | |F_a|/cos β |
 
-Moments that a joint transmits are not counted: where two bearings carry one, make two joints. **/
+Moments transmitted by a joint cause no friction: model a pair of bearings that carries a moment as
+two joints. **/
 
 #include <memory>
 #include <string>
@@ -27,18 +27,18 @@ Moments that a joint transmits are not counted: where two bearings carry one, ma
 namespace simflex {
 
 struct FrictionCoefficients {
-    SimTK::Real coulomb = 0;             ///< μ of what slides
-    SimTK::Real breakaway = SimTK::NaN;  ///< μ_s up to which it sticks; coulomb unless told
-    SimTK::Real viscous = 0;      ///< c [N s/m, or N m s/rad where rates are those of angles]
-    SimTK::Real radius = 0;       ///< r [m]; of all but sliders
-    SimTK::Real axialRadius = 0;  ///< r_a [m], of pins
+    SimTK::Real coulomb = 0;             ///< sliding coefficient μ
+    SimTK::Real breakaway = SimTK::NaN;  ///< sticking coefficient μ_s; NaN: as coulomb
+    SimTK::Real viscous = 0;             ///< c [N s/m], or [N m s/rad] if the rates are angular
+    SimTK::Real radius = 0;              ///< r [m]; not for sliders
+    SimTK::Real axialRadius = 0;         ///< r_a [m]; for pins only
 };
 
 class FrictionEquations {
 public:
     static constexpr int MaxRates = 3;
 
-    /** @throws std::invalid_argument that says what is wrong, without the joint's name. **/
+    /** @throws std::invalid_argument with the reason, without the joint's name. **/
     FrictionEquations(std::shared_ptr<const JointEquations> joint,
                       const FrictionCoefficients& coefficients);
 
@@ -46,13 +46,14 @@ public:
     int getNumContacts() const { return int(m_contacts.size()); }
     int getNumRates(int contact) const { return int(m_contacts[size_t(contact)].rates.size()); }
 
-    /** Factors of the frames' (ω, v) in the rates, in Ground: of all rates for F, then for M. **/
+    /** Computes the coefficients of the frames' (ω, v) in the rates, in Ground: for all rates those
+    of F, then those of M. **/
     void calcGradients(int contact, const SimTK::Transform& F, const SimTK::Transform& M,
                        SimTK::SpatialVec* D_F, SimTK::SpatialVec* D_M) const;
-    /** Derivatives of the rates where they are zero; from X, V and A. **/
+    /** Computes the derivatives of the rates while these are zero; uses X, V and A. **/
     void calcAccelerations(int contact, const FrameMotion& F, const FrameMotion& M,
                            SimTK::Real* accelerations) const;
-    /** P and its gradient by the joint's multipliers.
+    /** Returns P and computes its gradient with respect to the joint's multipliers.
     @param D_M  the joint's rows on M, see JointEquations::calcJacobian() **/
     SimTK::Real calcLoad(int contact, const SimTK::Transform& F, const SimTK::SpatialVec* D_M,
                          const SimTK::Real* lambda, SimTK::Real* gradient) const;
@@ -69,7 +70,7 @@ private:
     };
     struct Contact {
         std::vector<Rate> rates;
-        int axis = -1;  ///< of F; −1: all of the force is across
+        int axis = -1;  ///< axis of F; −1: the whole force counts as transverse
         SimTK::Real acrossArm = 0, axialArm = 0;
     };
     void makeContacts();

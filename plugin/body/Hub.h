@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-A rigid body with mass of its own, welded to an interface or node of a flexible body, on which any
-mobilizer, constraint, force or geometry of Simbody can be put: bodies cannot be mobilized on a
-flexible body itself.
+A rigid body with its own mass, welded to an interface or node of a flexible body. Bodies cannot be
+mobilized on a flexible body itself; a hub accepts any Simbody mobilizer, constraint, force or
+geometry.
 
     Hub hub(flexible, matter, blade.interface("root"), Body::Rigid(massProperties), "hub");
     MobilizedBody::Pin flap(hub.updBody(), X_HF, flapBody, X_BM);
@@ -19,7 +19,7 @@ namespace simflex {
 
 class Hub {
 public:
-    /** @param X_BS  frame on the body that is welded to `seat`. **/
+    /** @param X_BS  frame on the body that is welded to `seat` **/
     Hub(FlexibleBodySubsystem& subsystem, SimTK::SimbodyMatterSubsystem& matter,
         const Attachment& seat, const SimTK::Body& body, const std::string& name = "",
         const SimTK::Transform& X_BS = SimTK::Transform());
@@ -28,8 +28,8 @@ public:
     SimTK::MobilizedBody::Free& updBody() { return m_body; }
     const Joint::Weld& getWeld() const { return m_weld; }
 
-    /** Puts the body where its seat is, with the seat's velocity. Realizes the State to
-     * Stage::Velocity. **/
+    /** Moves the body to its seat, with the seat's velocity. Realizes the State to
+    Stage::Velocity. **/
     void setStateToFit(SimTK::State& state) const;
 
 private:

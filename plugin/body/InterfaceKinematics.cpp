@@ -16,7 +16,8 @@ using SimTK::Vec3;
 
 namespace {
 
-/** A 3×3 matrix by columns, in registers: sums in the order of SimTK's, many times as fast. **/
+/** A 3×3 matrix by columns, in registers. Sums in the same order as SimTK, but many times as
+fast. **/
 class Columns {
 public:
     explicit Columns(const Mat33& matrix) {
@@ -56,7 +57,7 @@ private:
 };
 
 /** Coefficients of the exponential and its Jacobian at angle t = |θ|, and their derivatives divided
- * by t. **/
+by t. **/
 struct Coefficients {
     Real a;       ///< sin t / t
     Real b;       ///< (1 − cos t)/t²
@@ -66,7 +67,7 @@ struct Coefficients {
 };
 
 Coefficients calcCoefficients(Real squared) {
-    // Near zero the closed forms lose digits to cancellation: series, as long as round-off asks.
+    // The closed forms cancel near zero; use series accurate to round-off.
     if (squared < 1e-4) {
         const Real x = squared;
         return {1 + x * (-1. / 6 + x * (1. / 120 - x * (1. / 5040))),

@@ -6,14 +6,14 @@ coordinates ξ:
     translation  r = s + Φξ + ρ,  ρ = exp(Ψξ) p_IA       R_BA = exp(Ψξ) R_IA
     velocity     ω_A = R(ω + EΨξ̇),   v_A = v + R(ω×r + Φξ̇ + (EΨξ̇)×ρ)
 
-with E the left Jacobian of the exponential, `d/dt exp(θ) = [Eθ̇]× exp(θ)`. ω is expressed in B, v in
-Ground.
+with E the left Jacobian of the exponential, `d/dt exp(θ) = [Eθ̇]× exp(θ)`. ω is expressed in B, v
+in Ground.
 
-On an interface of a body with geometric stiffening displacement and rotation vector are of second
-order, Φξ + ½ξᵀHξ and the same for Ψ. Rates and forces then go through tangent shapes Φ + Hξ, and
-accelerations have ξ̇ᵀHξ̇ more: see calcTangentShapes().
+On interfaces of a body with geometric stiffening, displacement and rotation vector are of second
+order, Φξ + ½ξᵀHξ and likewise for Ψ. Rates and forces then use the tangent shapes Φ + Hξ, and
+accelerations have the additional term ξ̇ᵀHξ̇: see calcTangentShapes().
 
-A `FlexibleFrame` is constant; `FlexibleFramePose` is what one evaluation writes. **/
+A `FlexibleFrame` is constant; `FlexibleFramePose` is the result of one evaluation. **/
 
 #include <memory>
 #include <vector>
@@ -22,12 +22,12 @@ A `FlexibleFrame` is constant; `FlexibleFramePose` is what one evaluation writes
 
 namespace simflex {
 
-/** Shapes of an interface or a node of a part; shared by all frames on it. **/
+/** Shapes of an interface or node of a part, shared by all frames on it. **/
 struct FrameShapes {
-    SimTK::Vec3 s{0};             ///< undeformed position, from the centre of mass, in B [m]
+    SimTK::Vec3 s{0};             ///< undeformed position from the centre of mass, in B [m]
     std::vector<double> columns;  ///< n_f×6: translations x, y, z, then rotations, by mode
-    /** H of the six columns one after the other, n_f×n_f each and symmetric; for bodies with
-    geometric stiffening. Empty: none is known. **/
+    /** H of the six columns one after another, each n_f×n_f and symmetric, for geometric
+    stiffening. Empty: no data. **/
     std::vector<double> curvature;
 
     /** @param Phi, Psi  3×n_f translation and rotation shapes, column-major **/
@@ -38,7 +38,7 @@ struct FrameShapes {
     int numModes() const { return int(columns.size() / 6); }
 };
 
-/** What modal coordinates (or their rates) move a frame's seat by: Φξ and Ψξ. **/
+/** Displacement Φξ and rotation Ψξ of a frame's seat, or their rates. **/
 struct FrameSums {
     SimTK::Vec3 translation{0}, rotation{0};
 };
@@ -46,11 +46,11 @@ struct FrameSums {
 /** Constant data of a frame on a flexible part. **/
 struct FlexibleFrame {
     std::shared_ptr<const FrameShapes> shapes;
-    SimTK::Transform X_IA;  ///< frame A on the interface's own axes
+    SimTK::Transform X_IA;  ///< pose of frame A in the interface frame
     int numModes() const { return shapes->numModes(); }
 };
 
-/** Pose of B in Ground and its speeds (the solver's own: ω in B). **/
+/** Pose of B in Ground and its speeds (in the solver's convention: ω in B). **/
 struct BodyFrame {
     SimTK::Rotation R_GB;
     SimTK::Vec3 p_GB{0}, omega_B{0}, v_G{0};
@@ -58,47 +58,46 @@ struct BodyFrame {
 
 /** Position-level quantities of a frame on a flexible body, all in B. **/
 struct FlexibleFramePose {
-    SimTK::Vec3 r{0}, rho{0};  ///< from B's origin to A, and from the interface to A
+    SimTK::Vec3 r{0}, rho{0};  ///< from B's origin to A; from the interface to A
     SimTK::Vec3 theta{0};      ///< rotation vector Ψξ of the interface
     SimTK::Mat33 E;            ///< left Jacobian of the exponential at θ
     SimTK::Rotation R_BA;
 };
 
-/** Left Jacobian of the exponential map, E(θ) = 1 + b[θ]× + c[θ]×², b = (1−cos θ)/θ², c = (θ−sin
- * θ)/θ³. **/
+/** Left Jacobian of the exponential map: E(θ) = 1 + b[θ]× + c[θ]×² with b = (1−cos θ)/θ² and c =
+(θ−sin θ)/θ³. **/
 SimTK::Mat33 calcLeftJacobian(const SimTK::Vec3& theta);
 
-/** Derivative of E along θ̇, applied to θ̇: Ė(θ, θ̇) θ̇. **/
+/** Returns the derivative of E along θ̇, applied to θ̇: Ė(θ, θ̇) θ̇. **/
 SimTK::Vec3 calcLeftJacobianDotTimes(const SimTK::Vec3& theta, const SimTK::Vec3& thetaDot);
 
-/** The rotation exp([θ]×). **/
+/** Returns the rotation exp([θ]×). **/
 SimTK::Rotation calcExponential(const SimTK::Vec3& theta);
 
-/** Φ·coordinates and Ψ·coordinates. **/
+/** Returns Φ·coordinates and Ψ·coordinates. **/
 FrameSums multiplyShapes(const FrameShapes& shapes, const double* coordinates);
 
-/** Writes the shapes by which the frame moves about ξ, columns + Hξ.
-@param[in,out] tangent  has the columns' size already
-@returns what the coordinates move the seat by, to second order: Φξ + ½ξᵀHξ, Ψξ + ½ξᵀHξ. O(n_f²).
-**/
+/** Computes the tangent shapes of the frame at ξ, columns + Hξ. O(n_f²).
+@param[in,out] tangent  already has the size of the columns
+@returns the second-order displacement and rotation of the seat, Φξ + ½ξᵀHξ and Ψξ + ½ξᵀHξ. **/
 FrameSums calcTangentShapes(const FrameShapes& shapes, const double* xi, FrameShapes& tangent);
 
-/** ξ̇ᵀHξ̇: what the seat's acceleration has besides the tangent shapes times ξ̈. O(n_f²). **/
+/** Returns ξ̇ᵀHξ̇: the acceleration of the seat beyond tangent shapes times ξ̈. O(n_f²). **/
 FrameSums calcCurvatureSums(const FrameShapes& shapes, const double* xiDot);
 
 /** @param atXi  Φξ and Ψξ of the frame **/
 FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const FrameSums& atXi);
 FlexibleFramePose calcFramePose(const FlexibleFrame& frame, const double* xi);
 
-/** Pose and velocity of A in Ground; A (acceleration) is left zero.
+/** Returns pose and velocity of A in Ground; the acceleration is zero.
 @param atXiDot  Φξ̇ and Ψξ̇ of the frame **/
 FrameMotion calcFrameMotion(const FlexibleFramePose& pose, const BodyFrame& body,
                             const FrameSums& atXiDot);
 FrameMotion calcFrameMotion(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                             const BodyFrame& body, const double* xiDot);
 
-/** Acceleration (α, a) of A in Ground for body accelerations ω̇ (in B), v̇ (in Ground) and ξ̈; pass
- * zeros for the bias. **/
+/** Returns the acceleration (α, a) of A in Ground for body accelerations ω̇ (in B), v̇ (in Ground)
+and ξ̈. Zero accelerations give the bias. **/
 SimTK::SpatialVec calcFrameAcceleration(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                                         const BodyFrame& body, const double* xiDot,
                                         const SimTK::Vec3& omegaDot_B, const SimTK::Vec3& vDot_G,
@@ -108,7 +107,7 @@ SimTK::SpatialVec calcFrameAcceleration(const FlexibleFramePose& pose, const Bod
                                         const FrameSums& atXiDot, const SimTK::Vec3& omegaDot_B,
                                         const SimTK::Vec3& vDot_G, const FrameSums& atXiDotDot);
 
-/** Adds the generalized forces of a spatial force F_G = (torque, force) acting at A's origin:
+/** Adds the generalized forces of a spatial force F_G = (torque, force) at A's origin:
 @param[out] torque_B  added: torque on B about its origin, expressed in B
 @param[out] force_G   added: force on B
 @param[out] modal     added: n_f modal forces **/
@@ -116,14 +115,14 @@ void addInFrameForce(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                      const SimTK::Rotation& R_GB, const SimTK::SpatialVec& F_G,
                      SimTK::Vec3& torque_B, SimTK::Vec3& force_G, double* modal);
 
-/** The same force as coefficients of the frame's shapes: modal forces are Φᵀtranslation +
-Ψᵀrotation.
-@param[out] torque_B, force_G, translation, rotation  written **/
+/** As addInFrameForce(), with the modal forces as coefficients of the frame's shapes: Φᵀtranslation
++ Ψᵀrotation.
+@param[out] torque_B, force_G, translation, rotation  overwritten **/
 void calcFrameForce(const FlexibleFramePose& pose, const SimTK::Rotation& R_GB,
                     const SimTK::SpatialVec& F_G, SimTK::Vec3& torque_B, SimTK::Vec3& force_G,
                     SimTK::Vec3& translation, SimTK::Vec3& rotation);
 
-/** A frame of a flexible body at ξ, whichever order its displacement has. **/
+/** A frame of a flexible body at ξ, with displacements of either order. **/
 class FrameAtXi {
 public:
     enum class Order {
@@ -134,7 +133,7 @@ public:
     FrameAtXi(const FlexibleFrame& frame, const double* xi, Order order);
 
     const FlexibleFramePose& getPose() const { return m_pose; }
-    /** The frame with its tangent shapes: what rates and forces go through. **/
+    /** Returns the frame with its tangent shapes, for rates and forces. **/
     const FlexibleFrame& getTangent() const { return m_tangent; }
 
     FrameMotion calcMotion(const BodyFrame& body, const double* xiDot) const;
@@ -149,8 +148,8 @@ private:
     std::shared_ptr<const FrameShapes> m_curved;  ///< null at first order
 };
 
-/** Writes `Dᵀ` through the frame: row k of the constraint Jacobian for a constraint row that reads
-`d_ω·ω_A + d_v·v_A`, in the order [ω_B (3), v_G (3), ξ̇ (n_f)], added to `row`. **/
+/** Maps a constraint row `d_ω·ω_A + d_v·v_A` of the frame to the generalized speeds [ω_B (3), v_G
+(3), ξ̇ (n_f)] and adds it to `row`. **/
 void addInConstraintRow(const FlexibleFrame& frame, const FlexibleFramePose& pose,
                         const SimTK::Rotation& R_GB, const SimTK::SpatialVec& d, double* row);
 

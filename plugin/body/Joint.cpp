@@ -24,7 +24,6 @@ void refuseUnlessFinite(const Attachment& attachment, const char* side, const st
 
 }  // namespace
 
-/** Motions of a joint's frames. **/
 class Joint::Motions {
 public:
     Motions(const Joint& joint, const State& state) {
@@ -218,7 +217,7 @@ Real checkLength(Real length, const std::string& name) {
     throw makeRefusal(name, "length", length, "finite and positive; of length 0 it is a Ball");
 }
 
-/** Order 0, 1 and 2 of a function of time. **/
+/** Wraps a function of time and its two derivatives. **/
 Joint::MotionFunction makeMotion(Joint::FunctionOfTime function, const char* what,
                                  const std::string& name) {
     if (!function) return {};
@@ -229,7 +228,7 @@ Joint::MotionFunction makeMotion(Joint::FunctionOfTime function, const char* wha
                                     std::to_string(function->getMaxDerivativeOrder()) +
                                     " derivatives, but must have 1, time, and at least 2");
     return [function = std::move(function)](Real time) {
-        // Made once: this is called in Newton's loop.
+        // Allocated once: this is called in the Newton iteration.
         thread_local Vector argument(1);
         thread_local const Array_<int> first(1, 0), second(2, 0);
         argument[0] = time;
@@ -238,7 +237,7 @@ Joint::MotionFunction makeMotion(Joint::FunctionOfTime function, const char* wha
     };
 }
 
-/** The largest period of the sum: a turn of any angle is a whole number of it. **/
+/** Returns the largest period of the sum: a turn of any angle is an integer multiple of it. **/
 Real findPeriod(const std::vector<Joint::Coupler::Term>& terms, const std::string& name) {
     constexpr int Largest = 1000;
     constexpr Real Tolerance = 1e-12;

@@ -8,13 +8,12 @@ using namespace SimTK;
 
 namespace {
 
-/** One side of a joint, with the handles by which the constraint knows its bodies and mobilizers.
- * **/
+/** One side of a joint, with the constraint's handles of its bodies and mobilizers. **/
 struct Side {
     Attachment attachment;
     ConstrainedBodyIndex body;
     std::vector<MobilizedBodyIndex> carriers;
-    int firstMode = 0;  ///< among the constrained q, which stand in the order of the carriers
+    int firstMode = 0;  ///< among the constrained q, which follow the order of the carriers
     int numModes = 0;
 };
 
@@ -28,7 +27,7 @@ public:
           m_index(int(guts.joints().size())) {
         for (const Attachment& frame : joint.frames)
             m_sides.push_back(makeSide(guts, matter, frame));
-        // With Ground among the bodies the ancestor frame is Ground, as JointEquations assume.
+        // Including Ground makes it the ancestor frame, as JointEquations requires.
         addConstrainedBody(matter.Ground());
     }
 
@@ -106,10 +105,11 @@ private:
         JointEquations::Drive drive;
     };
 
-    /** Kept in the State until its time changes. **/
+    /** Cached in the State until its time changes. **/
     const JointEquations::Drive& getDrive(const State& state) const {
         const SimbodyMatterSubsystem& matter = getMatterSubsystem();
-        // Simbody 3.7 takes an entry for up to date in a copy of a State whose time was set last.
+        // Simbody 3.7 treats the cache entry as current in a copy of a State whose time was set
+        // last.
         auto& kept = Value<DriveAtTime>::updDowncast(matter.updCacheEntry(state, m_drive)).upd();
         if (!matter.isCacheValueRealized(state, m_drive) || kept.time != state.getTime() ||
             m_equations->isLock()) {
@@ -147,7 +147,7 @@ private:
                   0};
         if (!attachment.isFlexible()) return side;
         const FlexibleBodyRecord& body = guts.body(attachment.getFlexibleBodyIndex());
-        // Of several sides on a body, the first brings its modes in.
+        // Only the first of several sides on a body adds its modes.
         const auto known = std::find_if(m_sides.begin(), m_sides.end(), [&](const Side& other) {
             return other.attachment.isFlexible() &&
                    other.attachment.getFlexibleBodyIndex() == attachment.getFlexibleBodyIndex();
@@ -162,20 +162,20 @@ private:
         return side;
     }
 
-    /** The side's modes among all constrained coordinates. **/
+    /** Returns the side's modes from all constrained coordinates. **/
     static std::vector<Real> pick(const Side& side, const Array_<Real, ConstrainedQIndex>& values) {
         const Real* const first = values.cbegin() + side.firstMode;
         return std::vector<Real>(first, first + side.numModes);
     }
 
-    /** The same among all of the State. **/
+    /** Returns the side's modes from all coordinates of the State. **/
     std::vector<Real> gather(const State& state, const Side& side, const Vector& values) const {
         if (side.numModes == 0) return {};
         const SimbodyMatterSubsystem& matter = getMatterSubsystem();
         const MobilizedBody& last = matter.getMobilizedBody(side.carriers.back());
         const int begin = matter.getMobilizedBody(side.carriers.front()).getFirstQIndex(state);
         const int end = last.getFirstQIndex(state) + last.getNumQ(state);
-        // As a rule they stand together.
+        // They are usually contiguous.
         if (end - begin == side.numModes)
             return std::vector<Real>(&values[begin], &values[begin] + side.numModes);
         std::vector<Real> gathered;
@@ -192,8 +192,8 @@ private:
         return gather(state, side, getMatterSubsystem().getQ(state));
     }
 
-    /** Motion of the side's frame from that of its body; accelerations too when `xiDotDot` is
-     * given. **/
+    /** Motion of the side's frame from that of its body; with accelerations if `xiDotDot` is
+    given. **/
     static FrameMotion calcMotion(const State& state, const Side& side, const FrameMotion& body,
                                   const std::vector<Real>& xi, const std::vector<Real>& xiDot,
                                   const std::vector<Real>* xiDotDot = nullptr) {

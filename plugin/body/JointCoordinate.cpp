@@ -18,7 +18,7 @@ Real calcAngle(const JointCoordinate& angle, const Transform& F, const Transform
                       ~axisOf(F, angle.cosine[0]) * axisOf(M, angle.cosine[1]));
 }
 
-/** An angle on the turn nearest to z/pitch. **/
+/** Returns an angle on the turn nearest to z/pitch. **/
 Real countTurns(const JointCoordinate& coordinate, const Transform& F, const Transform& M,
                 Real angle) {
     const Real turned = ~axisOf(F, 2) * (M.p() - F.p()) / coordinate.pitch;

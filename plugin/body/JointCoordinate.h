@@ -1,10 +1,10 @@
 #pragma once
 /** @file
-One coordinate of a frame M in a frame F, as joints leave free or couple:
+One coordinate of a frame M in a frame F that joints leave free or couple:
 
 - Displacement: `f·(p_M − p_F)` with axis `sine[0]` of F [m];
 - Angle: `atan2(f·m, f'·m')` with axes (F, M) `sine` and `cosine`, in (−π, π] [rad];
-- ScrewAngle: an Angle on the turn nearest to z/pitch, z along F's z axis: it counts turns. **/
+- ScrewAngle: an Angle on the turn nearest to z/pitch, z along F's z axis, and thus unbounded. **/
 
 #include "simflex/body/FrameMotion.h"
 
@@ -20,11 +20,11 @@ struct JointCoordinate {
     static constexpr JointCoordinate makeDisplacement(int axis) {
         return {Kind::Displacement, {axis, axis}};
     }
-    /** Of M's x axis about F's z axis. **/
+    /** Angle of M's x axis about F's z axis. **/
     static constexpr JointCoordinate makeAngleAboutZ() { return {Kind::Angle, {1, 0}, {0, 0}}; }
 
     bool isAngle() const { return kind != Kind::Displacement; }
-    /** True if a turn brings back the same value. **/
+    /** Returns whether the value repeats after a turn. **/
     bool isPeriodic() const { return kind == Kind::Angle; }
 
     bool operator==(const JointCoordinate& other) const {
@@ -33,9 +33,9 @@ struct JointCoordinate {
     }
 
     SimTK::Real calcValue(const SimTK::Transform& F, const SimTK::Transform& M) const;
-    /** Value, rate and acceleration. **/
+    /** Returns value, rate and acceleration. **/
     SimTK::Vec3 calcMotion(const FrameMotion& F, const FrameMotion& M) const;
-    /** Factors of the frames' (ω, v) in the coordinate's rate, in Ground. **/
+    /** Computes the coefficients of the frames' (ω, v) in the coordinate's rate, in Ground. **/
     void calcGradient(const SimTK::Transform& F, const SimTK::Transform& M, SimTK::SpatialVec& D_F,
                       SimTK::SpatialVec& D_M) const;
 };

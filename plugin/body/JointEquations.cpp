@@ -31,7 +31,7 @@ Vec3 calcDistance(const FrameMotion& F, const FrameMotion& M) {
             (~offset * acceleration + ~velocity * velocity - rate * rate) / distance};
 }
 
-/** The motion of F·X for a motion of X in F. **/
+/** Motion of F·X for a motion of X in F. **/
 FrameMotion moveAlong(const FrameMotion& F, const FrameMotion& inF) {
     const SimTK::Rotation& R = F.X.R();
     const Vec3 r = R * inF.X.p(), omega = R * inF.V[0], v = R * inF.V[1];
@@ -44,12 +44,12 @@ FrameMotion moveAlong(const FrameMotion& F, const FrameMotion& inF) {
     return moved;
 }
 
-/** Order 0, 1 or 2 of the function of time that drives a row, or 0. **/
+/** Value (order 0) or derivative (1, 2) of the function that drives a row; 0 if there is none. **/
 Real getMotion(const Row& row, const JointEquations::Drive& drive, int order) {
     return row.motion < 0 ? 0 : drive.motions[row.motion][order];
 }
 
-/** ∂(f·m)/∂(turn of M) where M's axes are in place, in F. **/
+/** Derivative of f·m with respect to the rotation of M with aligned axes, in F. **/
 Vec3 calcNormalInPlace(const Row& row) {
     Vec3 f(0), m(0);
     f[row.axisF] = 1;
@@ -363,7 +363,7 @@ void JointEquations::calcJacobian(const Drive& drive, Frames frames, SpatialVec*
         ++D_M;
     }
     if (!driven) return;
-    // So far at the origin that F is driven to.
+    // The rows refer to the driven origin of F; shift them to F's own.
     const Vec3 lever = F.p() - frames[0]->X.p();
     for (int k = 0; k < getNumEquations(); ++k) D[k][0] += lever % D[k][1];
 }
@@ -373,7 +373,7 @@ void JointEquations::addInTimeRate(const Drive& drive, Frames frames, Real* erro
         for (const Row& row : m_rows) *errorDots++ -= getMotion(row, drive, 1);
         return;
     }
-    // What F's own motion along the pose does to the errors.
+    // Effect of the pose's own rate on the errors.
     FrameMotion F, M;
     F.X = frames[0]->X;
     M.X = frames[1]->X;
@@ -441,9 +441,9 @@ bool JointEquations::isFlipped(const Drive& drive, Frames frames) const {
         axisUsed[row.axisM] = true;
         ++perpendicular;
     }
-    // One row (Universal) has no other branch, two hold one common axis (Pin's z), three hold all.
-    // Where the rows vanish, an axis is along its own, opposed to it, or, with three rows, along
-    // another one of F.
+    // One row (Universal) has no other branch, two fix one common axis (Pin's z), three fix all.
+    // Where the rows vanish, an axis is aligned with its own, opposed to it or, with three rows,
+    // aligned with another axis of F.
     if (perpendicular < 2) return false;
     for (int axis = 0; axis < 3; ++axis)
         if ((perpendicular == 3 || axisUsed[axis]) && ~axisOf(F, axis) * axisOf(M, axis) < 0.5)

@@ -16,13 +16,13 @@ using namespace SimTK;
 
 namespace {
 
-constexpr Real ModalWeight = 1e3;      // of modal speeds, where bodies have to deform
-constexpr Real LargestStep = 0.1;      // [rad] in one step
-constexpr Real GoalTolerance = 1e-11;  // of joints and coordinates [m, rad]
-constexpr Real Conditioning = 1e-9;    // rows that follow from others
+constexpr Real ModalWeight = 1e3;      // factor of modal speeds if bodies must deform
+constexpr Real LargestStep = 0.1;      // largest step of an angle [rad]
+constexpr Real GoalTolerance = 1e-11;  // error of joints and coordinates [m, rad]
+constexpr Real Conditioning = 1e-9;    // pivot threshold for dependent rows
 constexpr Real RateTolerance = 1e-9;   // [m/s, rad/s]
-constexpr Real Open = 1e-6;            // error of a joint that is to be named [m, rad]
-constexpr int MostCorrections = 40;    // after the last step of the way
+constexpr Real Open = 1e-6;            // smallest joint error worth naming [m, rad]
+constexpr int MostCorrections = 40;    // iterations beyond those needed for the way
 
 enum class Bending { Held, Free };
 
@@ -58,7 +58,7 @@ public:
                                        body.getPart().omegaSquared[numModes++], 0});
             }
         }
-        // What a lock or a Motion holds does not move.
+        // Locked mobilizers and those with a Motion do not move.
         for (MobilizedBodyIndex i(1); i < m_matter.getNumBodies(); ++i) {
             const MobilizedBody& mobod = m_matter.getMobilizedBody(i);
             if (mobod.isLocked(m_state) ||
@@ -89,7 +89,7 @@ public:
         for (size_t i = 0; i < m_goals.size(); ++i)
             way = std::max(way, std::abs(whole[int(i)]) / calcLongestStep(i, whole[int(i)]));
         const int mostSteps = MostCorrections + int(std::ceil(2 * way));
-        // Held shapes are those that closing the joints has left.
+        // With held shapes, closing the joints must not have deformed the bodies.
         if (m_bending == Bending::Held && hasBent()) return false;
         if (m_bending == Bending::Free) weighStrain();
         m_isSettled = m_bending == Bending::Held || m_modes.empty();
@@ -110,14 +110,14 @@ public:
         return false;
     }
 
-    /** @returns false if there are no such speeds. **/
+    /** @returns false if no such speeds exist. **/
     bool changeRates() {
         Real largestRate = 0;
         for (const JointGoal& goal : m_goals)
             largestRate = std::max(largestRate, std::abs(goal.value));
         const int m = m_state.getNUErr();
         const Vector nothing(m_state.getNU(), Real(0));
-        // Joints and goals are met by one impulse.
+        // One impulse satisfies joints and goals.
         m_state.updU() = m_given;
         m_system.realize(m_state, Stage::Position);
         m_system.prescribeU(m_state);
@@ -135,13 +135,13 @@ public:
                RateTolerance * (1 + largestRate);
     }
 
-    /** Where a body would be deformed beyond its linear range; else empty. **/
+    /** Describes a body deformed beyond its linear range, else returns "". **/
     std::string describeDeformation() const {
         return describeForcedDeformation(m_bodies, m_closed, m_state);
     }
 
-    /** The joint that is furthest from closed; if all are, that of the goal furthest from reached.
-     * **/
+    /** Returns the joint with the largest error or, if all are closed, that of the goal with the
+    largest error. **/
     std::string findWorstJoint() const {
         size_t furthest = 0;
         for (size_t i = 1; i < m_goals.size(); ++i)
@@ -163,18 +163,18 @@ public:
 private:
     struct Mode {
         int u, q;
-        Real stiffness;  ///< ω² [1/s²]
-        Real start;      ///< ξ before joints were closed
+        Real stiffness;  ///< Ω² [1/s²]
+        Real start;      ///< ξ before the joints were closed
     };
 
-    /** Whether closing the joints has changed shapes. **/
+    /** Returns whether closing the joints has deformed bodies. **/
     bool hasBent() const {
-        constexpr Real Bent = 1e-9;  // of a modal coordinate, in m√kg
+        constexpr Real Bent = 1e-9;  // change of a modal coordinate [m √kg]
         return std::any_of(m_modes.begin(), m_modes.end(), [&](const Mode& mode) {
             return std::abs(m_closed.getQ()[mode.q] - mode.start) > Bent;
         });
     }
-    /** Modes weigh as their stiffness does: the least change of shapes has the least energy. **/
+    /** Weights modes by stiffness, so that the least change has the least strain energy. **/
     void weighStrain() {
         Real softest = Infinity;
         for (const Mode& mode : m_modes) softest = std::min(softest, mode.stiffness);
@@ -182,7 +182,7 @@ private:
             if (softest > 0) m_weights[mode.u] *= std::sqrt(mode.stiffness / softest);
     }
 
-    /** Of the first so many. **/
+    /** Largest magnitude of the first `count` values. **/
     static Real calcLargest(const Vector& values, int count) {
         Real largest = 0;
         for (int i = 0; i < count; ++i) largest = std::max(largest, std::abs(values[i]));
@@ -209,13 +209,12 @@ private:
         return way;
     }
 
-    /** Whether a state follows the turns that the State cannot tell. **/
     bool findTurnCounts() const {
         const auto& states = m_bodies.getGuts().states();
         return std::any_of(states.begin(), states.end(),
                            [](const auto& state) { return state->countsTurns(); });
     }
-    /** What counts turns knows the one it is on. **/
+    /** Updates turn counts and the goals' current values. **/
     void followTurns() {
         if (m_countsTurns) m_bodies.getGuts().startStates(m_state);
         for (size_t i = 0; i < m_reached.size(); ++i) {
@@ -233,9 +232,9 @@ private:
         return errors;
     }
 
-    /** Moves the coordinates by `change` to first order, and the joints together. **/
+    /** Moves the coordinates by `change` to first order, while closing the joints. **/
     void move(const Vector& change) {
-        constexpr Real Settled = 1e-7;              // of the largest deformation
+        constexpr Real Settled = 1e-7;              // relative to the largest deformation
         Vector deformed(m_state.getNU(), Real(0));  // since the start
         if (m_bending == Bending::Free)
             for (const Mode& mode : m_modes) deformed[mode.u] = m_state.getQ()[mode.q] - mode.start;
@@ -261,7 +260,7 @@ private:
 
     void realize() { m_system.realize(m_state, Stage::Velocity); }
 
-    /** Without those of quaternions. **/
+    /** Without the rows of quaternions. **/
     int getNumPositionRows() const {
         return m_state.getNQErr() - m_matter.getNumQuaternionsInUse(m_state);
     }
@@ -291,7 +290,7 @@ private:
         return speeds;
     }
 
-    /** ∂c/∂u, a row: rates are linear in the speeds. **/
+    /** Row ∂c/∂u; rates are linear in the speeds. **/
     Vector calcGradient(const JointGoal& goal) const {
         Vector gradient(m_state.getNU(), Real(0));
         State moving = copyState(m_state);
@@ -304,8 +303,9 @@ private:
         return gradient;
     }
 
-    /** The δ with these right-hand sides of m rows of G and of the goals for which `before` + δ has
-    the least kinetic energy, as speeds that an impulse makes: whatever the units and axes. **/
+    /** Returns the δ that satisfies m rows of G and the goals with these right-hand sides and
+    minimises the kinetic energy of `before` + δ: like an impulse, independent of units and
+    axes. **/
     Vector solve(int m, const Vector& errors, const Vector& changes, const Vector& before) const {
         const int n = m_state.getNU(), numGoals = int(m_goals.size());
         const Eigen::LLT<Eigen::MatrixXd> metric(calcMetric());
@@ -341,12 +341,14 @@ private:
         return delta;
     }
 
-    /** The mass matrix, modes weighted, of what is not held; 1 where nothing is. **/
+    /** The mass matrix with weighted modes; rows and columns of held speeds are those of the
+    identity. **/
     Eigen::MatrixXd calcMetric() const {
         const int n = m_state.getNU();
         Matrix M;
         m_matter.calcM(m_state, M);
-        constexpr Real Least = 1e-12;  // of a diagonal, where massless bodies make it singular
+        constexpr Real Least = 1e-12;  // relative to a diagonal entry; massless bodies make the
+                                       // matrix singular
         Real largest = 0;
         for (int j = 0; j < n; ++j) largest = std::max(largest, M(j, j));
         Eigen::MatrixXd metric(n, n);
@@ -366,19 +368,20 @@ private:
     const SimbodyMatterSubsystem& m_matter;
     const std::vector<JointGoal>& m_goals;
     const Bending m_bending;
-    bool m_isSettled = true;  ///< shapes no longer change
-    State m_state, m_closed;  ///< on its way, and where the way began
-    const Vector m_given;     ///< speeds before joints were closed
+    bool m_isSettled = true;  ///< shapes have converged
+    State m_state, m_closed;  ///< current State; State with closed joints at the start
+    const Vector m_given;     ///< speeds before the joints were closed
     Vector m_weights;
     std::vector<Mode> m_modes;
-    /** Coordinates of the goals, with their turns, or rates. **/
+    /** Coordinates of the goals, with whole turns, or their rates. **/
     std::vector<Real> m_reached, m_wanted;
     bool m_countsTurns = false;
 };
 
 enum class Wish { Value, Rate };
 
-/** @throws unless each names a coordinate of the system's joints, once, and a number. **/
+/** @throws unless each goal is a finite value of an existing coordinate of this system, and none is
+repeated. **/
 void checkGoals(const FlexibleBodySubsystem& bodies, const std::vector<JointGoal>& goals,
                 Wish wish) {
     const char* what = wish == Wish::Value ? "value" : "rate";
@@ -389,7 +392,7 @@ void checkGoals(const FlexibleBodySubsystem& bodies, const std::vector<JointGoal
         const std::string name = "joint '" + joint.getName() + "'";
         if (!joint.isIn(bodies))
             throw std::invalid_argument(method + name + " is of another system");
-        Joint::Coordinate(joint, goals[i].coordinate);  // throws if it has none such
+        Joint::Coordinate(joint, goals[i].coordinate);  // throws if there is no such coordinate
         const std::string owner =
             " of coordinate " + std::to_string(goals[i].coordinate) + " of " + name;
         if (!std::isfinite(goals[i].value))
@@ -405,7 +408,7 @@ void checkGoals(const FlexibleBodySubsystem& bodies, const std::vector<JointGoal
     }
 }
 
-/** @param lead  tells whether it could **/
+/** @param lead  returns whether the guide has reached its goals **/
 template <class Lead>
 void reachGoals(const FlexibleBodySubsystem& bodies, State& state,
                 const std::vector<JointGoal>& goals, AngleWay angleWay, const Lead& lead) {
@@ -419,7 +422,7 @@ void reachGoals(const FlexibleBodySubsystem& bodies, State& state,
             bodies.getMultibodySystem().realize(state, Stage::Velocity);
             return;
         }
-        // With the bodies' shapes held the joint in the way is seen best.
+        // With held shapes the obstructing joint is easiest to identify.
         if (culprit.empty()) culprit = guide.findWorstJoint();
     }
     throw std::runtime_error(culprit + " does not allow it" +
@@ -435,7 +438,7 @@ void setJointCoordinates(const FlexibleBodySubsystem& bodies, State& state,
     if (angleWay == AngleWay::Whole) try {
             return reachGoals(bodies, state, goals, AngleWay::Whole, lead);
         } catch (const std::runtime_error&) {
-            // A joint that cannot go round.
+            // The joint does not allow whole turns.
         }
     reachGoals(bodies, state, goals, AngleWay::Shorter, lead);
     if (angleWay == AngleWay::Shorter) return;

@@ -23,21 +23,21 @@ namespace {
 
 /** How far a body is deformed. **/
 struct Deformation {
-    Real displacement = 0;  ///< largest of a node [m]
+    Real displacement = 0;  ///< largest displacement of a node [m]
     int nodeNumber = 0;
-    Real size = 0;      ///< of the part [m]
-    Real rotation = 0;  ///< largest of an interface [rad]
+    Real size = 0;      ///< size of the part [m]
+    Real rotation = 0;  ///< largest rotation of an interface [rad]
     std::string interface;
 
-    /** 1 at the end of the linear range. **/
+    /** Share of the linear range used; 1 at its limit. **/
     Real calcShare() const {
         return std::max(displacement / (LinearRangeReporter::LargestShare * size),
                         rotation / LinearRangeReporter::LargestRotation);
     }
 };
 
-/** @param least  share of the part's size; if the modes' own largest displacements add up to less
-than that, no node is looked at **/
+/** @param least  share of the part's size. Nodes are not searched if the modes' own largest
+displacements add up to less. **/
 Deformation calcDeformation(const FlexibleBodySubsystem::Guts& guts, const State& state,
                             FlexibleBodyIndex index, Real least) {
     const FlexibleBodyRecord& record = guts.body(index);
@@ -80,8 +80,8 @@ std::string describeRotation(const Deformation& found) {
            " rad relative to the body's frame; modes describe up to 0.2 rad";
 }
 
-/** The joint whose position errors are largest: "joint 'pin' was open by 0.3 m"; empty if all are
-closed. **/
+/** Describes the joint with the largest position error, "joint 'pin' was open by 0.3 m"; "" if all
+are closed. **/
 std::string describeWidestJoint(const FlexibleBodySubsystem& subsystem, State state) {
     constexpr Real Closed = 1e-9;  // [m, rad]
     const SimbodyMatterSubsystem& matter = subsystem.getGuts().getMatter();
@@ -105,7 +105,8 @@ std::string describeWidestJoint(const FlexibleBodySubsystem& subsystem, State st
 
 std::string describeForcedDeformation(const FlexibleBodySubsystem& subsystem, const State& given,
                                       const State& assembled) {
-    constexpr Real Further = 1.1;  // what was beyond the range may stay so
+    constexpr Real Further = 1.1;  // a body outside the range may exceed its former deformation by
+                                   // this factor
     for (FlexibleBodyIndex b(0); b < subsystem.getNumBodies(); ++b) {
         const auto calc = [&](const State& state) {
             return calcDeformation(subsystem.getGuts(), state, b,

@@ -6,7 +6,8 @@
 
 namespace simflex {
 
-/** The interval [s]. @throws std::invalid_argument unless it is positive; `who` is the class. **/
+/** Returns the interval [s]. @throws std::invalid_argument unless it is positive; `who` is the
+class. **/
 inline double checkReportInterval(double interval, const char* who) {
     if (interval > 0) return interval;
     throw std::invalid_argument(std::string(who) + ": the interval is " + std::to_string(interval) +

@@ -1,13 +1,14 @@
 #pragma once
 /** @file
-First-order equations of one's own beside those of motion,
+User-defined first-order equations in addition to the equations of motion,
 
     ż = f(t, frames, z),
 
-for what controllers, filters, hydraulics or friction remember. Each has one auxiliary variable z of
-the System's States. All of a subsystem's see each other's values, as its ForceElements do.
+for controllers, filters, hydraulics or friction with memory. Each equation has one auxiliary
+variable z of the System's States. All equations and ForceElements of a subsystem can read all
+values z.
 
-    const int integral = flexible.adoptState(std::make_unique<ErrorIntegral>(joint)); **/
+    const int integral = flexible.adoptState(std::make_unique<ErrorIntegral>(joint));  **/
 
 #include <string>
 
@@ -18,8 +19,8 @@ namespace simflex {
 class StateEquation {
 public:
     /** @param name          for messages
-    @param initialValue  of z, in a State that nobody has changed
-    @param scale         change of z that counts as much as a metre in error control
+    @param initialValue  of z in a new State
+    @param scale         change of z that counts as a metre in error control
     @throws std::invalid_argument unless the value is finite and the scale finite and positive. **/
     StateEquation(std::string name, SimTK::Real initialValue, SimTK::Real scale = 1);
     virtual ~StateEquation() = default;
@@ -28,37 +29,37 @@ public:
     SimTK::Real getInitialValue() const { return m_initialValue; }
     SimTK::Real getScale() const { return m_scale; }
 
-    /** The frames its rate depends on; fixed after construction. **/
+    /** Returns the frames that the rate depends on; fixed after construction. **/
     const SimTK::Array_<Attachment>& getAttachments() const { return m_attachments; }
 
-    /** ż.
+    /** Returns ż.
     @param frames  pose and velocity of each attachment; no accelerations **/
     virtual SimTK::Real calcRate(const ElementInputs& now,
                                  const SimTK::Array_<FrameMotion>& frames) const = 0;
 
-    /** Adds ∂ż/∂z of all states, at their numbers: what Newton's method knows of filters that are
-    faster than a step. **/
+    /** Adds ∂ż/∂z for all states, by index. Newton's method needs it for filters faster than a
+    step. **/
     virtual void addInStateSlopes(const ElementInputs& /*now*/,
                                   const SimTK::Array_<FrameMotion>& /*frames*/,
                                   SimTK::Real* /*slopes*/) const {}
 
-    /** The value that a run begins with where the State has `value`: another one of a state that
-    follows from where the bodies are. **/
+    /** Returns the initial value for a run from a State with `value`; differs from it if z follows
+    from positions. **/
     virtual SimTK::Real calcStart(const ElementInputs& /*now*/, SimTK::Real value,
                                   const SimTK::Array_<FrameMotion>& /*frames*/) const {
         return value;
     }
 
-    /** True of such a state, and of one that only events change: its rate says nothing about
-    equilibria and small motions. **/
+    /** Returns whether z follows from positions or is changed by events only. Its rate is then
+    ignored in equilibria and linearisation. **/
     virtual bool followsMotion() const { return false; }
 
-    /** True of one that counts turns of an angle: others need it within half a turn only, so that
-    Newton's method goes without it, and its errors are none. Each step ends at calcStart(). **/
+    /** Returns whether z counts turns of an angle. Only half a turn of accuracy is needed, so
+    Newton's method and error control omit z, and each step ends with calcStart(). **/
     virtual bool countsTurns() const { return false; }
 
-    /** True of one that handlers of events change, and that holds its value between them: a system
-    with it has neither equilibria nor small motions. **/
+    /** Returns whether z is constant between events that change it. Systems with such a state have
+    neither equilibria nor a linearisation. **/
     virtual bool isHeld() const { return false; }
 
 protected:

@@ -13,7 +13,7 @@ namespace {
 
 enum class Wanted { Largest, Least };
 
-/** Takes the best of the values over if it is better than what is known. **/
+/** Updates an extreme if one of the values exceeds it. **/
 template <class ValueAt>
 void improve(const StressRecovery& nodes, Real time, Wanted wanted, const ValueAt& valueAt,
              StressExtremes::Extreme& extreme) {

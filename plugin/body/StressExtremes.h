@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The extremes of stress and displacement over a run: how much, where and when.
+Extremes of stress and displacement over a run, with node and time.
 
     auto* extremes = new StressExtremes(flexible, 1e-4);
     system.addEventReporter(extremes);           // the system owns it
@@ -9,7 +9,7 @@ The extremes of stress and displacement over a run: how much, where and when.
     printf("%g Pa at node %d, t = %g s\n", worst.value, worst.nodeNumber, worst.time);
     extremes->write(std::cout);
 
-A new run of the same system goes on with the extremes of the last; clear() forgets them. **/
+A further run of the same system updates the same extremes; clear() resets them. **/
 
 #include <ostream>
 #include <string>
@@ -22,29 +22,29 @@ namespace simflex {
 class StressExtremes : public SimTK::PeriodicEventReporter {
 public:
     struct Extreme {
-        SimTK::Real value = SimTK::NaN;  ///< NaN: never looked at
+        SimTK::Real value = SimTK::NaN;  ///< NaN: not evaluated yet
         int nodeNumber = 0;              ///< in the deck
         SimTK::Vec3 position{
             SimTK::NaN};                ///< of the node, undeformed, in the deck's coordinates [m]
         SimTK::Real time = SimTK::NaN;  ///< [s]
     };
 
-    /** Of one body; stress is NaN if its part was reduced without. **/
+    /** Extremes of one body; stress is NaN if its part was reduced without stress. **/
     struct Extremes {
         Extreme vonMises;          ///< largest [Pa]
         Extreme largestPrincipal;  ///< largest tension [Pa]
-        Extreme leastPrincipal;    ///< largest compression: the least value [Pa]
+        Extreme leastPrincipal;    ///< largest compression: the smallest value [Pa]
         Extreme displacement;      ///< largest |Φξ| of a node [m]
     };
 
-    /** Looks at all nodes of all bodies, those with stress for stress, at t = k·interval; each look
-    costs O(nodes·n_f).
+    /** Evaluates displacements at all nodes of all bodies, and stress at all nodes that have it, at
+    t = k·interval. O(nodes·n_f) per evaluation.
     @throws std::invalid_argument if the interval is not positive. **/
     StressExtremes(const FlexibleBodySubsystem& subsystem, SimTK::Real interval);
 
     const Extremes& getExtremes(const FlexibleBody& body) const;
     void clear() { m_extremes.clear(); }
-    /** A table for people. **/
+    /** Writes a human-readable table. **/
     void write(std::ostream& out) const;
 
     void handleEvent(const SimTK::State& state) const override;

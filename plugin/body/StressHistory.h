@@ -1,16 +1,15 @@
 #pragma once
 /** @file
-Time histories of stress and displacement at chosen nodes, in a CSV or HDF5 file as rain-flow
-counting wants them: one column a channel, even steps of time.
+Time histories of stress and displacement at selected nodes, in a CSV or HDF5 file for rain-flow
+counting: one column per channel, even time steps.
 
     auto* history = new StressHistory("crank.h5", 1e-4);
     history->addChannels(crank, StressHistory::Quantity::SignedVonMises, {118, 119});
     history->addChannels(crank, StressHistory::Quantity::Stress, {118});
     system.addEventReporter(history);            // the system owns it
 
-A channel is called BODY.NODE.QUANTITY: crank.118.signed_von_mises, crank.118.stress_xx. What is
-written when stays there if the run is interrupted; TableFile.h says how soon and how to read it.
-**/
+Channels are named BODY.NODE.QUANTITY: crank.118.signed_von_mises, crank.118.stress_xx. Rows already
+written survive an interrupted run; TableFile.h describes buffering and format. **/
 
 #include <memory>
 #include <string>
@@ -25,7 +24,7 @@ class StressHistory : public SimTK::PeriodicEventReporter {
 public:
     enum class Quantity {
         Stress,           ///< xx yy zz xy xz yz in B [Pa]
-        StressInGround,   ///< the same in Ground's axes [Pa]
+        StressInGround,   ///< as Stress, in Ground's axes [Pa]
         Strain,           ///< tensor components in B
         VonMises,         ///< [Pa]
         SignedVonMises,   ///< see calcSignedVonMises() [Pa]
@@ -33,27 +32,27 @@ public:
         Displacement      ///< Φξ in B, x y z [m]
     };
 
-    /** The file is made, and one of that name replaced, at the first look.
-    @param interval  between looks, at t = k·interval [s]
+    /** The file is created, replacing one of that name, at the first report.
+    @param interval  between reports, at t = k·interval [s]
     @throws std::invalid_argument if the interval is not positive. **/
     StressHistory(const std::string& path, SimTK::Real interval);
     ~StressHistory() override;
 
-    /** Adds the channels of a quantity at nodes, by their numbers in the deck.
+    /** Adds the channels of a quantity at nodes with these deck numbers.
     @throws std::out_of_range for a node that the mesh does not have.
-    @throws std::invalid_argument if there is no stress there, saying what to do.
+    @throws std::invalid_argument if a node has no stress, saying what to do.
     @throws std::logic_error once the run has begun. **/
     void addChannels(const FlexibleBody& body, Quantity quantity,
                      const std::vector<int>& nodeNumbers);
 
     const std::vector<TableColumn>& getChannels() const { return m_columns; }
 
-    /** Writes what is kept back, for those who read the file while the system lives. **/
+    /** Writes buffered rows, for readers of the file while the system exists. **/
     void flush() const;
 
-    /** A second look at the same time adds nothing.
-    @throws std::runtime_error if time went back (each run wants a history of its own), or the file
-        cannot be written. **/
+    /** Ignores a repeated time.
+    @throws std::runtime_error if time went back (use one history per run), or the file cannot be
+    written. **/
     void handleEvent(const SimTK::State& state) const override;
 
 private:

@@ -14,8 +14,8 @@ using namespace SimTK;
 
 namespace {
 
-constexpr int NodesAtATime = 64;         ///< nodes whose sums stay in the cache
-constexpr double WorkOfThread = 200000;  ///< products that outweigh starting one
+constexpr int NodesAtATime = 64;         ///< nodes whose sums fit into the cache
+constexpr double WorkOfThread = 200000;  ///< multiplications worth starting a thread for
 
 /** values[Size·k + c] = Σ_i modes[Size·rows[k] + c + i·stride] xi[i], in a fixed order. **/
 template <int Size, class Number>
@@ -52,7 +52,7 @@ void multiply(const std::vector<Number>& modes, const std::vector<int>& rows, si
     parallelFor(numBlocks, threads, multiplyBlock);
 }
 
-/** From xx yy zz xy xz yz. **/
+/** Builds a tensor from xx yy zz xy xz yz. **/
 SymMat33 toTensor(const double* v) {
     return SymMat33(v[0], v[3], v[1], v[4], v[5], v[2]);
 }

@@ -1,12 +1,12 @@
 #pragma once
 /** @file
-Stress, strain and motion of the nodes of a flexible body, from its modal coordinates:
+Stress, strain and motion at the nodes of a flexible body, from its modal coordinates:
 
     σ = S ξ,   ε = E ξ,   u = Φ ξ
 
-with the stress of each mode that the part was reduced with (`simflex reduce --stress`, see
-ReducedBody::ModalStress). Linear in ξ, and as exact as the modes are: loads on interfaces are
-carried exactly in statics, loads elsewhere as well as the modes describe them.
+S is the modal stress computed by the reduction (`simflex reduce --stress`, see
+ReducedBody::ModalStress). The result is linear in ξ and as accurate as the modes: exact in statics
+for loads on interfaces, approximate for other loads.
 
     StressRecovery skin(crank);                  // all nodes with stress
     Array_<SymMat33> stress;
@@ -15,8 +15,9 @@ carried exactly in statics, loads elsewhere as well as the modes describe them.
     Vector vonMises;
     fillet.calcVonMises(state, vonMises);
 
-One is a workspace: each thread needs its own. Calls allocate nothing once their results have the
-right size. O(nodes·n_f), in parallel for many nodes; the same bits for any number of threads. **/
+An object is a workspace: each thread needs its own. Calls do not allocate once their results have
+the right size. O(nodes·n_f), in parallel for many nodes; bit-identical for any number of
+threads. **/
 
 #include <vector>
 
@@ -24,27 +25,26 @@ right size. O(nodes·n_f), in parallel for many nodes; the same bits for any num
 
 namespace simflex {
 
-/** √(3/2 s:s) of the deviator s. **/
+/** Returns √(3/2 s:s) of the deviator s. **/
 SimTK::Real calcVonMises(const SimTK::SymMat33& stress);
-/** The same with the sign of the principal value that is largest in size, so that a cycle of
-tension and compression is one. **/
+/** As calcVonMises(), with the sign of the principal value of largest magnitude, so that cycles
+between tension and compression are counted as one. **/
 SimTK::Real calcSignedVonMises(const SimTK::SymMat33& stress);
-/** Principal values, largest first. **/
+/** Returns the principal values, largest first. **/
 SimTK::Vec3 calcPrincipalValues(const SimTK::SymMat33& tensor);
 
 class StressRecovery {
 public:
-    /** The axes in which tensors are expressed: those of the body's frame B (the deck's), or of
-    Ground. **/
+    /** Axes of tensors: those of the body's frame B (the deck's) or of Ground. **/
     enum class Axes { Body, Ground };
 
-    /** At all nodes with stress; all nodes of the mesh if the part has none. **/
+    /** All nodes with stress; all nodes of the mesh if the part has none. **/
     explicit StressRecovery(const FlexibleBody& body);
-    /** At the nodes with these numbers in the deck, in this order. Those without stress are
-    allowed as long as only displacements are asked for.
+    /** The nodes with these deck numbers, in this order. Nodes without stress are allowed if only
+    displacements are requested.
     @throws std::out_of_range naming the body and a number that its mesh does not have. **/
     StressRecovery(const FlexibleBody& body, const std::vector<int>& nodeNumbers);
-    /** At all nodes of the mesh. **/
+    /** All nodes of the mesh. **/
     static StressRecovery atAllNodes(const FlexibleBody& body);
 
     const FlexibleBody& getBody() const { return m_body; }
@@ -53,18 +53,17 @@ public:
     /** Undeformed position in the deck's coordinates [m]. **/
     SimTK::Vec3 getNodePosition(int k) const;
 
-    /** Nothing if there is stress at every node.
-    @throws std::invalid_argument if the part was reduced without stress, or a node is none of those
-        it was asked for: names both and says what to do. **/
+    /** @throws std::invalid_argument unless every node has stress, naming the part and node and
+    saying what to do. **/
     void checkStress() const;
 
-    /** @name Stress and strain, one entry a node. Stage::Model; in Ground's axes Stage::Position.
+    /** @name Stress and strain, one entry per node. Stage::Model; in Ground's axes Stage::Position.
     @throws as checkStress(). **/
     /**@{**/
     /** Cauchy stress [Pa]. **/
     void calcStress(const SimTK::State& state, SimTK::Array_<SimTK::SymMat33>& stress,
                     Axes axes = Axes::Body);
-    /** Small strain (the tensor's shear, half the engineer's). **/
+    /** Small strain (tensor shear, half the engineering shear). **/
     void calcStrain(const SimTK::State& state, SimTK::Array_<SimTK::SymMat33>& strain,
                     Axes axes = Axes::Body);
     void calcVonMises(const SimTK::State& state, SimTK::Vector& vonMises);  ///< [Pa]
@@ -72,7 +71,7 @@ public:
     void calcPrincipalStress(const SimTK::State& state, SimTK::Array_<SimTK::Vec3>& principal);
     /**@}**/
 
-    /** @name Motion, one entry a node; of first order in ξ **/
+    /** @name Motion, one entry per node; of first order in ξ **/
     /**@{**/
     /** Φξ in B [m]. Stage::Model. **/
     void calcDisplacement(const SimTK::State& state, SimTK::Array_<SimTK::Vec3>& u_B);
@@ -93,7 +92,7 @@ private:
 
     FlexibleBody m_body;
     std::vector<int> m_nodes;  ///< mesh indices
-    std::vector<int> m_rows;   ///< place of each in the modal stress, −1: none
+    std::vector<int> m_rows;   ///< row of each node in the modal stress, −1: none
     std::vector<double> m_xi, m_values;
 };
 

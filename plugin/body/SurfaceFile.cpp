@@ -22,13 +22,13 @@ namespace {
 
 using SimTK::Vec3;
 
-constexpr std::size_t MostShown = 40;  ///< characters of a file's word in a message
+constexpr std::size_t MostShown = 40;  ///< characters of a word quoted in a message
 
 std::string quoteStart(std::string_view word) {
     return "'" + std::string(word.substr(0, MostShown)) + (word.size() > MostShown ? "…'" : "'");
 }
 
-/** Words between blanks and ends of lines. **/
+/** Iterates over words separated by blanks and line ends. **/
 class Words {
 public:
     explicit Words(std::string_view text) : m_text(text) {}
@@ -65,7 +65,7 @@ private:
     std::size_t m_at = 0;
 };
 
-/** Calls `take(first word, others)` for each line that has words; its errors name the line. **/
+/** Calls `take(first word, others)` for each non-blank line; errors name the line. **/
 template <class Take>
 void forEachLine(std::string_view text, const Take& take) {
     int number = 0;
@@ -100,7 +100,7 @@ void addFace(SimTK::PolygonalMesh& mesh, const std::vector<int>& vertices) {
 //-------------------------------------------------------------------------------------------------
 // STL
 
-/** Faces of a file that names their vertices by places. Those of neighbours are the same, but for
+/** Faces of a file that gives vertices by position. Positions shared by faces agree only to
 round-off. **/
 class PlacedFaces {
 public:
@@ -111,11 +111,11 @@ public:
             m_high[k] = std::max(m_high[k], place[k]);
         }
     }
-    /** Of the vertices since the last one. **/
+    /** Ends a face of the vertices added since the last one. **/
     void endFace() { m_ends.push_back(m_places.size()); }
 
     void addTo(SimTK::PolygonalMesh& mesh) const {
-        constexpr double RoundOff = 1e-6;  // of what the faces span
+        constexpr double RoundOff = 1e-6;  // relative to the extent of the faces
         const double tolerance = RoundOff * (m_high - m_low).norm();
         const auto isBefore = [&](const Vec3& a, const Vec3& b) {
             for (int k = 0; k < 3; ++k)
@@ -141,7 +141,7 @@ private:
     Vec3 m_low{SimTK::Infinity}, m_high{-SimTK::Infinity};
 };
 
-/** Text begins with "solid", as some binary files do, and goes on with a facet or the end. **/
+/** Text starts with "solid", as some binary files do, followed by a facet or the end. **/
 bool isStlText(std::string_view bytes) {
     int number = 0;
     bool isText = false;
@@ -154,7 +154,7 @@ bool isStlText(std::string_view bytes) {
     return isText;
 }
 
-/** All solids of the file. **/
+/** Reads all solids of the file. **/
 void readStlText(std::string_view text, SimTK::PolygonalMesh& mesh) {
     PlacedFaces faces;
     bool isInFacet = false;
@@ -212,7 +212,7 @@ void readStlBytes(std::string_view bytes, SimTK::PolygonalMesh& mesh) {
 // OBJ
 
 void readObj(std::string text, SimTK::PolygonalMesh& mesh) {
-    // A line that ends in a backslash goes on in the next.
+    // A backslash continues the line.
     for (std::size_t at = text.find('\\'); at != text.npos; at = text.find('\\', at + 1)) {
         const std::size_t end = at + 1 + (text.compare(at + 1, 1, "\r") == 0);
         if (text.compare(end, 1, "\n") == 0)
@@ -230,7 +230,7 @@ void readObj(std::string text, SimTK::PolygonalMesh& mesh) {
                 const std::string_view vertex = corner.substr(0, corner.find('/'));
                 if (!readInteger(vertex, number))
                     throw std::runtime_error(quoteStart(corner) + " names no vertex");
-                // Negative ones count from the last.
+                // Negative indices count from the last vertex.
                 vertices.push_back(number < 0 ? mesh.getNumVertices() + number : number - 1);
             }
         }
@@ -242,7 +242,7 @@ void readObj(std::string text, SimTK::PolygonalMesh& mesh) {
 //-------------------------------------------------------------------------------------------------
 // VTP
 
-/** Goes through the tags of an XML text, from one to the next whatever its level. **/
+/** Iterates over the tags of an XML text, regardless of their level. **/
 class Tags {
 public:
     explicit Tags(std::string_view xml) : m_xml(xml) {}
@@ -265,7 +265,7 @@ public:
         }
     }
 
-    /** @throws std::runtime_error if there is none before one of name `end`. **/
+    /** @throws std::runtime_error if there is none before tag `end`. **/
     void find(std::string_view wanted, std::string_view end = "") {
         while (next()) {
             if (name == wanted) return;
@@ -274,7 +274,7 @@ public:
         throw std::runtime_error("it has no element " + std::string(wanted));
     }
 
-    /** Of the tag; empty: it has none. **/
+    /** Returns an attribute of the tag, "" if it has none. **/
     std::string_view getAttribute(std::string_view key) const {
         for (std::size_t at = m_tag.find(key); at != m_tag.npos; at = m_tag.find(key, at + 1)) {
             const std::size_t begin = at + key.size() + 2;
@@ -294,7 +294,8 @@ public:
         return count;
     }
 
-    /** Up to the next tag. @throws std::runtime_error unless they are text. **/
+    /** Returns the text up to the next tag. @throws std::runtime_error unless the numbers are
+    text. **/
     std::string_view getNumbers() const {
         if (getAttribute("format") != "ascii")
             throw std::runtime_error("the format of a DataArray is " +
@@ -308,7 +309,7 @@ private:
     std::size_t m_at = 0;
 };
 
-/** The piece whose tag has been read, up to its end. **/
+/** Reads the piece whose tag has been read, to its end. **/
 void readVtpPiece(Tags& tags, SimTK::PolygonalMesh& mesh) {
     const int first = mesh.getNumVertices(), numPoints = tags.getCount("NumberOfPoints"),
               numFaces = tags.getCount("NumberOfPolys");

@@ -1,13 +1,13 @@
 #pragma once
 /** @file
-Whole turns of an angle (private header). Frames show an angle within half a turn only, so a state
-z of the subsystem counts its turns:
+Whole turns of an angle (private header). Frames determine an angle only modulo a turn, so a state z
+of the subsystem counts its turns:
 
     θ = θ_frames + 2πk, the one nearest to z + f(t),    ż = θ̇ − ḟ,
 
-where f is the motion that leads the angle, if one does, and 0 otherwise. Of an angle that is led,
-z stays what it was, and the motion says which turn it is on, however long a step is. At the end of
-each step z is set to θ − f: errors do not add up. **/
+where f is the motion that prescribes the angle, if any, and 0 otherwise. For a prescribed angle z
+is constant, and f determines the turn for any step size. z is set to θ − f at the end of each step,
+so errors do not accumulate. **/
 
 #include <cmath>
 
@@ -21,17 +21,17 @@ class TurnState : public StateEquation {
 public:
     using Motion = JointEquations::MotionFunction;
 
-    /** The angle on the turn that is nearest to `counted`. **/
+    /** Returns the angle on the turn nearest to `counted`. **/
     static SimTK::Real followTurns(SimTK::Real counted, SimTK::Real angle) {
         const SimTK::Real turns = std::round((counted - angle) / (2 * SimTK::Pi));
         return turns == 0 ? angle : angle + turns * (2 * SimTK::Pi);
     }
 
-    /** @param start  the value that `counted` begins with; of an angle that is led, 0
+    /** @param start  initial count; 0 is used for prescribed angles
     @param lead   f; empty: none **/
     TurnState(const std::string& name, const JointCoordinate& coordinate, const Attachment& F,
               const Attachment& M, SimTK::Real start, Motion lead = {})
-        // The motion's own errors are controlled, and they are those of its angles.
+        // The motion itself is under error control, and with it the angles.
         : StateEquation(name, lead ? 0 : start, NoError),
           m_coordinate(coordinate),
           m_lead(std::move(lead)) {
@@ -41,12 +41,12 @@ public:
 
     const JointCoordinate& getCoordinate() const { return m_coordinate; }
 
-    /** θ. **/
+    /** Returns θ. **/
     SimTK::Real calcAngle(SimTK::Real time, SimTK::Real z, const SimTK::Transform& F,
                           const SimTK::Transform& M) const {
         return followTurns(z + calcLead(time)[0], m_coordinate.calcValue(F, M));
     }
-    /** z where the angle is θ. **/
+    /** Returns z for an angle θ. **/
     SimTK::Real calcCount(SimTK::Real time, SimTK::Real angle) const {
         return angle - calcLead(time)[0];
     }
@@ -55,7 +55,7 @@ public:
                          const SimTK::Array_<FrameMotion>& frames) const override {
         const SimTK::Real rate =
             m_coordinate.calcMotion(frames[0], frames[1])[1] - calcLead(now.time)[1];
-        // Along the axis there is no angle.
+        // The angle is undefined if the axes are parallel.
         return std::isfinite(rate) ? rate : 0;
     }
 

@@ -6,7 +6,7 @@ Axes of moving frames and their products (private header). **/
 
 namespace simflex {
 
-/** A vector that turns with ω, and its first two derivatives. **/
+/** A vector that rotates with ω, and its first two derivatives. **/
 struct TurningVector {
     SimTK::Vec3 value, rate, acceleration;
     TurningVector(const SimTK::Vec3& axis, const FrameMotion& frame)
@@ -23,7 +23,7 @@ inline TurningVector turningAxisOf(const FrameMotion& frame, int axis) {
     return {axisOf(frame.X, axis), frame};
 }
 
-/** Value, rate and acceleration of f·m. **/
+/** Returns value, rate and acceleration of f·m. **/
 inline SimTK::Vec3 calcDotProduct(const TurningVector& f, const TurningVector& m) {
     return {~f.value * m.value, ~f.rate * m.value + ~f.value * m.rate,
             ~f.acceleration * m.value + 2 * (~f.rate * m.rate) + ~f.value * m.acceleration};

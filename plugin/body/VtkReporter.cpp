@@ -28,7 +28,7 @@ constexpr const char* Head =
     "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n";
 constexpr const char* Foot = "</Collection>\n</VTKFile>\n";
 
-/** A name for a file: letters, digits, and '_' for everything else. **/
+/** Makes a unique file name: letters, digits, and '_' for everything else. **/
 std::string makeFileName(const std::string& body, const std::vector<std::string>& taken) {
     std::string name;
     for (const char c : body) {
@@ -51,7 +51,7 @@ std::string makeFrameName(const std::string& body, int frame) {
     return body + number;
 }
 
-/** The shortest text that reads back to the same number, in any locale. **/
+/** Returns the shortest text that reads back to the same number, in any locale. **/
 std::string formatExactly(Real value) {
     char text[40];
     return std::string(text, std::to_chars(text, text + sizeof text, double(value)).ptr);
@@ -159,7 +159,7 @@ void VtkReporter::start() const {
     append(Head);
 }
 
-// One write puts the entries and the foot behind them: the file is whole before and after.
+// Entries and footer are written at once, so the file is complete before and after.
 void VtkReporter::append(const std::string& entries) const {
     const std::string text = entries + Foot;
     if (m_file < 0 ||

@@ -1,17 +1,17 @@
 #pragma once
 /** @file
-A run as a VTK time series that ParaView opens: one .vtu file for each flexible body and time, and
-the .pvd file that lists them.
+Writes a run as a VTK time series for ParaView: one .vtu file per flexible body and time, and the
+.pvd file that lists them.
 
     system.addEventReporter(new VtkReporter(flexible, 0.001, "output/run.pvd"));
     // output/run.pvd, output/run/crank_00000.vtu, output/run/rod_00000.vtu, …
 
-Points are the deformed nodes in Ground, with "displacement [m]" (elastic, along Ground's axes),
-"velocity [m/s]" in Ground, "node number" of the deck and, of parts with modal stress, "stress [Pa]"
-along the body's axes and "von Mises [Pa]" (NaN at nodes without). Deformations are drawn k times
-larger by ParaView's Warp By Vector with factor k − 1.
+Points are the deformed nodes in Ground, with "displacement [m]" (elastic, in Ground's axes),
+"velocity [m/s]" in Ground, "node number" of the deck and, for parts with modal stress, "stress
+[Pa]" in the body's axes and "von Mises [Pa]" (NaN at nodes without). To exaggerate deformations k
+times, use ParaView's Warp By Vector with factor k − 1.
 
-The .pvd is complete after each frame: an interrupted run keeps what it has written. **/
+The .pvd is complete after each frame, so an interrupted run keeps its frames. **/
 
 #include <string>
 #include <vector>
@@ -23,11 +23,10 @@ namespace simflex {
 class VtkReporter : public SimTK::PeriodicEventReporter {
 public:
     /** @param interval  between frames [s]; each costs O(nodes·n_f) and writes every mesh
-    @param pvdFile   the list to write; frames go to the folder beside it that has its name
-                     without suffix, made with the first frame. Frames of an earlier run there are
-                     removed then.
-    @throws std::invalid_argument if the interval is not positive or the file's suffix is not .pvd.
-    **/
+    @param pvdFile   the list to write. Frames go to the folder of the same name without suffix,
+    which is created with the first frame; frames of an earlier run in it are then removed.
+    @throws std::invalid_argument if the interval is not positive or the file's suffix is not
+    .pvd. **/
     VtkReporter(const FlexibleBodySubsystem& subsystem, SimTK::Real interval,
                 const std::string& pvdFile);
     ~VtkReporter() override;
@@ -35,10 +34,10 @@ public:
     VtkReporter& operator=(const VtkReporter&) = delete;
 
     /** Writes the frame; realizes the State to Stage::Velocity.
-    @throws std::runtime_error that names the file that cannot be written. **/
+    @throws std::runtime_error naming a file that cannot be written. **/
     void handleEvent(const SimTK::State& state) const override;
 
-    /** Frames written so far. **/
+    /** Number of frames written so far. **/
     int getNumFrames() const { return m_numFrames; }
 
 private:
@@ -48,8 +47,8 @@ private:
     const FlexibleBodySubsystem& m_subsystem;
     std::string m_pvdFile;
     mutable std::vector<std::string> m_names;  // of the bodies' files
-    mutable int m_file = -1;                   // the .pvd, open
-    mutable long long m_end = 0;               // where its next entry goes
+    mutable int m_file = -1;                   // descriptor of the .pvd
+    mutable long long m_end = 0;               // position of the next entry
     mutable int m_numFrames = 0;
 };
 

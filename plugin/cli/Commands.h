@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The subcommands of the simflex program: one function each, in a file of its own. **/
+The subcommands of the simflex program: one function and one file each. **/
 
 #include <CLI/CLI.hpp>
 #include <functional>
@@ -14,9 +14,9 @@ class StiffnessSolver;
 
 namespace cli {
 
-/** Each adds its subcommand to `app`; what the subcommand does runs when it is chosen. A command
-that fails throws a std::exception, whose text the program prints. **/
-/** @param draw  a picture of what a part's interfaces tie, into a file; null: no option for it **/
+/** Each function adds its subcommand to `app`, which runs if it is chosen. On failure a subcommand
+throws a std::exception, whose text the program prints. **/
+/** @param draw  draws a picture of a part's interfaces into a file; null: no option for it **/
 void addReduceCommand(CLI::App& app, const std::shared_ptr<StiffnessSolver>& solver = {},
                       const std::function<void(const ReducedBody&, const std::string&)>& draw = {});
 void addInfoCommand(CLI::App& app);

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Numbers and tables as people read them. **/
+Numbers and tables for display. **/
 
 #include <string>
 #include <vector>
@@ -8,7 +8,7 @@ Numbers and tables as people read them. **/
 namespace simflex {
 namespace cli {
 
-/** Six digits at most: files have them all. **/
+/** Formats with at most six digits; files have full precision. **/
 std::string formatNumber(double value);
 /** "0.5 rad", "[1, 2, 3] m". **/
 std::string formatValues(const std::vector<double>& values, const std::string& unit);
@@ -16,13 +16,13 @@ std::string formatValues(const std::vector<double>& values, const std::string& u
 /** "1 body", "3 bodies". **/
 std::string formatCount(size_t number, const std::string& one, const std::string& many);
 
-/** Rows in columns of even width; numbers to the right. **/
+/** Rows in aligned columns; numbers are right-aligned. **/
 class TextTable {
 public:
     explicit TextTable(std::vector<std::string> head) : m_rows{std::move(head)} {}
     void add(std::vector<std::string> row) { m_rows.push_back(std::move(row)); }
     bool isEmpty() const { return m_rows.size() == 1; }
-    /** @param indent  before each line **/
+    /** @param indent  prefix of each line **/
     std::string format(const std::string& indent = "") const;
 
 private:

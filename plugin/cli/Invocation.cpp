@@ -23,16 +23,17 @@ namespace cli {
 
 namespace {
 
-/** A file opened while one of these is closed would take its number, and with it what is printed.
- * **/
+/** Opens missing standard descriptors: otherwise the next opened file would get their number and
+the program's output. **/
 void openStandardFiles() {
     for (int file = STDIN_FILENO; file <= STDERR_FILENO; ++file)
         if (fcntl(file, F_GETFD) < 0 && open("/dev/null", O_RDWR) != file) std::abort();
 }
 
-bool hasEnded = false;  // the command
+bool hasEnded = false;  // the command has ended
 
-/** Whatever runs in this process may call exit(), and 0 would mean that the command was done. **/
+/** Detects calls of exit() by other code in this process, whose status 0 would indicate
+success. **/
 void refuseExit() {
     if (hasEnded) return;
     std::fprintf(stderr, "simflex: code within this process (an FMU?) has ended it\n");
@@ -40,7 +41,7 @@ void refuseExit() {
     _exit(1);
 }
 
-/** @returns whether all that was printed has arrived **/
+/** @returns whether all output was written **/
 bool finishOutput() {
     std::cout.flush();
     errno = 0;
@@ -61,13 +62,13 @@ int reportError(std::string error) {
 }
 
 int runCommand(CLI::App& app, int argc, char** argv) {
-    // A file that could not be written (disk full) cannot be closed; at exit HDF5 would crash over
-    // it.
+    // A file that could not be written (disk full) cannot be closed; HDF5 would crash on it at
+    // exit.
     H5dont_atexit();
     try {
         app.parse(argc, argv);
         return 0;
-    } catch (const CLI::RuntimeError& error) {  // said already what is wrong
+    } catch (const CLI::RuntimeError& error) {  // the error has been printed
         return error.get_exit_code();
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return app.exit(error);
@@ -103,7 +104,7 @@ int runCommandLine(CLI::App& app, int argc, char** argv) {
 void leave(int status) {
     std::fflush(nullptr);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-    std::exit(status);  // leaks are looked for then
+    std::exit(status);  // runs the leak check
 #else
     _exit(status);
 #endif

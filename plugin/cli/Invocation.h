@@ -1,18 +1,18 @@
 #pragma once
 /** @file
-One call of a program: what was asked for is done, errors become messages. **/
+Runs a program's command line and converts errors to messages. **/
 
 #include <CLI/CLI.hpp>
 
 namespace simflex {
 namespace cli {
 
-/** Parses the command line and runs the subcommand. @returns the exit status: 0 done, 1 failed, 2
-wrong usage, 3 changed since what was to be gone on with, 130 stopped by Ctrl-C. **/
+/** Parses the command line and runs the subcommand. @returns the exit status: 0 success, 1 failure,
+2 usage error, 3 the input of the run to resume has changed, 130 stopped by Ctrl-C. **/
 int runCommandLine(CLI::App& app, int argc, char** argv);
 
-/** Ends the process without destructors of libraries: in its own, OpenBLAS waits for its threads,
-which wait for memory, for ever where there is none. **/
+/** Ends the process without static destructors: OpenBLAS's waits for its threads, and forever if
+these wait for memory that is not available. **/
 [[noreturn]] void leave(int status);
 
 }  // namespace cli

@@ -25,7 +25,7 @@ void say(const char* kind, const std::string& text) {
     std::fprintf(stderr, "simflex: %s: %s\n", kind, makePrintable(text).c_str());
 }
 
-/** Warnings of the program, whichever thread they come from. **/
+/** Warnings of the program, from all threads. **/
 class ToldWarnings {
 public:
     void add(const std::string& text) {

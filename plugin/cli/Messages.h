@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-What the program says. Names of files, and of what is in them, may be anybody's: a terminal obeys
-nothing that comes from them. On standard error besides errors:
+Messages of the program. Names of files and their content are untrusted: terminal control characters
+in them are removed. Standard error carries, besides errors,
 
     note     where the work is, what was found or done without; -q hides it
     warning  what may change the meaning of a result; nothing hides it, and it is kept with the
@@ -9,7 +9,7 @@ nothing that comes from them. On standard error besides errors:
 
     const Listener listener = makeListener(isQuiet);
     listener.tellNote("resumed from crank.h5.resume");       // nothing, if it is quiet
-    listener.tellWarning("joint 'pin' is not closed");       // simflex: warning: joint 'pin' … **/
+    listener.tellWarning("joint 'pin' is not closed");       // simflex: warning: joint 'pin' …  **/
 
 #include <string>
 
@@ -18,17 +18,17 @@ nothing that comes from them. On standard error besides errors:
 namespace simflex {
 namespace cli {
 
-/** std::printf(), of which control characters are left out, see makePrintable(). **/
+/** As std::printf(), without control characters, see makePrintable(). **/
 [[gnu::format(printf, 1, 2)]] void writeOut(const char* format, ...);
 
-/** Messages, and a progress bar if there are notes; Ctrl-C stops the work. **/
+/** Prints messages and, unless quiet, a progress bar; Ctrl-C cancels the work. **/
 Listener makeListener(bool isQuiet);
-/** The same without warnings that differ in numbers alone from one that was told: for a run of the
-same model once more. **/
+/** As makeListener(), without warnings that differ only in numbers from one already printed: for a
+second run of the same model. **/
 Listener makeListenerOfNews(const Listener& listener);
 
-/** Whether a reader has this warning before his eyes: it was told, and where it would be printed
-again is the same terminal or file. **/
+/** Returns whether repeating a warning is redundant: it was printed, and standard output is the
+same terminal or file as standard error. **/
 bool isWarningInSight(const std::string& text);
 
 }  // namespace cli

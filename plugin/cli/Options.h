@@ -1,5 +1,5 @@
 #pragma once
-/** @file What options of several commands share: kinds, and checks with words for people. **/
+/** @file Options shared by several commands: validators and common flags. **/
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace simflex {
 namespace cli {
 
-/** @param isAllowed  of a number; @param what  they are, "positive" **/
+/** @param isAllowed  test of a number; @param what  the allowed numbers, "positive" **/
 template <class IsAllowed>
 CLI::Validator makeNumberCheck(IsAllowed isAllowed, const std::string& what) {
     return {[isAllowed, what](const std::string& text) -> std::string {
@@ -37,14 +37,14 @@ inline CLI::Validator makeNonNegativeCheck() {
     return makeNumberCheck([](double value) { return value >= 0; }, "positive or zero");
 }
 
-/** An option that may be given several times, each time with one value. **/
+/** Adds an option that may be repeated, with one value each time. **/
 inline CLI::Option* addRepeated(CLI::App& command, const std::string& name,
                                 std::vector<std::string>& values, const std::string& help,
                                 const std::string& type) {
     return command.add_option(name, values, help)->type_name(type)->expected(1)->take_all();
 }
 
-/** Splits "NAME=VALUE". @throws CLI::ValidationError if it is not of that form. **/
+/** Splits "NAME=VALUE". @throws CLI::ValidationError if the form is different. **/
 inline std::pair<std::string, std::string> splitAssignment(const std::string& option,
                                                            const std::string& text,
                                                            const char* form = "NAME=VALUE") {
@@ -54,7 +54,7 @@ inline std::pair<std::string, std::string> splitAssignment(const std::string& op
     return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-/** Width and height [pixel] of --size WIDTHxHEIGHT. @throws CLI::ValidationError. **/
+/** Parses width and height [pixel] of --size WIDTHxHEIGHT. @throws CLI::ValidationError. **/
 inline std::pair<int, int> readSize(const std::string& text, std::pair<int, int> least, int most) {
     const std::vector<std::string> sides = splitAt(text, 'x');
     std::pair<int, int> size;
@@ -68,14 +68,14 @@ inline std::pair<int, int> readSize(const std::string& text, std::pair<int, int>
     return size;
 }
 
-/** Adds --allow-scripts, with which Gmsh's scripts run outside the sandbox. **/
+/** Adds --allow-scripts, which runs Gmsh scripts outside the sandbox. **/
 inline void addScriptsFlag(CLI::App& command, bool& isAllowed) {
     command.add_flag("--allow-scripts", isAllowed,
                      "Run Gmsh scripts (.geo) outside the sandbox: they may start programs and "
                      "read and write any file");
 }
 
-/** Adds the options that let a model run code. **/
+/** Adds the options that allow a model to run code. **/
 inline void addCodeOptions(CLI::App& command, AllowedCode& code) {
     using Fmus = AllowedCode::Fmus;
     addScriptsFlag(command, code.scripts);
@@ -98,7 +98,7 @@ inline void addCodeOptions(CLI::App& command, AllowedCode& code) {
         ->type_name("SECONDS");
 }
 
-/** The options that let another command run the same code. **/
+/** Returns the options that allow another command to run the same code. **/
 inline std::vector<std::string> listCodeOptions(const AllowedCode& code) {
     std::vector<std::string> options;
     if (code.scripts) options.push_back("--allow-scripts");
@@ -126,7 +126,7 @@ inline void addSettings(CLI::App& command, std::vector<std::string>& settings,
     addRepeated(command, "--set", settings, help, "PATH=VALUE");
 }
 
-/** Adds --only. @param verb  what is done to the analyses named, "Run" **/
+/** Adds --only. @param verb  action on the named analyses, "Run" **/
 inline void addAnalyses(CLI::App& command, std::vector<std::string>& names,
                         const std::string& verb) {
     command.add_option("--only", names, verb + " only these analyses: NAME,NAME (default: all)")
@@ -135,7 +135,7 @@ inline void addAnalyses(CLI::App& command, std::vector<std::string>& names,
         ->allow_extra_args(false);
 }
 
-/** Adds what `run` and `post` write besides results. **/
+/** Adds the output options of `run` and `post`, besides results. **/
 template <class Options>
 void addOutputs(CLI::App& command, Options& options) {
     command.add_flag("--csv", options.writesCsv, "Write a CSV file for each analysis as well");
@@ -148,7 +148,7 @@ void addOutputs(CLI::App& command, Options& options) {
         ->type_name("FILE.glb");
 }
 
-/** Adds -q, without progress and notes. @param what  is printed all the same **/
+/** Adds -q, which suppresses progress and notes. @param what  output that remains **/
 inline void addQuietFlag(CLI::App& command, bool& isQuiet, const std::string& what) {
     command.add_flag("-q,--quiet", isQuiet, "Print only " + what + ", no progress and no notes");
 }

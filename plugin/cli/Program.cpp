@@ -1,5 +1,5 @@
 /** @file
-The whole program, for either way of running it. **/
+The complete program, with or without MPI. **/
 
 #include "simflex/cli/Program.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What the programs simflex and simflex_mpi do. **/
+Main function of the programs simflex and simflex_mpi. **/
 
 #include <memory>
 
@@ -11,7 +11,7 @@ class StiffnessSolver;
 namespace cli {
 
 /** Parses the command line and runs the subcommand. @returns the exit status, as runCommandLine().
-@param solver  of `reduce`; null: the library's own. **/
+@param solver  for `reduce`; null: the library's own **/
 int runProgram(int argc, char** argv, const std::shared_ptr<StiffnessSolver>& solver = {});
 
 }  // namespace cli

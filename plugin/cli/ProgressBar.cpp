@@ -15,10 +15,10 @@ namespace simflex {
 namespace cli {
 namespace {
 
-bool isOnLine = false;  // a bar, on the terminal's last line
+bool isOnLine = false;  // a bar is on the terminal's last line
 constexpr auto RedrawInterval = std::chrono::milliseconds(100);
-constexpr auto NextLineInterval = std::chrono::seconds(10);  // where there is no terminal
-constexpr double FirstGuess = 0.03;  // of what is to do: done before the time left means anything
+constexpr auto NextLineInterval = std::chrono::seconds(10);  // without a terminal
+constexpr double FirstGuess = 0.03;  // fraction of the remaining work needed for an estimate
 constexpr int BarWidth = 28;
 
 }  // namespace
@@ -105,7 +105,7 @@ void ProgressBar::draw(double fraction, const std::string& status) {
         line += text;
     }
     if (!status.empty()) line += ", " + status;
-    // A line that wraps could not be taken back.
+    // A wrapped line cannot be erased.
     winsize size{};
     if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 &&
         line.size() > size_t(size.ws_col - 1))

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Progress on standard error: a bar with the time left on a terminal, plain lines elsewhere. **/
+Progress on standard error: a bar with the remaining time on a terminal, plain lines elsewhere. **/
 
 #include <chrono>
 #include <functional>
@@ -13,39 +13,39 @@ namespace cli {
 
 class ProgressBar {
 public:
-    /** @param phases  the phases in their order, with their usual shares of the whole time (any
-            scale): the time left is reckoned from them; without them each phase is a whole **/
+    /** @param phases  the phases in order, with their usual shares of the total time (any scale),
+    from which the remaining time is estimated; if empty, each phase is estimated separately **/
     explicit ProgressBar(bool quiet, std::vector<std::pair<std::string, double>> phases = {});
     ~ProgressBar();
 
-    /** Shows where the work is. @returns false once Ctrl-C was pressed.
-    @param describe  makes more text for the line; called only when it is drawn **/
+    /** Shows the progress. @returns false once Ctrl-C was pressed.
+    @param describe  makes additional text for the line; called only when it is drawn **/
     bool show(const std::string& phase, double fraction,
               const std::function<std::string()>& describe = {});
 
-    /** Time left [s] when the work goes on as it did since `doneBefore`, or NaN while that means
-    nothing yet.
-    @param elapsed  since then [s]
-    @param doneBefore, done  parts of the whole, 0…1 **/
+    /** Estimates the remaining time [s] from the progress since `doneBefore`; NaN if it is too
+    early.
+    @param elapsed  time since then [s]
+    @param doneBefore, done  fractions of the total, 0…1 **/
     static double calcTimeLeft(double elapsed, double doneBefore, double done);
 
-    /** Takes the bar off the line, so that other text can be written. **/
+    /** Removes the bar from the line, so that other text can be written. **/
     void clear() { clearLine(); }
-    /** The same for whichever bar is on it. **/
+    /** Removes any bar on the line. **/
     static void clearLine();
 
 private:
     using Clock = std::chrono::steady_clock;
 
-    /** Part of the whole that is done, 0…1. **/
+    /** Returns the completed fraction of the total, 0…1. **/
     double calcDone(double fraction) const;
     void draw(double fraction, const std::string& status);
 
     bool m_quiet, m_terminal;
     std::vector<std::pair<std::string, double>> m_phases;
     std::string m_phase;
-    Clock::time_point m_started, m_begun, m_drawn;  ///< m_begun: of the whole
-    double m_doneBefore = -1;  ///< part of the whole at the first show(); negative: not shown yet
+    Clock::time_point m_started, m_begun, m_drawn;  ///< m_begun: start of the total
+    double m_doneBefore = -1;  ///< fraction at the first show(); negative: not shown yet
 };
 
 }  // namespace cli

@@ -1,6 +1,5 @@
-// simflex_mpi: `mpirun -n 4 simflex_mpi reduce …` is simflex with its stiffness matrix shared out
-// over MPI processes, on as many machines as they run on. Rank 0 reads the model and writes the
-// part.
+// simflex_mpi: `mpirun -n 4 simflex_mpi reduce …` is simflex with its stiffness matrix distributed
+// over MPI processes on one or several machines. Rank 0 reads the model and writes the part.
 
 #include "simflex/cli/Program.h"
 #include "simflex/reduction/SlepcSolver.h"

@@ -1,5 +1,5 @@
-// simflex_reduce: the command `reduce` of simflex without the rest, which takes several times as
-// long to build. For the parts of the examples; it is not installed.
+// simflex_reduce: only the command `reduce` of simflex, since the rest takes several times as long
+// to build. For the parts of the examples; not installed.
 
 #include "simflex/cli/Commands.h"
 #include "simflex/cli/Invocation.h"

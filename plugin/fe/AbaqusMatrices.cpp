@@ -10,7 +10,7 @@ namespace {
 
 constexpr long TermsPerReport = 200000;
 
-/** Reads lines of five fields by node, of three by row; `size` rows are wanted then. **/
+/** Reads lines of five fields by node, or of three by row, which require `size` rows. **/
 MatrixFile readMatrix(const std::string& path, const char* what, const NodeTable& nodes,
                       const ProgressCallback& progress) {
     const std::string phase = std::string("reading ") + what;

@@ -121,8 +121,8 @@ private:
     std::vector<int> m_row;  ///< mesh index of the node of each three rows of K
 };
 
-/** Both triangles of a symmetric matrix, every entry as often as `axes` times along the diagonal.
- * **/
+/** Makes both triangles of a symmetric matrix, with every entry repeated `axes` times along the
+diagonal. **/
 FileArray makeSparse(const std::string& name, const SymmetricMatrix& A, int axes) {
     const auto size = size_t(A.size);
     std::vector<std::vector<std::pair<std::int64_t, double>>> columns(size);

@@ -2,10 +2,10 @@
 /** @file
 K and M of one free part from MATLAB (.mat) or NumPy (.npz).
 
-- K, M: 3 rows a node, sparse or dense, symmetric; M = m ⊗ 1₃. In a .npz a sparse matrix is SciPy's
-  K_data, K_indices, K_indptr.
+- K, M: 3 rows per node, sparse or dense, symmetric; M = m ⊗ 1₃. In a .npz a sparse matrix is
+  SciPy's K_data, K_indices, K_indptr.
 - nodes: a row x y z, or number x y z, for each node, in the order of the rows of K.
-- Every other vector of whole numbers is a node set of its name.
+- Every other vector of integers is a node set of its name.
 
 In NumPy, with sparse K and M:
 
@@ -21,15 +21,15 @@ In MATLAB: save crank.mat K M nodes seat **/
 
 namespace simflex {
 
-/** Reads and validates a model. Numbers are taken as they are: see UnitSystem.h.
+/** Reads and validates a model. Numbers are not converted: see UnitSystem.h.
 @throws std::runtime_error if the file cannot be read.
-@throws std::invalid_argument naming file, array, what is wrong and what to do.
-@throws Cancelled if progress asks to stop. **/
+@throws std::invalid_argument naming file, array, error and remedy.
+@throws Cancelled if progress requests it. **/
 FeModel readArrayMatrices(const std::string& path, const ProgressCallback& progress = {});
 
-/** Writes K, M (sparse), nodes and node sets: what readArrayMatrices() reads back to the same bits.
-Elements are left out.
-@throws std::invalid_argument for a model with constraints, which the file could not hold.
+/** Writes K, M (sparse), nodes and node sets, which readArrayMatrices() reads back bit-identically.
+Elements are omitted.
+@throws std::invalid_argument for a model with constraints, which the file cannot represent.
 @throws std::runtime_error if the file cannot be written. **/
 void writeArrayMatrices(const FeModel& model, const std::string& path);
 

@@ -15,7 +15,7 @@
 namespace simflex {
 namespace {
 
-/** What has assembled the matrices; it changes when the same deck gives others. **/
+/** Assembling program; changes if the same deck gives other matrices. **/
 constexpr const char* Program = "simflex, elements of 2026, revision 2";
 
 void addPointMasses(const DeckModel& deck, FeModel& model) {
@@ -34,14 +34,14 @@ void addPointMasses(const DeckModel& deck, FeModel& model) {
     }
 }
 
-/** What the deck has beside FeModel::elements. **/
+/** Adds the contents of the deck besides FeModel::elements. **/
 void addOthers(const DeckModel& deck, FeModel& model) {
     addHingedElements(deck, model);
     addPointMasses(deck, model);
     addSprings(deck, model);
 }
 
-/** K and m of these alone, on the nodes of the deck. **/
+/** Returns K and m of these only, on the nodes of the deck. **/
 FeModel makeBeside(const DeckModel& deck) {
     FeModel model;
     model.source = deck.path;
@@ -53,7 +53,7 @@ FeModel makeBeside(const DeckModel& deck) {
     return model;
 }
 
-/** K and m of all that the deck has. **/
+/** Assembles K and m of the complete deck. **/
 void assemble(const DeckModel& deck, const ProgressCallback& progress, FeModel& model) {
     assembleElements(*model.elements, model.mesh, model.K, model.m, progress);
     addOthers(deck, model);
@@ -72,7 +72,7 @@ void visitMatrix(Archive& archive, SymmetricMatrix& A) {
     A.size = int(A.columnStarts.size()) - 1;
 }
 
-/** Of all in the deck that the matrices depend on. **/
+/** Hash of all cards that the matrices depend on. **/
 Hash hashCards(const std::vector<DeckCard>& cards) {
     Hash hash;
     for (const DeckCard& card : cards) {

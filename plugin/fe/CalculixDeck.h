@@ -2,18 +2,18 @@
 /** @file
 Reads a CalculiX input deck into an FeModel: mesh, node sets and the free matrices K and M.
 
-K and m are those of the elements alone (elements/FeElements.h); what ties their nodes to each other
-is FeModel::constraints, u = T q.
+K and m are those of the elements alone (elements/FeElements.h); FeModel::constraints, u = T q,
+connects their nodes.
 
-- Kept: *NODE, *ELEMENT (C3D4, C3D6, C3D8, C3D8I, C3D8R, C3D10, C3D10T, C3D15, C3D20, C3D20R),
-  *NSET and *ELSET (GENERATE, sets of sets), *MATERIAL, *ELASTIC, *DENSITY, *ORIENTATION,
-  *SOLID SECTION, *INCLUDE. The internal degrees of freedom of C3D8I become three more nodes of
-  each, with numbers behind all others (IncompatibleModes.h). Types of Abaqus that CalculiX does
-  not have (C3D10M, hybrid ones, S3R …) are taken as the nearest it has, with a warning.
-- Orthotropic and anisotropic materials in axes of *ORIENTATION, also those that a *DISTRIBUTION
-  gives element by element; of shells turned into their plane (DeckOrientations.h).
-- Trusses T3D2, T3D3 with *SOLID SECTION, membranes M3D3 … M3D8R with *MEMBRANE SECTION, by their
-  nodes alone (HingedElements.h). *PARAMETER (DeckParameters.h).
+- Read: *NODE, *ELEMENT (C3D4, C3D6, C3D8, C3D8I, C3D8R, C3D10, C3D10T, C3D15, C3D20, C3D20R), *NSET
+  and *ELSET (GENERATE, sets of sets), *MATERIAL, *ELASTIC, *DENSITY, *ORIENTATION, *SOLID SECTION,
+  *INCLUDE. The internal degrees of freedom of C3D8I become three additional nodes per element,
+  numbered after all others (IncompatibleModes.h). Abaqus types unknown to CalculiX (C3D10M, hybrid
+  ones, S3R …) are replaced by the nearest known one, with a warning.
+- Orthotropic and anisotropic materials in axes of *ORIENTATION, also element by element by a
+  *DISTRIBUTION; for shells rotated into their plane (DeckOrientations.h).
+- Trusses T3D2, T3D3 with *SOLID SECTION, membranes M3D3 … M3D8R with *MEMBRANE SECTION, on their
+  own nodes (HingedElements.h). *PARAMETER (DeckParameters.h).
 - *PART, *INSTANCE, *ASSEMBLY: flattened (DeckAssembly.h). *NGEN, *NFILL, *NCOPY, *ELGEN, *ELCOPY
   (DeckGenerators.h).
 - Shells S3, S4, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS,
@@ -50,8 +50,7 @@ with swapped nodes. DeckVocabulary.h decides on every keyword of CalculiX 2.20.
 
     CalculixOptions options;
     options.note = [](const std::string& text) { std::cerr << text << "\n"; };
-    FeModel crank = readCalculixDeck("crank.inp", options);
-**/
+    FeModel crank = readCalculixDeck("crank.inp", options);  **/
 
 #include <functional>
 #include <string>
@@ -63,30 +62,31 @@ with swapped nodes. DeckVocabulary.h decides on every keyword of CalculiX 2.20.
 namespace simflex {
 
 struct CalculixOptions {
-    /** Contact pairs and gaps are left out with a warning; else they are refused. **/
+    /** Leaves contact pairs and gaps out with a warning; otherwise they are refused. **/
     bool leavesContactOut = false;
     /** S3, S4, S4R and beams are the solids that CalculiX makes of them, which lock. **/
     bool hasCalculixShells = false;
-    /** Names of numbers of the deck by which the reduced K and M are differentiated,
+    /** Parameters of the deck with respect to which the reduced K and M are differentiated,
     "thickness:SKIN": see DesignParameter.h. **/
     std::vector<std::string> derivatives;
-    /** Called with each thing left out or changed; FeModel::notes holds them too. **/
+    /** Called for everything left out or changed; also stored in FeModel::notes. **/
     std::function<void(const std::string&)> note;
-    /** The same with FeModel::warnings: never to be hidden. **/
+    /** As `note` for FeModel::warnings, which must never be hidden. **/
     std::function<void(const std::string&)> warn;
     ProgressCallback progress;
-    /** If not null, the matrices are kept there, and taken from there if they are of this deck. **/
+    /** If not null, the matrices are stored there and reused for the same deck. **/
     const ReductionCheckpoint* checkpoint = nullptr;
 };
 
 /** Reads a deck and assembles its matrices.
 @throws std::runtime_error if a file cannot be read.
-@throws std::invalid_argument for a deck that is not one free solid part: names file, line, reason.
-@throws Cancelled if options.progress asks to stop. **/
+@throws std::invalid_argument for a deck that is not one free solid part, naming file, line and
+reason.
+@throws Cancelled if options.progress requests it. **/
 FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options = {});
 
-/** Reads mesh and node sets of a deck alone: what readCalculixDeck() would give in
-FeModel::mesh. @throws as readCalculixDeck(). **/
+/** Reads only mesh and node sets of a deck: FeModel::mesh of readCalculixDeck(). @throws as
+readCalculixDeck(). **/
 Mesh readCalculixMesh(const std::string& path);
 
 }  // namespace simflex

@@ -23,15 +23,16 @@ struct FileCloser {
 };
 using File = std::unique_ptr<std::FILE, FileCloser>;
 
-/** Bytes that go to a file, or come from it, at once: they may be most of the memory. **/
+/** An archive written to or read from a file directly, because its bytes may fill most of the
+memory. **/
 class FileArchive : public Archive {
 public:
-    /** To write. **/
+    /** For writing. **/
     explicit FileArchive(std::FILE* file) : Archive(false, 0), m_file(file) {}
-    /** To read so many bytes. **/
+    /** For reading this many bytes. **/
     FileArchive(std::FILE* file, std::uint64_t size) : Archive(true, size), m_file(file) {}
 
-    /** Of all bytes up to now, behind them. **/
+    /** Writes or checks a checksum of all preceding bytes. **/
     void visitChecksum() {
         const std::uint64_t expected = m_hash.get();
         std::uint64_t sum = expected;
@@ -116,7 +117,7 @@ void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, doubl
 void ReductionCheckpoint::remove() const {
     std::error_code ignored;
     if (!fs::is_directory(m_folder, ignored)) return;
-    // Only what a checkpoint writes: the name may be someone's folder.
+    // Remove only a checkpoint's own files: the folder may have other contents.
     for (const std::string name : {"matrices", "factor", "constraint modes", "normal modes"}) {
         fs::remove(pathOf(name), ignored);
         removeUnfinishedFiles(m_folder, name + ".");

@@ -1,10 +1,10 @@
 #pragma once
 /** @file
-Results of long phases kept in a folder, so that interrupted work can be resumed.
+Stores results of long phases in a folder, so that interrupted work can be resumed.
 
-Each result is a file of its own, written under another name and renamed when it is whole, with a
-key (a hash of all that the result depends on) and a checksum. A file with another key, or a damaged
-one, counts as none.
+Each result is a separate file, written under a temporary name and renamed when complete, with a key
+(a hash of everything the result depends on) and a checksum. A file with another key or damage is
+ignored.
 
     ReductionCheckpoint checkpoint("crank.h5.resume");
     const auto visit = [&](Archive& archive) { archive.visit(modes); };
@@ -12,8 +12,7 @@ one, counts as none.
         modes = calcModes();
         checkpoint.save("modes", key, seconds, visit);
     }
-    checkpoint.remove();   // all is done
-**/
+    checkpoint.remove();   // all is done  **/
 
 #include <cstdint>
 #include <functional>
@@ -25,25 +24,25 @@ class Archive;
 
 class ReductionCheckpoint {
 public:
-    /** @param folder  made with the first result.
-    @param worthSeconds  a result that took less is not kept.
-    @param note  is told what was resumed and what could not be. **/
+    /** @param folder  created with the first result.
+    @param worthSeconds  results that took less time are not stored.
+    @param note  receives messages about resumed and unusable results. **/
     explicit ReductionCheckpoint(std::string folder, double worthSeconds = 5,
                                  std::function<void(const std::string&)> note = {});
 
-    /** @returns false if there is no such result. What `read` has set by then must be made anew.
-     * **/
+    /** @returns false if there is no usable result. Values set by `read` must then be
+    recomputed. **/
     bool load(const std::string& name, std::uint64_t key,
               const std::function<void(Archive&)>& read) const;
 
-    /** Keeps a result that took so long, in place of one of the same name. That it cannot be
-    written is noted, but is no error. **/
+    /** Stores a result that took `seconds`, replacing one of the same name. A failure to write is
+    noted but is no error. **/
     void save(const std::string& name, std::uint64_t key, double seconds,
               const std::function<void(Archive&)>& write) const;
 
     double worthSeconds() const { return m_worthSeconds; }
 
-    /** Removes the folder with the results in it. **/
+    /** Removes the folder and all results. **/
     void remove() const;
 
 private:

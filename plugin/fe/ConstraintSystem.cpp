@@ -11,17 +11,18 @@
 namespace simflex {
 namespace {
 
-/** Of the largest coefficient: an equation may miss rigid motion by so much … **/
-constexpr double Exact = 1e-12;   // … and count as exact,
-constexpr double Rounded = 2e-4;  // … and count as rounded to four digits.
-/** Coefficients below this share of the equation's largest are cancelled ones. **/
+/** Largest rigid-motion residual of an equation, relative to its largest coefficient, … **/
+constexpr double Exact = 1e-12;   // … to count as exact,
+constexpr double Rounded = 2e-4;  // … to count as rounded to four digits.
+/** Smaller coefficients, relative to the equation's largest, are cancellation errors. **/
 constexpr double CancelledPart = 1e-11;
-/** The first variable is eliminated unless its coefficient is this much below the largest. **/
+/** The first variable is eliminated unless its coefficient is smaller than this relative to the
+largest. **/
 constexpr double Weak = 1e-3;
 
 using Term = ConstraintSystem::Term;
 
-/** Sorts by variable and adds up. **/
+/** Sorts by variable and adds duplicates. **/
 void collect(std::vector<Term>& terms) {
     std::sort(terms.begin(), terms.end(),
               [](const Term& a, const Term& b) { return a.first < b.first; });
@@ -62,7 +63,7 @@ int ConstraintSystem::addCoordinate(const std::array<double, 6>& rigid) {
     return int(m_ruleOf.size()) - 1;
 }
 
-/** Values under the six rigid motions, rotations by 1/size. **/
+/** Values under the six rigid motions; rotations are scaled by 1/size. **/
 std::array<double, 6> ConstraintSystem::rigidOf(int variable) const {
     std::array<double, 6> r{};
     if (size_t(variable) >= m_positions.size()) {
@@ -80,7 +81,7 @@ std::array<double, 6> ConstraintSystem::rigidOf(int variable) const {
     return r;
 }
 
-/** True if the coefficients were changed. **/
+/** Returns whether the coefficients were changed. **/
 bool ConstraintSystem::correct(std::vector<Term>& terms, const std::string& where) const {
     const double largest = largestOf(terms);
     const Eigen::Index count = Eigen::Index(terms.size());
@@ -115,7 +116,7 @@ bool ConstraintSystem::correct(std::vector<Term>& terms, const std::string& wher
     throw std::invalid_argument(text.str());
 }
 
-/** Replaces dependent variables until none is left. **/
+/** Substitutes dependent variables until none is left. **/
 void ConstraintSystem::substitute(std::vector<Term>& terms) const {
     for (bool changed = true; changed;) {
         changed = false;
@@ -168,7 +169,7 @@ ConstraintSystem::Outcome ConstraintSystem::add(std::vector<Term> terms, const s
 }
 
 NodalConstraints ConstraintSystem::solve() const {
-    // A rule holds no variables of earlier rules: resolve from the last to the first.
+    // A rule contains no variables of earlier rules, so resolve from the last to the first.
     std::vector<std::vector<Term>> resolved(m_rules.size());
     for (size_t k = m_rules.size(); k-- > 0;) {
         std::vector<Term>& terms = resolved[k];

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-A number of a deck by which the stiffness and mass of a part are differentiated. Internal to fe and
-reduction. Its names are
+Parameters of a deck with respect to which the stiffness and mass of a part are differentiated.
+Internal to fe and reduction. Their names are
 
     youngs_modulus:MATERIAL  of an isotropic material with one line of constants [Pa]
     stiffness:MATERIAL       of any material: a factor of its whole elastic law
@@ -16,18 +16,18 @@ reduction. Its names are
     area:SET                 of trusses [m²]
     nodal_thickness          a factor of all of *NODAL THICKNESS
 
-A number that stands there for several temperatures is a factor as well. An OFFSET stays the same
-share of the thickness. In bulk data PSHELL 3 is SET P3 with MATERIAL PID_3,
-and PCOMP 4 is SET P4 with materials such as PID_4_MID_5.
+A constant given for several temperatures is scaled by a factor, too. An OFFSET remains the same
+share of the thickness. In bulk data PSHELL 3 is SET P3 with MATERIAL PID_3, and PCOMP 4 is SET P4
+with materials such as PID_4_MID_5.
 
-The derivative is a central difference of fourth order of all that elements are made of: places of
-nodes and points, shape functions, laws and the motions that constraints allow,
+The derivative is a fourth-order central difference of all data of the elements: positions of nodes
+and points, shape functions, elastic laws and the motions allowed by constraints,
 
     f′(p) ≈ [8 f(p + hp) − 8 f(p − hp) − f(p + 2hp) + f(p − 2hp)] / 12 hp,  h = 1e-3
 
-It is exact where K and m are polynomials in p up to the fourth degree (moduli, densities, areas,
-thicknesses of flat shells, sections of straight beams), off by 4h⁴ = 4e-12 of itself for 1/p, and
-round-off enters with ε/h = 2e-13 of the K or m of the elements concerned. **/
+It is exact if K and m are polynomials in p up to the fourth degree (moduli, densities, areas,
+thicknesses of flat shells, sections of straight beams). The relative error for 1/p is 4h⁴ = 4e-12,
+and round-off is ε/h = 2e-13 of the K or m of the elements concerned. **/
 
 #include <array>
 #include <string>
@@ -43,10 +43,10 @@ struct DesignParameter {
                                                      Weights = {1.0 / 12, -8.0 / 12, 8.0 / 12,
                                                                 -1.0 / 12};
 
-    std::string name, unit;  ///< unit of value, SI; "1" of a factor
+    std::string name, unit;  ///< unit of value, SI; "1" for a factor
     double value = 0;        ///< p > 0
     /** The model at p + Steps·Step·p, on the same nodes; K and m are those of springs, points,
-    trusses and membranes alone. **/
+    trusses and membranes only. **/
     std::array<FeModel, NumVariants> variants;
 };
 

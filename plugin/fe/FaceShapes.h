@@ -13,7 +13,7 @@ Natural coordinates as in CalculiX: triangles 0…1 with ξ+η ≤ 1, quadrilate
 
 namespace simflex {
 
-/** Values and derivatives by ξ and η at one point of a face. **/
+/** Values and derivatives with respect to ξ and η at a point of a face. **/
 struct FaceShapes {
     std::array<double, 8> N{}, dXi{}, dEta{};
 };
@@ -21,20 +21,20 @@ struct FaceShapes {
 /** @pre numNodes is 3, 4, 6 or 8. **/
 FaceShapes calcFaceShapes(int numNodes, double xi, double eta);
 
-/** Natural coordinates of a node of a face. **/
+/** Returns the natural coordinates of a node of a face. **/
 std::array<double, 2> getFaceNodeCoordinates(int numNodes, int node);
 
-/** True in the face or on its border. **/
+/** Returns whether the point is in the face or on its boundary. **/
 bool isOnFace(int numNodes, double xi, double eta);
 
-/** The point of a face with these node positions. **/
+/** A point of a face with given node positions. **/
 struct FacePoint {
     FaceShapes shapes;
     Vec3d position{}, tangentXi{}, tangentEta{};
 };
 FacePoint calcFacePoint(const std::vector<Vec3d>& nodes, double xi, double eta);
 
-/** Nodes of face 1…6 of a solid as CalculiX numbers its faces (S1, S2, …): indices into the
+/** Returns the nodes of face 1…6 of a solid in CalculiX's numbering (S1, S2, …): indices into the
 element, corners first. Empty if the element has no such face. **/
 std::vector<int> getFaceNodes(ElementType type, int face);
 

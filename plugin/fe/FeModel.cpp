@@ -10,7 +10,7 @@
 namespace simflex {
 namespace {
 
-/** Largest |K R| over Σ|K||R| that still passes as free: programs write matrices as text. **/
+/** Largest |K R| relative to Σ|K||R| of a free matrix, since programs write matrices as text. **/
 constexpr double RigidTolerance = 1e-8;
 
 void checkFinite(const std::string& source, const char* quantity, const SymmetricMatrix& A) {
@@ -52,8 +52,7 @@ void checkShape(const FeModel& model) {
             std::to_string(numRows) + " rows and " + std::to_string(T.numCoordinates) + " columns");
 }
 
-/** The mesh must hang together through its elements (one without elements: through K) and
-constraints. **/
+/** Checks that the mesh is connected by its elements (without elements: by K) and constraints. **/
 void checkConnected(const FeModel& model) {
     const std::string& source = model.source;
     const Mesh& mesh = model.mesh;
@@ -80,7 +79,7 @@ void checkConnected(const FeModel& model) {
     const SymmetricMatrix& K = model.K;
     const int firstInternal = mesh.numNodes() - mesh.numInternalNodes;
     std::fill(used.begin() + firstInternal, used.end(), 1);
-    // K joins what has no elements, and the pieces that are left: springs do.
+    // K connects nodes without elements, and remaining pieces, for instance by springs.
     const auto joinThroughK = [&](const auto& isAsked) {
         for (int column = 0; column < K.size; ++column)
             for (auto k = K.columnStarts[column]; k < K.columnStarts[column + 1]; ++k)
@@ -98,7 +97,7 @@ void checkConnected(const FeModel& model) {
             return mesh.elements.empty() || second >= firstInternal || isLoose[first] ||
                    isLoose[second];
         });
-    // A coordinate connects the nodes that it moves; one of an element must be among them.
+    // A coordinate connects the nodes it moves, one of which must belong to an element.
     std::vector<int> nodeOf(size_t(T.numCoordinates), -1);
     for (const bool pass : {true, false})
         for (int node = 0; !T.empty() && node < mesh.numNodes(); ++node) {
@@ -142,7 +141,8 @@ void checkConnected(const FeModel& model) {
     throw std::invalid_argument(text.str());
 }
 
-/** Rows of the six rigid motions about the centre of mass, rotations by 1/radius of the part. **/
+/** Rows of the six rigid motions about the centre of mass; rotations are scaled by 1/radius of the
+part. **/
 std::vector<std::array<double, 6>> calcRigidMotions(const FeModel& model) {
     const auto center = model.calcCenterOfMass();
     double radius = 0;
@@ -161,7 +161,7 @@ std::vector<std::array<double, 6>> calcRigidMotions(const FeModel& model) {
     return R;
 }
 
-/** The constraints must let the rigid motions be: min |T q − R| = 0. **/
+/** Checks that the constraints permit the rigid motions: min |T q − R| = 0. **/
 void checkConstraintsFree(const FeModel& model) {
     constexpr double Tolerance = 1e-9;
     const NodalConstraints& T = model.constraints;
@@ -193,7 +193,7 @@ void checkConstraintsFree(const FeModel& model) {
     throw std::invalid_argument(text.str());
 }
 
-/** K R must vanish for the six rigid motions R about the centre of mass. **/
+/** Checks that K R vanishes for the six rigid motions R about the centre of mass. **/
 void checkFree(const FeModel& model) {
     const int n = model.K.size;
     const auto R = calcRigidMotions(model);
@@ -279,7 +279,7 @@ double FeModel::calcMass() const {
 }
 
 std::array<double, 3> FeModel::calcCenterOfMass() const {
-    // From the nodes' middle: far from the origin digits would be lost.
+    // Relative to the nodes' middle, to avoid cancellation far from the origin.
     std::array<double, 3> middle{}, moment{};
     for (int node = 0; node < mesh.numNodes(); ++node)
         for (int a = 0; a < 3; ++a) middle[a] += mesh.positions[3 * node + a] / mesh.numNodes();

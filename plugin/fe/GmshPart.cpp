@@ -35,7 +35,7 @@ const std::string SolidsSet = "SIMFLEX_SOLIDS";
 constexpr size_t MostGmshLines = 12;
 constexpr int MostElements = 20000000;
 constexpr size_t MostVolumes = 100000;
-constexpr size_t MostScripts = 1000;  ///< that one includes
+constexpr size_t MostScripts = 1000;  ///< scripts included at most
 constexpr double Millimetre = 1e-3;
 // Elastic analogy, then optimization.
 constexpr const char* Untangling = "Mesh.HighOrderOptimize";
@@ -49,7 +49,7 @@ std::string suffixOf(const std::string& path) {
     return lowerCase(fs::path(path).extension().string());
 }
 
-/** Names in quotes of the statements and options that read files. **/
+/** Returns quoted names in statements and options that read files. **/
 std::vector<std::string> findIncludes(const std::string& text) {
     std::vector<std::string> names;
     for (const char* statement : {"Include", "Merge", "ShapeFromFile", "FileName"})
@@ -64,7 +64,7 @@ std::vector<std::string> findIncludes(const std::string& text) {
     return names;
 }
 
-/** The lines where Gmsh speaks of errors. **/
+/** Returns the lines in which Gmsh reports errors. **/
 std::string readErrors(const fs::path& log) {
     std::ifstream in(log);
     std::string errors;
@@ -74,8 +74,8 @@ std::string readErrors(const fs::path& log) {
     return errors;
 }
 
-/** Gmsh takes for a script what does not begin like a mesh: it compares the first bytes as they
-are, without skipping blanks or empty lines. **/
+/** Gmsh runs a file as a script unless it begins like a mesh: it compares the first bytes
+literally, without skipping blanks or empty lines. **/
 void checkIsMesh(const std::string& path) {
     std::string first(16, '\0');
     openInputFile(path).read(first.data(), std::streamsize(first.size()));
@@ -85,21 +85,21 @@ void checkIsMesh(const std::string& path) {
                                 "$MeshFormat");
 }
 
-/** Whether a file is in a folder, or in one of its folders, wherever links lead. **/
+/** Returns whether a file is in a folder or its subfolders, after resolving links. **/
 bool isInside(const fs::path& file, const fs::path& folder) {
-    std::error_code unknown;  // of names that cannot be
+    std::error_code unknown;  // for invalid names
     const fs::path relative =
         fs::weakly_canonical(file, unknown).lexically_relative(fs::canonical(folder, unknown));
     return !unknown && !relative.empty() && *relative.begin() != "..";
 }
 
-/** What Gmsh may use to read a file. @param file  a script, or data **/
+/** Returns the resources that Gmsh needs to read a file. @param file  a script, or data **/
 Sandbox makeSandbox(const std::string& program, const std::string& file,
                     const std::string& libraryPath, const fs::path& folder) {
     Sandbox sandbox;
     sandbox.program = findProgram(program);
     sandbox.readable = listSystemFolders();
-    // Where Gmsh is installed by itself.
+    // Gmsh's own installation.
     sandbox.readable.push_back((fs::path(sandbox.program).parent_path() / "../lib").string());
     std::istringstream libraries(libraryPath);
     for (std::string place; std::getline(libraries, place, ':');) sandbox.readable.push_back(place);
@@ -114,8 +114,8 @@ Sandbox makeSandbox(const std::string& program, const std::string& file,
     return sandbox;
 }
 
-/** Whether Gmsh runs in a sandbox: for data, too, since it decides by what is in a file whether
-that is a script. @throws std::runtime_error if it should and cannot. **/
+/** Returns whether Gmsh runs in a sandbox: for data, too, since Gmsh decides by a file's content
+whether it is a script. @throws std::runtime_error if a sandbox is required but not available. **/
 bool needsSandbox(const std::string& path, const GmshOptions& options) {
     if (options.allowsScripts) return false;
     const std::string obstacle = findSandboxObstacle();
@@ -134,14 +134,14 @@ bool needsSandbox(const std::string& path, const GmshOptions& options) {
 std::string chooseGmshProgram(const std::string& wish) {
     const char* fromEnvironment = std::getenv("SIMFLEX_GMSH");
     const std::string program = !wish.empty() ? wish : fromEnvironment ? fromEnvironment : "gmsh";
-    // It will run in another folder.
+    // Gmsh will run in another folder.
     return program.find('/') == std::string::npos ? program : fs::absolute(program).string();
 }
 
-/** Writes what makes Gmsh stop before it meshes CAD with elements so small that no machine would
-hold them. @return the script's name in the folder **/
+/** Writes a script that stops Gmsh before it meshes CAD geometry with more elements than any
+machine could hold. @return the script's name in the folder **/
 std::string writeSizeCheck(double meshSize, const fs::path& folder) {
-    // Tetrahedra whose edges are h, in a volume V: 6 √2 V/h³.
+    // Number of tetrahedra with edges h in a volume V: 6 √2 V/h³.
     std::ofstream out(folder / "size_check.geo");
     out << "SetFactory(\"OpenCASCADE\");\nvolumes() = Volume{:};\ntotal = 0;\n"
            "For k In {0 : #volumes() - 1}\n  total += Mass Volume{volumes(k)};\nEndFor\n"
@@ -152,7 +152,7 @@ std::string writeSizeCheck(double meshSize, const fs::path& folder) {
     return "size_check.geo";
 }
 
-/** Runs Gmsh in the folder, where it must write the output. **/
+/** Runs Gmsh in the folder, where it must write `output`. **/
 void callGmsh(const std::string& path, const GmshOptions& options, const fs::path& folder,
               std::vector<std::string> arguments, const std::string& output) {
     const bool isInSandbox = needsSandbox(path, options);
@@ -163,7 +163,7 @@ void callGmsh(const std::string& path, const GmshOptions& options, const fs::pat
     run.log = folder / "gmsh.log";
     run.cure = "Install it (Debian: gmsh), or set SIMFLEX_GMSH to its path.";
 
-    // Options that a user keeps at home would change the mesh.
+    // The user's own options would change the mesh.
     run.environment["GMSH_HOME"] = folder.string();
     Sandbox sandbox;
     if (isInSandbox) {
@@ -183,7 +183,8 @@ void callGmsh(const std::string& path, const GmshOptions& options, const fs::pat
         process,
         suffix == ".msh" || suffix == ".unv" ? "Gmsh converts the mesh" : "Gmsh meshes the part",
         options.calculix.progress);
-    checkSpace(folder, "Gmsh cannot write the mesh");  // it goes on, and the mesh lacks its end
+    checkSpace(folder, "Gmsh cannot write the mesh");  // Gmsh continues on a full disk and
+                                                       // truncates the mesh
     const std::string errors = readErrors(run.log);
     if (end.isSuccess() && errors.empty() && fs::exists(folder / output)) return;
     std::string message =
@@ -202,7 +203,7 @@ void callGmsh(const std::string& path, const GmshOptions& options, const fs::pat
     throw std::runtime_error(message);
 }
 
-/** A name as Gmsh writes it to a deck, in capitals. **/
+/** Converts a name as Gmsh does when it writes a deck, to upper case. **/
 std::string groupName(const std::string& name) {
     std::string group;
     for (const char c : name)
@@ -216,7 +217,7 @@ std::string joined(const std::set<std::string>& names) {
     return list;
 }
 
-/** What is made of solids and groups: whether they are of the part, and of which material. **/
+/** Decides which solids and groups belong to the part, and their materials. **/
 class Choice {
 public:
     Choice(const std::string& path, const GmshOptions& options) : m_path(path) {
@@ -234,7 +235,7 @@ public:
                });
     }
 
-    /** The index of the material of what is in these groups, −1: that of all others. **/
+    /** Returns the index of the material of elements in these groups, −1: the common one. **/
     int findMaterial(const std::set<std::string>& groups) const {
         const std::string* first = nullptr;
         int material = -1;
@@ -255,7 +256,7 @@ public:
         return material;
     }
 
-    /** @throws std::invalid_argument for a name that the file does not have. **/
+    /** @throws std::invalid_argument for a name that does not occur in the file. **/
     void checkNames(const std::set<std::string>& known) const {
         const auto check = [&](const std::string& name) {
             if (known.count(name)) return;
@@ -274,7 +275,7 @@ private:
     bool m_hasOthers = false;
 };
 
-/** Corners [m] of the volumes that Gmsh finds in geometry.step, in their order. **/
+/** Returns the corners [m] of Gmsh's volumes in geometry.step, in order. **/
 std::vector<std::vector<Vec3d>> listCorners(const std::string& path, const GmshOptions& options,
                                             const fs::path& folder, const std::string& geometry) {
     const std::string script = "corners.geo", output = "corners.txt";
@@ -297,8 +298,8 @@ std::vector<std::vector<Vec3d>> listCorners(const std::string& path, const GmshO
     return corners;
 }
 
-/** Writes what makes Gmsh read the solids of an assembly that are the part, join those that touch
-and name them. @return the script's name in the folder; empty: there is but one solid **/
+/** Writes a script that makes Gmsh read the selected solids of an assembly, join those that touch,
+and name them. @return the script's name in the folder; empty: there is only one solid **/
 std::string writeAssembly(const std::string& path, const GmshOptions& options,
                           const fs::path& folder, const std::string& geometry) {
     const Choice choice(path, options);
@@ -368,18 +369,18 @@ std::string writeAssembly(const std::string& path, const GmshOptions& options,
     return "assembly.geo";
 }
 
-/** @returns whether it is an assembly, whose names are known and checked **/
+/** @returns whether it is an assembly, whose names have been checked **/
 bool runGmsh(const std::string& path, const GmshOptions& options, const fs::path& folder) {
     const std::string suffix = suffixOf(path);
     const bool isMesh = suffix == ".msh" || suffix == ".unv",
                isStep = suffix == ".step" || suffix == ".stp",
                isIges = suffix == ".iges" || suffix == ".igs";
-    // Of IGES, whatever its unit, Gmsh takes millimetres; often it holds but surfaces.
+    // Gmsh assumes millimetres for IGES, whatever its unit; IGES files often contain surfaces only.
     const bool isMillimetres = isIges && options.lengthUnit == 0;
     const bool isScript = isGmshScript(path);
     if (suffix == ".msh") checkIsMesh(path);
 
-    // Of NAME.step Gmsh would also run NAME.step.opt: data are read where they are alone.
+    // With NAME.step Gmsh would also run NAME.step.opt, so data is linked in an empty folder.
     const std::string given = fs::absolute(path).string(), geometry = "geometry" + suffix;
     if (!isScript) fs::create_symlink(given, folder / geometry);
     const std::string assembly =
@@ -422,14 +423,14 @@ bool runGmsh(const std::string& path, const GmshOptions& options, const fs::path
     return !assembly.empty();
 }
 
-/** Element types as ccx should take them: reduced integration, which does not lock in bending. **/
+/** Returns the element type used: with reduced integration, which does not lock in bending. **/
 std::string chooseType(const std::string& type) {
     if (type == "C3D8") return "C3D8R";
     if (type == "C3D20") return "C3D20R";
     return type;
 }
 
-/** The shell that a surface element is, null for others. **/
+/** Returns the shell type for a surface element, null for others. **/
 const char* findShell(const std::string& type) {
     if (type == "CPS3") return "S3";
     if (type == "CPS4") return "S4";
@@ -437,7 +438,8 @@ const char* findShell(const std::string& type) {
     return type == "CPS8" ? "S8R" : nullptr;
 }
 
-/** Elements of the part, by number: the index of their material, −1: that of all others. **/
+/** Returns the elements of the part, by number, with the index of their material, −1: the common
+one. **/
 std::map<int, int> findElements(const std::vector<DeckCard>& cards, const Choice& choice,
                                 bool areNamesToCheck) {
     std::map<int, std::set<std::string>> groupsOf;
@@ -452,7 +454,7 @@ std::map<int, int> findElements(const std::vector<DeckCard>& cards, const Choice
                             groupName(card.get("ELSET")));
         }
     if (areNamesToCheck) choice.checkNames(known);
-    std::map<std::set<std::string>, int> materialOf;  // few, of many elements
+    std::map<std::set<std::string>, int> materialOf;  // few combinations, but many elements
     std::map<int, int> result;
     for (const auto& [element, groups] : groupsOf) {
         if (!choice.isOfPart(groups)) continue;
@@ -464,7 +466,7 @@ std::map<int, int> findElements(const std::vector<DeckCard>& cards, const Choice
     return result;
 }
 
-/** Divides the elements of a card by their material; those that are not of the part are gone. **/
+/** Divides the elements of a card by material and drops those outside the part. **/
 std::map<int, DeckCard> divideElements(const DeckCard& card, size_t numNodes,
                                        const std::map<int, int>& materialOf) {
     std::map<int, DeckCard> result;
@@ -486,8 +488,8 @@ std::map<int, DeckCard> divideElements(const DeckCard& card, size_t numNodes,
     return result;
 }
 
-/** Volumes of a mesh (format 4, text) that are in no physical group although others are, in words:
-Gmsh leaves their elements out. **/
+/** Describes the volumes of a mesh (format 4, text) without physical group if others have one: Gmsh
+omits their elements. **/
 std::vector<std::string> listVolumesLeftOut(const std::string& path) {
     std::ifstream in(path);
     std::string line;
@@ -516,14 +518,13 @@ std::vector<std::string> listVolumesLeftOut(const std::string& path) {
                       box[0], box[1], box[2], box[3], box[4], box[5]);
         leftOut.push_back(text);
     }
-    if (leftOut.size() == counts[3]) return {};  // all are taken
+    if (leftOut.size() == counts[3]) return {};  // without groups Gmsh keeps all
     return leftOut;
 }
 
-/** Writes the deck: nodes, solids (or shells) and node sets of Gmsh's mesh, the materials, their
-sections.
-@param areNamesToCheck  against those of the mesh
-@return what is made of what, as notes **/
+/** Writes the deck: nodes, solids (or shells) and node sets of Gmsh's mesh, materials and sections.
+@param areNamesToCheck  checks names against those of the mesh
+@return the materials used, as notes **/
 std::vector<std::string> writeDeck(const std::string& path, const fs::path& mesh,
                                    const GmshOptions& options, bool areNamesToCheck,
                                    const fs::path& deck) {
@@ -592,7 +593,7 @@ std::vector<std::string> writeDeck(const std::string& path, const fs::path& mesh
     return notes;
 }
 
-/** Gmsh takes any name, and does nothing with one that the script does not have. **/
+/** Checks constants: Gmsh silently ignores names that the script does not contain. **/
 void checkSettings(const std::string& path, const GmshOptions& options) {
     const auto isPart = [](char c) { return isLetter(c) || isDigit(c) || c == '_'; };
     std::vector<std::string> known;
@@ -611,8 +612,8 @@ void checkSettings(const std::string& path, const GmshOptions& options) {
     for (const auto& [name, value] : options.settings) {
         if (!std::isfinite(value))
             throw std::invalid_argument("the setting '" + name + "' of " + path + " is not finite");
-        if (name.find('.') != std::string::npos) continue;  // an option of Gmsh's own
-        bool isKnown = false;                               // ONELAB's names may be paths
+        if (name.find('.') != std::string::npos) continue;  // one of Gmsh's options
+        bool isKnown = false;                               // ONELAB names may be paths
         for (size_t at = texts.find(name); at != std::string::npos && !isKnown;
              at = texts.find(name, at + 1))
             isKnown = !(at > 0 && isPart(texts[at - 1])) &&
@@ -626,8 +627,8 @@ void checkSettings(const std::string& path, const GmshOptions& options) {
     }
 }
 
-/** Lets Gmsh make the mesh, and reads it.
-@throws BadElementShape for elements that are turned inside out **/
+/** Meshes and reads the part.
+@throws BadElementShape for inverted elements **/
 FeModel meshPart(const std::string& path, const GmshOptions& options) {
     TemporaryFolder folder;
     const bool isAssembly = runGmsh(path, options, folder.path());
@@ -636,7 +637,7 @@ FeModel meshPart(const std::string& path, const GmshOptions& options) {
     const std::vector<std::string> materials =
         writeDeck(path, folder.path() / MeshName, options, !isAssembly, deck);
 
-    // Places in a deck that is gone say nothing.
+    // Remove positions in a deck that no longer exists.
     const auto withoutPlace = [&](std::string text) {
         const std::string name = deck.string() + ":";
         for (size_t at; options.keepDeck.empty() && (at = text.find(name)) != std::string::npos;) {
@@ -693,7 +694,7 @@ std::vector<std::string> listScriptFiles(const std::string& path) {
         const auto add = [&](const std::string& name) {
             if (std::find(files.begin(), files.end(), name) == files.end()) files.push_back(name);
         };
-        // Whatever is no geometry or mesh is a script, with any ending.
+        // Any file that is no geometry or mesh is a script, whatever its suffix.
         if (suffix == ".step" || suffix == ".stp" || suffix == ".brep" || suffix == ".iges" ||
             suffix == ".igs")
             continue;
@@ -720,7 +721,7 @@ FeModel readGmshPart(const std::string& path, const GmshOptions& options) {
     try {
         return meshPart(path, options);
     } catch (const BadElementShape&) {
-        // Edges that Gmsh bends onto the geometry can turn thin elements inside out.
+        // Curving edges onto the geometry can invert thin elements.
         const bool isCurved =
                        options.order != 1 && suffixOf(path) != ".msh" && suffixOf(path) != ".unv",
                    isOptimized =

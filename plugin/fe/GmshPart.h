@@ -1,23 +1,24 @@
 #pragma once
 /** @file
-A part from a mesh (.msh of Gmsh, .unv with its groups), a Gmsh script (.geo) or CAD geometry
-(.step, .stp, .brep, .iges, .igs) and a material: Gmsh meshes it, CalculiX assembles its matrices.
+Makes a part from a mesh (.msh of Gmsh, .unv with its groups), a Gmsh script (.geo) or CAD geometry
+(.step, .stp, .brep, .iges, .igs) and a material: Gmsh generates the mesh, whose deck is then read
+and assembled.
+
 Physical groups become node sets of their names. Surface and line elements are left out, unless
 surfaces have a thickness.
 
-Of a STEP file with several solids, those that touch are one: their meshes share nodes. The names of
-products, of their occurrences and of solids are groups, too.
+Touching solids of a STEP file are joined: their meshes share nodes. The names of products, their
+occurrences and solids also become groups.
 
-A script is a program. Gmsh runs it in a sandbox (base/Sandbox.h) where it reads those of
-listScriptFiles() that lie in its folder, writes in a temporary folder, starts no program and has no
-network. Meshes and CAD files are data; Gmsh reads them in the sandbox, too, where it sees the file
-and nothing beside it.
+A script is a program. Gmsh runs it in a sandbox (base/Sandbox.h), where it can read those of
+listScriptFiles() that are in its folder and write in a temporary folder, but cannot start programs
+or use the network. Meshes and CAD files are data; Gmsh reads them in the sandbox, too, with access
+to that file only.
 
     GmshOptions options;
     options.material = findMaterial("aluminium");
     options.meshSize = 0.004;
-    FeModel bracket = readGmshPart("bracket.step", options);
-**/
+    FeModel bracket = readGmshPart("bracket.step", options);  **/
 
 #include <string>
 #include <utility>
@@ -29,44 +30,44 @@ and nothing beside it.
 namespace simflex {
 
 struct GmshOptions {
-    Material material;  ///< of all that has none of its own; without name: of nothing
-    /** Of solids of a STEP assembly, or of physical groups, by their names; those that the file has
-    and the part has not are no matter, so that parts of one file may share them. **/
+    Material material;  ///< of everything without its own material; without name: none
+    /** Materials of solids of a STEP assembly, or of physical groups, by name. Names that exist in
+    the file but not in the part are ignored, so that parts of one file can share them. **/
     std::vector<NamedMaterial> materials;
-    /** Names of the solids or physical groups that are the part; none: all. **/
+    /** Names of the solids or physical groups that make up the part; none: all. **/
     std::vector<std::string> solids;
-    double meshSize = 0;  ///< largest element [lengthUnit, or m]; 0: Gmsh's own choice
-    int order = 0;        ///< 1 or 2; 0: as it is for a mesh, else 2
-    /** Of sheet metal [m]: the surfaces of the geometry become shells about them, volumes are left
-    out. 0: the volumes become solids. **/
+    double meshSize = 0;  ///< largest element size [lengthUnit, or m]; 0: Gmsh's default
+    int order = 0;        ///< element order 1 or 2; 0: unchanged for a mesh, else 2
+    /** Thickness of sheet metal [m]: the surfaces of the geometry become mid-surfaces of shells,
+    volumes are left out. 0: the volumes become solids. **/
     double thickness = 0;
-    /** Gmsh runs without a sandbox: scripts can do whatever you may. Otherwise it runs in one, or,
-    on a system that has none, not at all (with $SIMFLEX_SANDBOX=optional it does). **/
+    /** Runs Gmsh without a sandbox: scripts can do whatever you may. Otherwise Gmsh runs in a
+    sandbox or, if the system does not support one, not at all (unless
+    $SIMFLEX_SANDBOX=optional). **/
     bool allowsScripts = false;
-    /** One unit of the geometry in metres; 0: metres, of STEP and IGES as they say. **/
+    /** Unit of the geometry in metres; 0: metres, or the unit stated in STEP and IGES files. **/
     double lengthUnit = 0;
     /** Gmsh's own options (Mesh.Algorithm) and constants of the script, `-setnumber NAME VALUE`. A
-    constant that the script does not name is refused. **/
+    constant that the script does not contain is refused. **/
     std::vector<std::pair<std::string, double>> settings;
-    std::string program;   ///< of Gmsh; if empty, $SIMFLEX_GMSH, else `gmsh` on the PATH
-    std::string keepDeck;  ///< if not empty, the deck is kept under this name (.inp)
+    std::string program;   ///< path of Gmsh; if empty, $SIMFLEX_GMSH, else `gmsh` on the PATH
+    std::string keepDeck;  ///< if not empty, stores the deck under this name (.inp)
     CalculixOptions calculix;
 };
 
-/** True for what Gmsh runs as a program: .geo. **/
+/** Returns whether Gmsh runs the file as a program: .geo. **/
 bool isGmshScript(const std::string& path);
 
-/** The files that a script reads, itself first: its options beside it, NAME.opt, and those that it
-names by a plain text in Include, Merge and their like, and so on from those that are scripts. Names
-of files that are not there are among them. **/
+/** Returns the files that a script reads, itself first: its options file NAME.opt, and those given
+as literal text in Include, Merge and the like, recursively for scripts. Includes names of files
+that do not exist. **/
 std::vector<std::string> listScriptFiles(const std::string& path);
 
-/** Meshes and assembles.
-@throws std::invalid_argument for options that cannot be; for a mesh that is not one free solid
-part; for a .msh that is no mesh.
-@throws std::runtime_error if a file cannot be read or Gmsh (with its own error text) or CalculiX
-fails.
-@throws Cancelled if options.calculix.progress asks to stop. **/
+/** Generates the mesh and assembles the matrices.
+@throws std::invalid_argument for invalid options, a mesh that is not one free solid part, or a .msh
+that is no mesh.
+@throws std::runtime_error if a file cannot be read or Gmsh fails (with its error text).
+@throws Cancelled if options.calculix.progress requests it. **/
 FeModel readGmshPart(const std::string& path, const GmshOptions& options);
 
 }  // namespace simflex

@@ -1,10 +1,9 @@
 #pragma once
 /** @file
-Linear elastic materials by name, for parts that come as a bare mesh. SI units.
+Linear elastic materials by name, for parts given as a bare mesh. SI units.
 
     Material steel = findMaterial("steel");
-    Material mine = parseMaterial("E=70e9,nu=0.33,rho=2700");
-**/
+    Material mine = parseMaterial("E=70e9,nu=0.33,rho=2700");  **/
 
 #include <string>
 #include <vector>
@@ -17,29 +16,29 @@ struct Material {
     double nu = 0;   ///< Poisson's ratio
     double rho = 0;  ///< density [kg/m³]
 
-    /** @throws std::invalid_argument naming the value and what is allowed. **/
+    /** @throws std::invalid_argument naming the value and the allowed range. **/
     void validate() const;
 };
 
-/** Usual values at room temperature; of a family (steel) those of a common member. **/
+/** Returns typical values at room temperature; for a family (steel) those of a common member. **/
 const std::vector<Material>& listMaterials();
 
-/** A material of the table; upper and lower case, blanks, '-' and '_' are the same.
-@throws std::invalid_argument that lists the names. **/
+/** Returns a material of the table; case, blanks, '-' and '_' are ignored.
+@throws std::invalid_argument listing the names. **/
 const Material& findMaterial(const std::string& name);
 
-/** A name of the table, or `E=…,nu=…,rho=…` (all three, any order).
-@throws std::invalid_argument naming what is missing or wrong. **/
+/** Parses a name of the table, or `E=…,nu=…,rho=…` (all three, any order).
+@throws std::invalid_argument naming the missing or invalid item. **/
 Material parseMaterial(const std::string& text);
 
-/** A material of the solids or physical groups of one name; without name, of all others. **/
+/** Material of the solids or physical groups with this name; without name, of all others. **/
 struct NamedMaterial {
     std::string name;
     Material material;
 };
 
-/** `MATERIAL` or `NAME=MATERIAL`, with ';' between: `steel; PIN=brass`.
-@throws std::invalid_argument for a material that cannot be, for a name that comes twice. **/
+/** Parses `MATERIAL` or `NAME=MATERIAL`, separated by ';': `steel; PIN=brass`.
+@throws std::invalid_argument for an invalid material or a repeated name. **/
 std::vector<NamedMaterial> parseMaterials(const std::string& text);
 
 }  // namespace simflex

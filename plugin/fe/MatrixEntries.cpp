@@ -8,7 +8,7 @@
 namespace simflex {
 namespace {
 
-/** Difference of two entries that should be the same, over the largest entry. **/
+/** Tolerance for equal entries, relative to the largest one. **/
 constexpr double Same = 1e-10;
 
 double findLargest(const std::vector<double>& values) {
@@ -22,7 +22,7 @@ std::string nameDof(int dof, const Mesh& mesh) {
            std::to_string(mesh.nodeNumbers[size_t(dof / 3)]);
 }
 
-/** Walks both matrices; calls visit(row, column, a, b, inA, inB). **/
+/** Visits the entries of both matrices: visit(row, column, a, b, inA, inB). **/
 template <class Visit>
 void mergeEntries(const SymmetricMatrix& A, const SymmetricMatrix& B, Visit visit) {
     for (int column = 0; column < A.size; ++column) {

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-From the entries of a matrix file to the symmetric matrices of an FeModel. Internal to fe. **/
+Converts the entries of a matrix file to the symmetric matrices of an FeModel. Internal to fe. **/
 
 #include <cstdint>
 #include <string>
@@ -10,7 +10,7 @@ From the entries of a matrix file to the symmetric matrices of an FeModel. Inter
 
 namespace simflex {
 
-/** Entries of a sparse matrix, 0-based, in any order; given several times they are added. **/
+/** Unordered entries of a sparse matrix, 0-based; duplicates are added. **/
 struct MatrixEntries {
     std::vector<std::int32_t> rows, columns;
     std::vector<double> values;
@@ -20,22 +20,21 @@ struct MatrixEntries {
     }
 };
 
-/** What a file says of its entries: each is given once, in either triangle; or both triangles are
-there. **/
+/** Form of a file's entries: each given once, in either triangle; or both triangles. **/
 enum class MatrixForm { Symmetric, General };
 
-/** Makes a symmetric matrix of one row per nodal translation, 3·node + axis. A general matrix with
-entries in one triangle alone counts as symmetric.
+/** Makes a symmetric matrix with one row per nodal translation, 3·node + axis. A general matrix
+with entries in one triangle only is taken as symmetric.
 @param what  for messages: "K.mtx: the stiffness matrix".
 @throws std::invalid_argument if it is not symmetric, naming the nodes. **/
 SymmetricMatrix makeSymmetric(const MatrixEntries& entries, MatrixForm form, const Mesh& mesh,
                               const std::string& what);
 
-/** Takes m out of M = m ⊗ 1₃, M one row per nodal translation.
-@throws std::invalid_argument if M is not that. **/
+/** Extracts m from M = m ⊗ 1₃, M with one row per nodal translation.
+@throws std::invalid_argument if M has another form. **/
 SymmetricMatrix takeNodalMass(const SymmetricMatrix& M, const Mesh& mesh);
 
-/** The matrix with more entries, of its lower triangle, and so many rows. **/
+/** Returns the matrix with additional entries of its lower triangle, enlarged to `size` rows. **/
 SymmetricMatrix addEntries(const SymmetricMatrix& A, MatrixEntries more, int size);
 
 }  // namespace simflex

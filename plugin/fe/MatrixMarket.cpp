@@ -90,7 +90,8 @@ MatrixFile readMatrix(const std::string& path, const char* what, const std::vect
     return file;
 }
 
-/** By the order of the nodes, or by a file `node direction`. **/
+/** Returns the degree of freedom of each row, in the order of the nodes, or from a file `node
+direction`. **/
 std::vector<int> findDofs(const NodeTable& nodes, const std::string& path) {
     std::vector<int> dofs;
     if (path.empty()) {
@@ -130,7 +131,7 @@ std::vector<int> findDofs(const NodeTable& nodes, const std::string& path) {
     return dofs;
 }
 
-/** A file that must be written in whole. **/
+/** A file that must be written completely. **/
 class OutputFile {
 public:
     explicit OutputFile(const std::string& path)
@@ -157,7 +158,7 @@ private:
     std::FILE* m_file;
 };
 
-/** @param copies  3 for m ⊗ 1₃, 1 for a matrix as it is. **/
+/** @param copies  3 for m ⊗ 1₃, 1 for the matrix itself. **/
 void writeMatrix(const std::string& path, const SymmetricMatrix& A, int copies) {
     OutputFile out(path);
     std::fprintf(out, "%%%%MatrixMarket matrix coordinate real symmetric\n%d %d %lld\n",
@@ -189,7 +190,7 @@ const char* calculixNameOf(ElementType type) {
     throw std::invalid_argument("unknown element type");
 }
 
-/** One data line a number but for elements, whose nodes stand on lines of eight. **/
+/** One item per data line, except for elements, whose nodes are written eight per line. **/
 void writeMesh(const std::string& path, const Mesh& mesh) {
     constexpr int PerLine = 8;
     OutputFile out(path);

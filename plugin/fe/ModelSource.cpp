@@ -41,7 +41,7 @@ Kind findKind(const std::string& path) {
         "and .igs (Gmsh)");
 }
 
-/** Refuses options that the source cannot use, and asks for those it needs. **/
+/** Refuses options that do not apply to the source, and requires those it needs. **/
 void checkOptions(const SourceOptions& options, Kind kind) {
     const bool isMatrix = kind != Kind::Deck && kind != Kind::Gmsh && kind != Kind::Arrays;
     const bool isMtx = isMatrix && kind != Kind::NastranDmig;
@@ -125,7 +125,7 @@ FeModel readModelSource(const SourceOptions& options) {
     checkOptions(options, kind);
     const UnitSystem& units = findUnitSystem(options.units);
     FeModel model = readKind(options, kind);
-    // Decks have told their notes before CalculiX ran.
+    // Decks have already reported their notes.
     const bool isTold = kind == Kind::Deck || kind == Kind::Gmsh;
     const size_t numNotes = isTold ? model.notes.size() : 0,
                  numWarnings = isTold ? model.warnings.size() : 0;

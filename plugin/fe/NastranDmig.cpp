@@ -11,7 +11,7 @@ namespace {
 
 constexpr long EntriesPerReport = 50000;
 
-/** Form and type of the matrix from its header. **/
+/** Reads form and type of the matrix from its header. **/
 MatrixForm readHeader(const BulkCards& cards, const BulkCard& card, const std::string& name) {
     const int form = cards.parseInteger(card, card.field(2), "IFO");
     const int type = cards.parseInteger(card, card.field(3), "TIN");

@@ -25,7 +25,7 @@
 namespace simflex {
 namespace {
 
-/** Of the mesh's size: what round-off may move a node. **/
+/** Tolerance for round-off of node positions, relative to the mesh's size. **/
 constexpr double Slack = 1e-6;
 
 std::string listNodeSets(const Mesh& mesh) {
@@ -39,7 +39,7 @@ std::string listNodeSets(const Mesh& mesh) {
     throw std::invalid_argument("'" + selection + "' " + why);
 }
 
-/** The numbers behind the colon. **/
+/** Parses the numbers after the colon. **/
 std::vector<double> parseNumbers(const std::string& selection, size_t colon,
                                  const std::vector<size_t>& counts, const char* form) {
     std::vector<double> numbers;
@@ -69,7 +69,7 @@ double parseRadius(const std::string& selection, double radius) {
     return radius;
 }
 
-/** How far outside the shape a point is; not positive: inside. **/
+/** Returns the distance of a point outside the shape; not positive: inside. **/
 std::function<double(const Vec3d&)> makeShape(const std::string& selection, const std::string& kind,
                                               size_t colon) {
     if (kind == "SPHERE") {
@@ -124,14 +124,14 @@ Vec3d footOn(const AxisLine& line, const Vec3d& x) {
     return foot;
 }
 
-using NodeShares = std::vector<NodeShare>;  // of each node of the mesh
+using NodeShares = std::vector<NodeShare>;  // by node of the mesh
 
 void addShare(NodeShares& shares, int node, double amount, const Vec3d& place) {
     shares[size_t(node)].weight += amount;
     shares[size_t(node)].moment = sumOf(shares[size_t(node)].moment, amount, place);
 }
 
-/** Over the elements all of whose nodes are chosen, by their volume; marks their nodes. **/
+/** Adds shares by volume for the elements whose nodes are all chosen; marks their nodes. **/
 void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
                 NodeShares& shares) {
     for (const ElementBlock& block : mesh.elements) {
@@ -163,7 +163,7 @@ void addVolumes(const Mesh& mesh, const std::vector<char>& isChosen, std::vector
     }
 }
 
-/** The same over faces, by their area. **/
+/** Adds shares by area for these faces; marks their nodes. **/
 void addAreas(const Mesh& mesh, const std::vector<MeshFace>& faces, std::vector<char>& isMet,
               NodeShares& shares) {
     const double outer = std::sqrt(0.6);
@@ -182,7 +182,7 @@ void addAreas(const Mesh& mesh, const std::vector<MeshFace>& faces, std::vector<
         }
         for (const auto& [a, wa] : line)
             for (const auto& [b, wb] : line) {
-                // A triangle as a square with one side of length zero.
+                // A triangle is a square with one side of length zero.
                 const double eta = numCorners == 4 ? b : 0.5 * (1 + b),
                              xi = numCorners == 4 ? a : 0.5 * (1 + a) * (1 - eta),
                              share = numCorners == 4 ? 1 : 0.25 * (1 - eta);
@@ -195,20 +195,21 @@ void addAreas(const Mesh& mesh, const std::vector<MeshFace>& faces, std::vector<
     }
 }
 
-/** Over faces of the skin. **/
+/** Adds shares for boundary faces. **/
 void addSkin(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
              NodeShares& shares) {
     addAreas(mesh, listSkinOf(mesh, isChosen), isMet, shares);
 }
 
-/** Over faces between elements, too: of a surface within the part. **/
+/** Adds shares for faces between elements, too, of a surface inside the part. **/
 void addInnerFaces(const Mesh& mesh, const std::vector<char>& isChosen, std::vector<char>& isMet,
                    NodeShares& shares) {
     addAreas(mesh, listFacesOf(mesh, isChosen), isMet, shares);
 }
 
 Vec3d calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
-    constexpr double RoundOff = 1e-13;  // of the nodes' extent: a middle that is zero is so exactly
+    constexpr double RoundOff = 1e-13;  // relative to the nodes' extent: coordinates that should be
+                                        // zero become exactly zero
     const std::vector<NodeShare> shares = calcNodeShares(mesh, nodes);
     const Vec3d first = mesh.position(nodes[0]);
     Vec3d moment{};
@@ -225,11 +226,11 @@ Vec3d calcCenter(const Mesh& mesh, const std::vector<int>& nodes) {
     return center;
 }
 
-/** The axis of a cylinder on which all nodes lie and of which they go round more than half, if
-there is one: by Gauss and Newton from each principal direction of the nodes. **/
+/** Finds the axis of a cylinder that contains all nodes, if they cover more than half of its
+circumference: by Gauss–Newton from each principal direction of the nodes. **/
 std::optional<AxisLine> findCylinderAxis(const Mesh& mesh, const std::vector<int>& nodes,
                                          const Vec3d& center) {
-    constexpr size_t Fewest = 8;  // five numbers make a cylinder
+    constexpr size_t Fewest = 8;  // a cylinder has five parameters
     constexpr double OnCylinder = 1e-5;
     if (nodes.size() < Fewest) return {};
     const Eigen::Index count = Eigen::Index(nodes.size());
@@ -286,7 +287,7 @@ std::optional<AxisLine> findCylinderAxis(const Mesh& mesh, const std::vector<int
     return {};
 }
 
-/** As written, else in upper case as in decks, else whatever its case. **/
+/** Finds a set by its exact name, else in upper case as in decks, else ignoring case. **/
 std::map<std::string, std::vector<int>>::const_iterator findNodeSet(const Mesh& mesh,
                                                                     const std::string& name) {
     auto set = mesh.nodeSets.find(name);

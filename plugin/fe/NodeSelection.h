@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Chooses nodes of a mesh: by node set, number or geometry. Deck coordinates, metres.
+Selects nodes of a mesh by node set, number or geometry. Deck coordinates, metres.
 
     selectNodes(mesh, "SHAFT")                           the nodes of a set (or surface) of the deck
     selectNodes(mesh, "node:17")                         one node by its number in the deck; of a
@@ -11,7 +11,7 @@ Chooses nodes of a mesh: by node set, number or geometry. Deck coordinates, metr
     selectNodes(mesh, "cylinder:0,0,0,0,0,1,0.005,0.02") the same, at most 0.02 up the axis
     selectNodes(mesh, "plane:0.2,0,0,1,0,0")             x,y,z,nx,ny,nz: nodes on the plane
 
-Every shape takes round-off with it: one millionth of the mesh's size. **/
+Shapes have a tolerance of one millionth of the mesh's size. **/
 
 #include <array>
 #include <string>
@@ -21,27 +21,27 @@ Every shape takes round-off with it: one millionth of the mesh's size. **/
 
 namespace simflex {
 
-/** Mesh indices, ascending; upper and lower case of a set's name are the same.
-@throws std::invalid_argument for a set or node that does not exist (lists those that do), a shape
-    with the wrong number of numbers or an impossible one, or one that holds no node (says how far
-    away the nearest is). **/
+/** Returns mesh indices, ascending. Set names are case-insensitive.
+@throws std::invalid_argument for a set or node that does not exist (listing the existing ones), a
+shape with the wrong count of numbers or invalid ones, or one that contains no node (with the
+distance of the nearest). **/
 std::vector<int> selectNodes(const Mesh& mesh, const std::string& selection);
 
-/** A node's share of a volume or area: ∫ N and ∫ N x. **/
+/** Share of a node in a volume or area: ∫ N and ∫ N x. **/
 struct NodeShare {
     double weight = 0;  ///< may be zero or negative
     std::array<double, 3> moment{};
 };
 
-/** Shares of nodes in a mean over them: of the volume of the elements that they make up, else of
-the area of the faces of the skin, else of faces between elements; where they make up none of these,
-all alike. Deck coordinates. **/
+/** Returns the nodes' shares in an average: of the volume of the elements they form, else of the
+area of the boundary faces, else of faces between elements; if they form none of these, equal
+shares. Deck coordinates. **/
 std::vector<NodeShare> calcNodeShares(const Mesh& mesh, const std::vector<int>& nodes);
 
-/** Where the middle of the selected nodes is taken to be, whatever the mesh: the centroid of the
-elements that they make up, else of the faces of the skin, else their mean. Where the selection is a
-cylinder, or all nodes lie on one and go round more than half of it, that centroid's foot on the
-axis. Deck coordinates [m].
+/** Returns the middle of the selected nodes, independent of the mesh density: the centroid of the
+elements they form, else of the boundary faces, else their mean. If the selection is a cylinder, or
+all nodes lie on one and cover more than half of its circumference, the centroid is projected onto
+the axis. Deck coordinates [m].
 @throws std::invalid_argument as selectNodes(). **/
 std::array<double, 3> findMiddle(const Mesh& mesh, const std::string& selection);
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr auto ProgramPollInterval = std::chrono::milliseconds(20);
 
-/** An open file, closed at the end. **/
+/** A log file, closed by the destructor. **/
 struct LogFile {
     explicit LogFile(const std::filesystem::path& path)
         : descriptor(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600)) {
@@ -56,7 +56,7 @@ ChildProcess startProgram(const ProgramRun& run) {
     try {
         return ChildProcess(setup);
     } catch (const std::system_error& error) {
-        // A process too many, or a lack of memory, is cured by no installation.
+        // Installation does not help against process limits or lack of memory.
         if (error.code() != std::errc::no_such_file_or_directory &&
             error.code() != std::errc::permission_denied)
             throw;
@@ -65,7 +65,8 @@ ChildProcess startProgram(const ProgramRun& run) {
 }
 
 void checkSpace(const std::filesystem::path& folder, const std::string& consequence) {
-    constexpr std::uintmax_t LeastSpace = 4096;  // of a disk that is not full [bytes]
+    constexpr std::uintmax_t LeastSpace = 4096;  // smallest free space of a disk that is not full
+                                                 // [bytes]
     std::error_code unknown;
     if (std::filesystem::space(folder, unknown).available < LeastSpace)
         throw std::runtime_error("the disk of '" + folder.parent_path().string() +

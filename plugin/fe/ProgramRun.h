@@ -1,7 +1,6 @@
 #pragma once
 /** @file
-Runs Gmsh: on one thread, in a folder of their own, with their output in a file.
-Internal to fe. **/
+Runs Gmsh on one thread, in its own folder, with its output in a file. Internal to fe. **/
 
 #include <filesystem>
 #include <map>
@@ -16,30 +15,30 @@ namespace simflex {
 struct ProgramRun {
     std::string program;
     std::vector<std::string> arguments;
-    std::filesystem::path folder;  ///< where it works
-    std::filesystem::path log;     ///< takes its output
-    std::string cure;              ///< what to do if it is not there, for the message
-    /** All variables that it sees. **/
+    std::filesystem::path folder;  ///< working directory
+    std::filesystem::path log;     ///< receives its output
+    std::string cure;              ///< remedy in the message if the program is missing
+    /** Complete environment of the program. **/
     std::map<std::string, std::string> environment = getSerialEnvironment();
     const Sandbox* sandbox = nullptr;
 
-    /** This process's, with one thread for each program. **/
+    /** Returns this process's environment with settings for one thread. **/
     static std::map<std::string, std::string> getSerialEnvironment();
 };
 
-/** @throws std::runtime_error if it cannot be started. **/
+/** @throws std::runtime_error if the program cannot be started. **/
 ChildProcess startProgram(const ProgramRun& run);
 
-/** Of programs that go on where they cannot write.
+/** For programs that ignore write errors.
 @param consequence  "Gmsh cannot write its mesh"
 @throws std::runtime_error if the disk of a temporary folder is full **/
 void checkSpace(const std::filesystem::path& folder, const std::string& consequence);
 
-/** Waits for its end, and kills it if progress asks to stop. @throws Cancelled. **/
+/** Waits for the program to end; kills it if progress requests cancellation. @throws Cancelled. **/
 const ChildEnd& waitForProgram(ChildProcess& process, const std::string& phase,
                                const ProgressCallback& progress);
 
-/** The last lines of a file that hold something, each on a line of its own, indented. **/
+/** Returns the last non-blank lines of a file, each on a separate line, indented. **/
 std::string readLastLines(const std::filesystem::path& file, size_t most);
 
 }  // namespace simflex

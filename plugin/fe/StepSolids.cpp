@@ -22,9 +22,9 @@ using Texts = std::vector<std::string_view>;
 constexpr int DeepestAssembly = 100;
 constexpr int MostProducts = 1000000;
 constexpr size_t MostSolids = 100000;
-constexpr double SameCorner = 1e-6;  ///< in lengths of the solid
+constexpr double SameCorner = 1e-6;  ///< relative to the solid's size
 
-/** Turned and moved. **/
+/** Rotation and translation of an occurrence. **/
 struct StepPlace {
     std::array<Vec3d, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     Vec3d origin{};
@@ -49,7 +49,7 @@ struct StepPlace {
     }
 };
 
-/** Divides what stands in brackets at its commas. **/
+/** Splits the content of brackets at its commas. **/
 Texts splitArguments(std::string_view text) {
     Texts parts;
     int depth = 0;
@@ -68,13 +68,13 @@ Texts splitArguments(std::string_view text) {
     return parts;
 }
 
-/** The number behind '#', or 0. **/
+/** Returns the number after '#', or 0. **/
 int readReference(std::string_view text) {
     int number = 0;
     return text.size() > 1 && text[0] == '#' && readInteger(text.substr(1), number) ? number : 0;
 }
 
-/** All references in a text. **/
+/** Returns all references in a text. **/
 std::vector<int> findReferences(std::string_view text) {
     std::vector<int> found;
     bool isText = false;
@@ -112,7 +112,8 @@ public:
 
 private:
     struct Entity {
-        std::string_view type, arguments;  ///< no type: one of several types, all in arguments
+        std::string_view type, arguments;  ///< empty type: a complex entity, with all types in
+                                           ///< `arguments`
     };
     struct Child {
         int definition = 0, occurrence = 0;
@@ -122,7 +123,7 @@ private:
         throw std::invalid_argument(m_path + ": " + why);
     }
 
-    /** `#1=TYPE(…);` **/
+    /** Finds all `#1=TYPE(…);`. **/
     void findEntities() {
         const std::string_view text = m_text;
         size_t at = text.find("DATA;");
@@ -163,7 +164,7 @@ private:
 
     Texts argumentsOf(int number) const { return splitArguments(get(number).arguments); }
 
-    /** A reference among the arguments. **/
+    /** Returns the reference in an argument. **/
     int follow(int number, size_t argument) const {
         const Texts arguments = argumentsOf(number);
         return argument < arguments.size() ? readReference(arguments[argument]) : 0;
@@ -176,7 +177,7 @@ private:
         return text[0] != '\'' ? "" : std::string(trimBlanks(text.substr(1, text.size() - 2)));
     }
 
-    /** The arguments of one type of an entity of several. **/
+    /** Returns the arguments of one type of a complex entity. **/
     Texts findType(int number, std::string_view type) const {
         const std::string_view text = get(number).arguments;
         for (size_t at = text.find(type); at != std::string_view::npos;
@@ -217,7 +218,7 @@ private:
                             m_definitions.end());
     }
 
-    /** Representations that are a product's, with those said to be the same. **/
+    /** Returns the representations of a product and those related to them as equal. **/
     std::vector<int> listShapes(int definition) const {
         const auto own = m_shapesOf.find(definition);
         std::vector<int> shapes = own == m_shapesOf.end() ? std::vector<int>() : own->second;
@@ -238,7 +239,7 @@ private:
         return x;
     }
 
-    /** Of an AXIS2_PLACEMENT_3D, in metres. **/
+    /** Reads an AXIS2_PLACEMENT_3D, in metres. **/
     StepPlace readPlace(int number, double unit) const {
         StepPlace place;
         place.origin = scaled(readTriple(follow(number, 1)), unit);
@@ -257,7 +258,7 @@ private:
         return place;
     }
 
-    /** The length [m] of the unit of a representation. **/
+    /** Returns the length [m] of a representation's unit. **/
     double findUnit(int representation) const {
         const Texts arguments = argumentsOf(representation);
         if (arguments.size() < 3) return 1e-3;
@@ -267,7 +268,7 @@ private:
         return 1e-3;
     }
 
-    /** 0: no unit of length. **/
+    /** Returns the length [m] of a unit, 0 if it is no unit of length. **/
     double readLength(int unit, int depth) const {
         const std::string_view text = get(unit).arguments;
         if (text.find("LENGTH_UNIT") == std::string_view::npos || depth > 2) return 0;
@@ -288,7 +289,7 @@ private:
         return prefix == Prefixes.end() ? 0 : prefix->second;
     }
 
-    /** Where an occurrence stands in its assembly. **/
+    /** Returns the placement of an occurrence in its assembly. **/
     StepPlace findPlace(const Child& child) const {
         const auto relation = m_placeOf.find(child.occurrence);
         if (relation == m_placeOf.end()) return {};
@@ -355,7 +356,7 @@ private:
         }
     }
 
-    /** Where the edges of a solid end, in its own unit. **/
+    /** Returns the ends of a solid's edges, in its own unit. **/
     const std::vector<Vec3d>& findCorners(int solid) {
         static const std::set<std::string_view> Ways = {
             "MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "FACETED_BREP",     "CLOSED_SHELL",

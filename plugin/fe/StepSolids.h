@@ -1,10 +1,8 @@
 #pragma once
 /** @file
-Names and corners of the solids of a STEP file (ISO 10303-21), with its assembly's structure.
-Internal to fe.
-
-Gmsh's volumes have no names. Those of the file are found by geometry: a solid is the volume that
-has its corners (matchSolids()). **/
+Names and corners of the solids in a STEP file (ISO 10303-21), with the structure of its assembly.
+Internal to fe. Gmsh's volumes have no names, so they are matched to the file's solids by their
+corners (matchSolids()). **/
 
 #include <string>
 #include <vector>
@@ -13,24 +11,24 @@ has its corners (matchSolids()). **/
 
 namespace simflex {
 
-/** A solid, as often as it stands in the assembly. **/
+/** A solid, listed once per occurrence in the assembly. **/
 struct StepSolid {
-    /** Of products and of their occurrences, from the whole assembly down, and its own; none is
-    empty, none comes twice. **/
+    /** Names of products and their occurrences, from the top of the assembly downwards, and its
+    own; without empty names and duplicates. **/
     std::vector<std::string> names;
-    std::vector<Vec3d> corners;  ///< where edges end [m], sorted, each once
+    std::vector<Vec3d> corners;  ///< ends of edges [m], sorted, without duplicates
 };
 
-/** Solids in the order of the file.
+/** Returns the solids in the order of the file.
 @throws std::runtime_error if the file cannot be read.
-@throws std::invalid_argument for a file whose assembly holds itself. **/
+@throws std::invalid_argument for an assembly that contains itself. **/
 std::vector<StepSolid> readStepSolids(const std::string& path);
 
-/** Whether all points of each list are among the other's. **/
+/** Returns whether all points of each list are in the other. **/
 bool haveSameCorners(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b);
 
-/** For each solid the index of the volume that has the same corners, -1 if none has; of volumes
-with the same corners the next one. **/
+/** Returns for each solid the index of a volume with the same corners, -1 if there is none; several
+such volumes are assigned in order. **/
 std::vector<int> matchSolids(const std::vector<StepSolid>& solids,
                              const std::vector<std::vector<Vec3d>>& volumes);
 

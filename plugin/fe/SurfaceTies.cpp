@@ -8,14 +8,16 @@ namespace simflex {
 namespace {
 
 constexpr double FirstStep = 0.25, LastStep = 1e-10;
-constexpr double Snap = 1e-7;  // places so near to a corner or middle are put there
+constexpr double Snap = 1e-7;  // points closer than this to a corner or mid-edge node are moved
+                               // there
 
 double distanceSquared(const Vec3d& a, const Vec3d& b) {
     const Vec3d d = sumOf(a, -1, b);
     return dot(d, d);
 }
 
-/** ξ, η on the face nearest to a point: a pattern search, since faces may be curved. **/
+/** Returns ξ, η of the face point nearest to a point, by a pattern search, since faces may be
+curved. **/
 std::array<double, 2> searchNearest(const std::vector<Vec3d>& nodes, const Vec3d& point) {
     const int size = int(nodes.size());
     const double lowest = size % 4 ? 0 : -1;
@@ -39,7 +41,7 @@ std::array<double, 2> searchNearest(const std::vector<Vec3d>& nodes, const Vec3d
                 if (i || j) moved |= tryPlace(center[0] + i * step, center[1] + j * step);
         if (!moved) step /= 4;
     }
-    // Newton to the last digits where the place is inside: ∂x/∂ξ·g = ∂x/∂η·g = 0 (flat part).
+    // Refine by Newton inside the face: ∂x/∂ξ·g = ∂x/∂η·g = 0 (without curvature terms).
     for (int iteration = 0; iteration < 3; ++iteration) {
         const FacePoint at = calcFacePoint(nodes, best[0], best[1]);
         const Vec3d gap = sumOf(point, -1, at.position);
@@ -62,7 +64,7 @@ Vec3d normalOf(const FacePoint& at) {
     return sumOf({0, 0, 0}, 1 / normOf(n), n);
 }
 
-/** a, b of the part of a gap in the face's tangent plane. **/
+/** Returns a, b of the gap's component in the face's tangent plane. **/
 std::array<double, 2> tangentPart(const FacePoint& at, const Vec3d& gap) {
     const double a = dot(at.tangentXi, at.tangentXi), b = dot(at.tangentXi, at.tangentEta),
                  c = dot(at.tangentEta, at.tangentEta);
@@ -86,7 +88,7 @@ TieSurface::TieSurface(std::vector<TieFace> faces) : m_faces(std::move(faces)) {
             }
             reach = std::max(reach, std::sqrt(distanceSquared(x, face.positions[0])));
         }
-        // A curved face bulges out of the box of its nodes by less than a quarter of its size.
+        // A curved face extends beyond the box of its nodes by less than a quarter of its size.
         for (size_t a = 0; a < 3 && face.nodes.size() > 4; ++a) {
             box.low[a] -= 0.25 * reach;
             box.high[a] += 0.25 * reach;
@@ -95,7 +97,7 @@ TieSurface::TieSurface(std::vector<TieFace> faces) : m_faces(std::move(faces)) {
         const size_t numCorners = face.nodes.size() % 4 ? 3 : 4;
         for (size_t k = 2; k < numCorners; ++k) {
             const Vec3d &p = face.positions[0], &q = face.positions[k - 1], &r = face.positions[k];
-            // From the centroid to an edge: a third of the height.
+            // Distance from the centroid to an edge: a third of the height.
             sum += normOf(cross(sumOf(q, -1, p), sumOf(r, -1, p))) / normOf(sumOf(q, -1, p)) / 3;
             ++numTriangles;
         }
@@ -156,7 +158,8 @@ std::vector<std::array<double, 9>> calcTieCoefficients(const std::vector<Vec3d>&
         for (size_t column = 0; column < 3; ++column) {
             Vec3d e{};
             e[column] = 1;
-            // δn of a unit translation of the node: the part of δ(t₁×t₂) across n, over its length.
+            // δn of a unit translation of the node: the component of δ(t₁×t₂) normal to n, divided
+            // by its length.
             Vec3d turn = sumOf(sumOf({0, 0, 0}, at.shapes.dXi[k], cross(e, at.tangentEta)),
                                at.shapes.dEta[k], cross(at.tangentXi, e));
             turn = sumOf(turn, -dot(turn, n), n);

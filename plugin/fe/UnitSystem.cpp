@@ -12,20 +12,20 @@
 namespace simflex {
 namespace {
 
-/** Solids: foams to osmium, rubber to diamond; both with room for the roughness of the figures. **/
+/** Solids from foams to osmium, from rubber to diamond, with a margin for rough estimates. **/
 constexpr double Lightest = 5, Heaviest = 30000;
 constexpr double Slowest = 20, Fastest = 40000;
-/** Parts: micromechanics to bridges [m]. **/
+/** Parts from micromechanics to bridges [m]. **/
 constexpr double Smallest = 1e-5, Largest = 1000, Absurd = 1e5;
 constexpr double LongGeometry = 50, HeavyGeometry = 1e6;  // [m], [kg]
-/** Ranges within which a guess at the units is worth naming. **/
+/** Ranges that make a suggested unit system plausible. **/
 constexpr double LikelyDensity[2] = {300, 23000}, LikelySpeed[2] = {300, 20000};
 
 bool isWithin(double value, double low, double high) {
     return value >= low && value <= high;
 }
 
-/** Six times the volume of a tetrahedron. **/
+/** Returns six times the volume of a tetrahedron. **/
 double calcTripleProduct(const Mesh& mesh, int a, int b, int c, int d) {
     std::array<double, 3> u[3];
     const int ends[3] = {b, c, d};
@@ -38,7 +38,7 @@ double calcTripleProduct(const Mesh& mesh, int a, int b, int c, int d) {
            u[0][2] * (u[1][0] * u[2][1] - u[1][1] * u[2][0]);
 }
 
-/** Volume by the corner nodes of the elements. **/
+/** Returns the volume from the corner nodes of the elements. **/
 double calcVolume(const Mesh& mesh) {
     static constexpr int Tet[1][4] = {{0, 1, 2, 3}};
     static constexpr int Wedge[3][4] = {{0, 1, 2, 3}, {1, 2, 3, 4}, {2, 3, 4, 5}};
@@ -60,9 +60,9 @@ double calcVolume(const Mesh& mesh) {
     return sixfold / 6;
 }
 
-/** Median over nodes of √(K_aa/m) times the distance to the nearest node coupled by K. The mass of
-a node is the sum of its row, which consistent masses of corners may make negative: those are passed
-over. **/
+/** Returns the median over nodes of √(K_aa/m) times the distance to the nearest node coupled by K.
+The mass of a node is its row sum, which may be negative at corners with consistent masses: such
+nodes are skipped. **/
 double estimateWaveSpeed(const FeModel& model) {
     const int n = model.mesh.numNodes();
     std::vector<double> mass(size_t(n), 0.0), stiffness(size_t(n), 0.0),
@@ -95,7 +95,7 @@ double estimateWaveSpeed(const FeModel& model) {
     return speeds[speeds.size() / 2];
 }
 
-/** The figures if the numbers taken as SI were in `units`. **/
+/** Returns the figures if the numbers were in `units` instead of SI. **/
 PartFigures withUnits(const PartFigures& figures, const UnitSystem& units) {
     PartFigures result = figures;
     result.size *= units.length;
@@ -175,7 +175,7 @@ void convertToSI(FeModel& model, const UnitSystem& units) {
 
 namespace {
 
-/** Edges of the box about a part. **/
+/** Returns the edges of the part's bounding box. **/
 std::array<double, 3> measureBox(const FeModel& model) {
     std::array<double, 3> edges{};
     for (size_t axis = 0; axis < 3; ++axis) {

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Vectors of three numbers, as meshes hold them. Internal to fe. **/
+Vectors of three numbers, as stored in meshes. Internal to fe. **/
 
 #include <array>
 #include <cmath>
@@ -29,7 +29,7 @@ inline Vec3d sumOf(const Vec3d& a, double factor, const Vec3d& b) {
     return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
 }
 
-/** Rows and columns of a symmetric tensor's six components: xx, yy, zz, xy, xz, yz. **/
+/** Row and column of each component of a symmetric tensor: xx, yy, zz, xy, xz, yz. **/
 constexpr int TensorPairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
 
 }  // namespace simflex

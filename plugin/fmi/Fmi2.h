@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-The binary interface of FMI 2.0 for co-simulation (Functional Mock-up Interface, Modelica
-Association, 2014, section 2.1 and 4.2), in words of our own. Internal. **/
+The binary interface of FMI 2.0 for co-simulation, in our own declarations (Functional Mock-up
+Interface, Modelica Association, 2014, section 2.1 and 4.2). Internal. **/
 
 #include <cstddef>
 

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-The binary interface of FMI 3.0 for co-simulation (Functional Mock-up Interface, Modelica
-Association, 2022, sections 2.2, 2.3 and 4.2), in words of our own. Internal. **/
+The binary interface of FMI 3.0 for co-simulation, in our own declarations (Functional Mock-up
+Interface, Modelica Association, 2022, sections 2.2, 2.3 and 4.2). Internal. **/
 
 #include <cstddef>
 #include <cstdint>

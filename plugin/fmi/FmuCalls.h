@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-What an instance of an FMU is asked and what it answers, in this process or in another: FmuLibrary
-and FmuProcess answer the same calls. Internal. **/
+Calls and replies of an FMU instance, in this process or another: FmuLibrary and FmuProcess
+implement the same calls. Internal. **/
 
 #include <cstdint>
 #include <string>
@@ -11,9 +11,9 @@ and FmuProcess answer the same calls. Internal. **/
 
 namespace simflex {
 
-/** A library and the instance to make of it. **/
+/** A library and the instance to create. **/
 struct FmuInstanceSetup {
-    int version = 2;  ///< of FMI: 2 or 3
+    int version = 2;  ///< FMI version: 2 or 3
     std::string library, resources, token, name;
 
     void visit(Archive& archive) { archive.visit(version, library, resources, token, name); }
@@ -38,7 +38,7 @@ struct FmuCall {
     int kind = Reset;
     std::string what;  ///< for messages: "a step"
     std::uint32_t reference = 0;
-    double value = 0;        ///< of a variable; of DoStep and EnterInitialization: the time [s]
+    double value = 0;        ///< of a variable; DoStep and EnterInitialization: the time [s]
     double length = 0;       ///< of DoStep [s]
     std::string bytes = {};  ///< of Restore
 
@@ -49,17 +49,17 @@ struct FmuCall {
 };
 
 struct FmuAnswer {
-    double value = 0;   ///< of a variable; of DoStep: 0 if the unit wants the simulation to end
+    double value = 0;   ///< of a variable; DoStep: 0 if the unit requests the end of the simulation
     std::string bytes;  ///< of Save
 
     void visit(Archive& archive) { archive.visit(value, bytes); }
 };
 
-/** To calls in their order, up to the first that failed, or that ended the simulation. **/
+/** Replies to calls in order, up to the first that failed or ended the simulation. **/
 struct FmuReply {
     std::vector<FmuAnswer> answers;
     std::string error;   ///< "a step has failed: no convergence"; empty: none
-    double seconds = 0;  ///< that the library took
+    double seconds = 0;  ///< spent in the library
 
     void visit(Archive& archive);
 };
@@ -67,11 +67,11 @@ struct FmuReply {
 class FmuInstanceCalls {
 public:
     virtual ~FmuInstanceCalls() = default;
-    /** @throws Cancelled if the user stops it meanwhile. **/
+    /** @throws Cancelled if the user cancels the call. **/
     virtual FmuReply ask(const std::vector<FmuCall>& calls) = 0;
 };
 
-/** As a frame carries them. **/
+/** Visits items in the format of a frame. **/
 template <class Item>
 void visitItems(Archive& archive, std::vector<Item>& items) {
     items.resize(archive.visitSize(items.size(), sizeof(std::uint64_t)));

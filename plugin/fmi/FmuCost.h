@@ -1,12 +1,12 @@
 #pragma once
-/** @file What it has cost to ask instances of FMUs. Internal. **/
+/** @file Cost of exchanges with FMU instances. Internal. **/
 
 namespace simflex {
 
 struct FmuCost {
     double exchanges = 0;
-    double seconds = 0;         ///< from question to answer
-    double librarySeconds = 0;  ///< of these, in the libraries themselves
+    double seconds = 0;         ///< from call to reply
+    double librarySeconds = 0;  ///< part spent in the libraries
 
     FmuCost& operator+=(const FmuCost& other) {
         exchanges += other.exchanges;

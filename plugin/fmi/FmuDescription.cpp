@@ -107,14 +107,14 @@ std::string writeVariable(const FmuVariable& variable, int version) {
            "><Real" + own + "/></ScalarVariable>\n";
 }
 
-/** What a variable is known by: its place in the list from 1, or its reference. **/
+/** Returns the key of a variable: its index in the list from 1, or its reference. **/
 std::string writeKey(const FmuDescription& description, const FmuVariable& variable) {
     return std::to_string(description.version == 3
                               ? int(variable.reference)
                               : int(&variable - description.variables.data()) + 1);
 }
 
-/** @param atStart  what initialisation finds depends on parameters, too **/
+/** @param atStart  initialisation also depends on parameters **/
 std::string writeUnknowns(const FmuDescription& description, const std::string& element,
                           bool atStart) {
     std::string text;
@@ -211,7 +211,7 @@ unsigned readReference(const std::string& text, const std::string& variable) {
     return unsigned(number);
 }
 
-/** @param value  element that has the type, start and unit **/
+/** @param value  element with the type, start and unit **/
 FmuVariable readVariable(Element& variable, Element& value) {
     FmuVariable read;
     read.name = get(variable, "name");
@@ -239,8 +239,8 @@ FmuVariable readVariable(Element& variable, Element& value) {
     return read;
 }
 
-/** The parser calls itself for each level of nesting, and compares each attribute of an element
-with all others. @throws std::runtime_error if there are more than in any description. **/
+/** The parser is recursive for nested elements and compares each attribute of an element with all
+others. @throws std::runtime_error beyond the limits of any real description. **/
 void refuseDeepOrWide(const std::string& xml) {
     constexpr int MostLevels = 100, MostAttributes = 1000;
     int level = 0;
@@ -262,7 +262,7 @@ void refuseDeepOrWide(const std::string& xml) {
                                          "' within an element");
             i += 2;
         } else {
-            // To the end of the tag, past '>' in the values of attributes.
+            // Skip to the end of the tag, ignoring '>' in attribute values.
             int count = 0;
             for (++i; i < xml.size() && xml[i] != '>'; ++i) {
                 if (xml[i] == '"' || xml[i] == '\'') i = skipTo(xml[i] == '"' ? "\"" : "'", i + 1);

@@ -1,6 +1,6 @@
 /** @file
-simflex_fmu_host: the process of one instance of an FMU. It answers what comes through the socket
-that is its standard input, see FmuProcess. **/
+simflex_fmu_host: the process of one FMU instance. It answers calls through the socket that is its
+standard input, see FmuProcess. **/
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@ namespace {
 
 using namespace simflex;
 
-constexpr int LeastChannel = 200;  // above what a library may use or close by mistake
+constexpr int LeastChannel = 200;  // above descriptors that a library may use or close by mistake
 
 /** @returns false at the end **/
 bool receive(int channel, void* data, std::size_t size) {

@@ -57,7 +57,7 @@ FmuLibrary::~FmuLibrary() {
         if (m_instance)
             find<void(void*)>(isThird() ? "fmi3FreeInstance" : "fmi2FreeInstance")(m_instance);
     } catch (const std::exception&) {
-        // Then it cannot be freed.
+        // It cannot be freed then.
     }
     dlclose(m_library);
 }
@@ -93,7 +93,7 @@ void FmuLibrary::fail(const std::string& what) const {
 }
 
 void FmuLibrary::require(int status, const std::string& what) {
-    if (status == Fatal) m_instance = nullptr;  // nothing may be called any more, not even to free
+    if (status == Fatal) m_instance = nullptr;  // no further calls are allowed, not even to free it
     if (status >= Discard) fail(what + " has failed");
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-The library of an FMU and an instance of it, in this process. It needs nothing else of simflex:
-simflex_fmu_host is made of it. Internal. **/
+The library of an FMU and an instance of it, in this process. It depends on nothing else in simflex,
+since simflex_fmu_host consists of it. Internal. **/
 
 #include <memory>
 #include <string>
@@ -12,8 +12,8 @@ namespace simflex {
 
 class FmuLibrary : public FmuInstanceCalls {
 public:
-    /** Loads the library and makes the instance. @throws std::runtime_error that says what the
-    library lacks or has said. **/
+    /** Loads the library and creates the instance. @throws std::runtime_error naming a missing
+    function or with the library's message. **/
     explicit FmuLibrary(const FmuInstanceSetup& setup);
     ~FmuLibrary() override;
     FmuLibrary(const FmuLibrary&) = delete;
@@ -21,20 +21,20 @@ public:
 
     FmuReply ask(const std::vector<FmuCall>& calls) override;
 
-    /** For the library to call. **/
+    /** Called by the library's logger. **/
     void hear(const std::string& message) { m_said = message; }
 
 private:
     struct Callbacks;
 
     bool isThird() const { return m_setup.version == 3; }
-    /** @throws std::runtime_error if the library has none of that name. **/
+    /** @throws std::runtime_error if the library has no such function. **/
     template <class Function>
     Function* find(const char* name) const;
     void instantiate();
     [[noreturn]] void fail(const std::string& what) const;
     void require(int status, const std::string& what);
-    /** A function that takes the instance and arguments, and gives a status. **/
+    /** Calls a function of the instance and arguments that returns a status. **/
     template <class... Arguments>
     void call(const char* name, const std::string& what, Arguments... arguments);
 

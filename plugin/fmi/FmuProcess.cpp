@@ -20,13 +20,13 @@ namespace simflex {
 namespace {
 
 constexpr int LookInterval = 100;      // [ms]
-constexpr double PatienceSeconds = 1;  // before an answer is said to take long
-constexpr double FarewellSeconds = 2;  // for a process to end that answers no more
+constexpr double PatienceSeconds = 1;  // before a slow reply is reported
+constexpr double FarewellSeconds = 2;  // for a process to end after the channel is closed
 constexpr std::uint64_t LargestFrame = std::uint64_t(1) << 32;
 
 }  // namespace
 
-/** One exchange: how long it has taken. **/
+/** Duration of one exchange. **/
 class FmuProcess::Watch {
 public:
     Watch(const FmuProcess& process, std::string what) : m_process(process), m_what(what) {}
@@ -65,8 +65,8 @@ FmuProcess::FmuProcess(const FmuInstanceSetup& setup, double timeout, std::funct
         ChildSetup child;
         child.arguments = {program};
         child.input = ends[1];
-        child.output = child.error = STDERR_FILENO;  // what it prints is no result
-        child.isOwnGroup = true;                     // Ctrl-C is for this process
+        child.output = child.error = STDERR_FILENO;  // its output is not a result
+        child.isOwnGroup = true;                     // Ctrl-C is handled by this process
         m_child = ChildProcess(child);
         close(ends[1]);
         ends[1] = -1;
@@ -84,7 +84,7 @@ FmuProcess::FmuProcess(const FmuInstanceSetup& setup, double timeout, std::funct
 
 FmuProcess::~FmuProcess() {
     close(m_channel);
-    // It frees its instance now, unless that takes too long.
+    // The process now frees its instance, unless that takes too long.
     const auto start = std::chrono::steady_clock::now();
     while (!m_child.hasEnded() && secondsSince(start) < FarewellSeconds) usleep(500);
 }
@@ -93,7 +93,7 @@ FmuReply FmuProcess::ask(const std::vector<FmuCall>& calls) {
     Archive sent;
     std::vector<FmuCall> copied = calls;
     visitItems(sent, copied);
-    // Of several the step is what takes time, and fails.
+    // Name the step, which takes the time and may fail.
     const auto step = std::find_if(calls.begin(), calls.end(), [](const FmuCall& call) {
         return call.kind == FmuCall::DoStep;
     });

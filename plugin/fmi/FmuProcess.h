@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-An instance of an FMU in a process of its own: one that crashes, exits or never answers does not
-take this process along. The process is the program simflex_fmu_host; frames of an Archive go to and
-fro through a socket, which is its standard input. Internal. **/
+An instance of an FMU in its own process: if it crashes, exits or hangs, this process survives. The
+process runs the program simflex_fmu_host; frames of an Archive are exchanged through a socket,
+which is its standard input. Internal. **/
 
 #include <functional>
 
@@ -13,9 +13,9 @@ namespace simflex {
 
 class FmuProcess : public FmuInstanceCalls {
 public:
-    /** @param timeout   [s] for one answer
-    @param goesOn  asked every now and then while an answer takes long; false stops the work
-    @throws std::runtime_error that says how the process ended or what the library lacks. **/
+    /** @param timeout   for one reply [s]
+    @param goesOn  called from time to time while waiting for a reply; false cancels the work
+    @throws std::runtime_error with the end of the process or the reason given by the library. **/
     FmuProcess(const FmuInstanceSetup& setup, double timeout, std::function<bool()> goesOn);
     ~FmuProcess() override;
     FmuProcess(const FmuProcess&) = delete;

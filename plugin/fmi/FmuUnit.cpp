@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/** Whether all that its headers speak of is in the file: the loader takes their word, and dies of
-what is missing. **/
+/** Returns whether everything that the ELF headers refer to is in the file: the loader does not
+check this, and crashes. **/
 bool isWholeLibrary(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
     const std::uint64_t size = fs::file_size(path);
@@ -120,7 +120,7 @@ FmuCall makeCall(int kind, const std::string& what, double value = 0, double len
 }
 
 int roundToWhole(const std::string& name, double value) {
-    constexpr double WholeTolerance = 1e-9;  // round-off of what was computed
+    constexpr double WholeTolerance = 1e-9;  // allows for round-off of computed values
     const double whole = std::round(value);
     if (!(std::abs(value - whole) <= WholeTolerance * std::max(1.0, std::abs(value)) &&
           std::abs(whole) <= double(std::numeric_limits<int>::max())))

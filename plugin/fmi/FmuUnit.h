@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-FMUs of others, for co-simulation by FMI 2.0 or 3.0, that run here. Internal.
+Runs FMUs of other tools, for co-simulation by FMI 2.0 or 3.0. Internal.
 
     const auto unit = std::make_shared<const FmuUnit>("controller.fmu");
     FmuSlave slave(unit, "pid", code);   // in a process of its own, or in this one
@@ -27,17 +27,17 @@ FMUs of others, for co-simulation by FMI 2.0 or 3.0, that run here. Internal.
 
 namespace simflex {
 
-/** What is in an FMU: unpacked and described. Nothing of it runs. **/
+/** An unpacked FMU and its description. Its code is not run. **/
 class FmuUnit {
 public:
-    /** @throws std::runtime_error naming the file and what is wrong with it. **/
+    /** @throws std::runtime_error naming the file and the error. **/
     explicit FmuUnit(const std::filesystem::path& path);
     FmuUnit(const FmuUnit&) = delete;
     FmuUnit& operator=(const FmuUnit&) = delete;
 
     const std::string& getPath() const { return m_path; }
     const FmuDescription& getDescription() const { return m_description; }
-    /** The library, and an instance of that name to make of it. **/
+    /** Returns the library and the name of an instance to create. **/
     FmuInstanceSetup makeSetup(const std::string& name) const;
     [[noreturn]] void fail(const std::string& what) const;
 
@@ -50,36 +50,36 @@ private:
     std::string m_library;  ///< path
 };
 
-/** An instance. A thread at a time asks it. **/
+/** An instance. Not thread-safe. **/
 class FmuSlave {
 public:
     /** @param name    for messages
-    @param code    says where it runs, and for how long an answer is waited
-    @param goesOn  asked while an answer takes long; false stops the work by Cancelled
-    @throws std::runtime_error; std::logic_error if `code` lets none run. **/
+    @param code    determines where it runs and the time limit of a reply
+    @param goesOn  called while waiting for a reply; false cancels the work by Cancelled
+    @throws std::runtime_error; std::logic_error if `code` does not allow FMUs. **/
     FmuSlave(std::shared_ptr<const FmuUnit> unit, const std::string& name, const AllowedCode& code,
              const std::function<bool()>& goesOn = {});
 
     const FmuUnit& getUnit() const { return *m_unit; }
     const FmuCost& getCost() const { return m_cost; }
 
-    /** @name All throw std::runtime_error with the file, the instance and what the unit has said,
-    or how its process ended **/
+    /** @name All throw std::runtime_error with the file, the instance and the unit's message, or
+    the end of its process **/
     /**@{**/
     void enterInitialization(double time);
     void exitInitialization();
     void reset();
-    /** @param variable  real, integer or boolean, no array **/
+    /** @param variable  real, integer or boolean, not an array **/
     void set(const std::string& variable, double value) { set({{variable, value}}); }
     double get(const std::string& variable) { return get(std::vector<std::string>{variable})[0]; }
-    /** Several at once are one exchange. **/
+    /** Several values at once take a single exchange. **/
     void set(const std::vector<std::pair<std::string, double>>& values);
     std::vector<double> get(const std::vector<std::string>& variables);
-    /** @returns false if the unit wants the simulation to end **/
+    /** @returns false if the unit requests the end of the simulation **/
     bool doStep(double time, double length);
-    /** All that a sample is, in one exchange: inputs are set, a step is made, outputs are read, and
-    with `saves` what it remembers is.
-    @returns nothing if the unit wants the simulation to end **/
+    /** Runs a sample in a single exchange: sets inputs, makes a step, reads outputs and, if `saves`
+    is set, saves the unit's state.
+    @returns nothing if the unit requests the end of the simulation **/
     struct Sample {
         std::vector<double> outputs;
         std::string memory;
@@ -87,7 +87,7 @@ public:
     std::optional<Sample> sample(const std::vector<std::pair<std::string, double>>& inputs,
                                  double time, double length,
                                  const std::vector<std::string>& outputs, bool saves);
-    /** All that it remembers, as bytes. @pre canSerializeState **/
+    /** Returns the complete state of the unit as bytes. @pre canSerializeState **/
     std::string save();
     void restore(const std::string& bytes);
     /**@}**/

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Units by their names in terms of SI's base units, as FMI wants them. Internal. **/
+Units in terms of SI base units, as required by FMI. Internal. **/
 
 #include <array>
 #include <optional>
@@ -8,15 +8,15 @@ Units by their names in terms of SI's base units, as FMI wants them. Internal. *
 
 namespace simflex {
 
-/** A quantity in the unit, times the factor, is one in kg, m, s, A, K, mol, cd, rad to these
-powers. **/
+/** Powers of kg, m, s, A, K, mol, cd, rad; a quantity in the unit times `factor` is in these base
+units. **/
 struct BaseUnit {
     std::array<int, 8> powers{};
     double factor = 1;
 };
 extern const char* const BaseUnitNames[8];
 
-/** Of "N m", "kg m^2/s", "rad/s", "MPa"; nothing if it is not known. **/
+/** Parses "N m", "kg m^2/s", "rad/s", "MPa"; nothing if the unit is unknown. **/
 std::optional<BaseUnit> findBaseUnit(const std::string& unit);
 
 }  // namespace simflex

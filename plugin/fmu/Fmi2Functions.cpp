@@ -1,5 +1,5 @@
 /** @file
-The functions of FMI 2.0 for co-simulation. No exception leaves them. **/
+The functions of FMI 2.0 for co-simulation. They do not throw. **/
 
 #include <algorithm>
 #include <cstdint>
@@ -36,7 +36,7 @@ void tell(const Callbacks* callbacks, const std::string& name, bool isLogging,
                       isError ? "logStatusError" : "logStatusWarning", "%s", message.c_str());
 }
 
-/** work(instance), which gives a Status. **/
+/** Calls work(instance), which returns a Status. **/
 template <class Work>
 Status guard(Component component, const Work& work) {
     Unit2* const unit = static_cast<Unit2*>(component);
@@ -58,7 +58,7 @@ Status refuse(Component component, const char* what) {
     });
 }
 
-/** "file:///a%20b" → "/a b". **/
+/** Converts "file:///a%20b" to "/a b". **/
 std::string readUri(const std::string& uri) {
     const std::string scheme = "file:";
     if (uri.compare(0, scheme.size(), scheme) != 0) return uri;
@@ -182,7 +182,7 @@ SIMFLEX_FMI Status fmi2SetReal(Component component, const Reference* references,
     });
 }
 
-/** There are none. **/
+/** Accessors of types that no variable has. **/
 #define SIMFLEX_NO_VARIABLES(NAME, TYPE)                                                       \
     SIMFLEX_FMI Status NAME(Component component, const Reference*, std::size_t count, TYPE*) { \
         return count == 0 ? Status::Ok : refuse(component, #NAME);                             \

@@ -1,5 +1,5 @@
 /** @file
-The functions of FMI 3.0 for co-simulation. No exception leaves them. **/
+The functions of FMI 3.0 for co-simulation. They do not throw. **/
 
 #include <algorithm>
 #include <cstdint>
@@ -34,7 +34,7 @@ void tell(void* environment, Logger logger, bool isLogging, FmuInstance::Level l
            isError ? "logStatusError" : "logStatusWarning", message.c_str());
 }
 
-/** work(instance). **/
+/** Calls work(instance). **/
 template <class Work>
 Status guard(Instance handle, const Work& work) {
     Unit3* const unit = static_cast<Unit3*>(handle);
@@ -156,7 +156,7 @@ SIMFLEX_FMI Status fmi3SetFloat64(Instance handle, const Reference* references, 
     });
 }
 
-/** There are none. **/
+/** Accessors of types that no variable has. **/
 #define SIMFLEX_NO_VARIABLES(TYPE, NUMBER)                                                 \
     SIMFLEX_FMI Status fmi3Get##TYPE(Instance handle, const Reference*, std::size_t count, \
                                      NUMBER*, std::size_t) {                               \
@@ -272,7 +272,7 @@ SIMFLEX_FMI Status fmi3GetDirectionalDerivative(Instance handle, const Reference
     });
 }
 
-/** What a unit without event mode, clocks and model exchange need not do. **/
+/** Functions not required without event mode, clocks and model exchange. **/
 #define SIMFLEX_NOT_OFFERED(NAME, ...)     \
     SIMFLEX_FMI Status NAME(__VA_ARGS__) { \
         return refuse(handle, #NAME);      \

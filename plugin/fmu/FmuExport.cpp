@@ -35,7 +35,7 @@ bool isWordCharacter(char c) {
     return isLetter(c) || isDigit(c) || c == '_';
 }
 
-/** Names in a formula, without components: "tip" of "tip.x". **/
+/** Returns the names in a formula, without components: "tip" for "tip.x". **/
 std::set<std::string> findNames(const std::string& formula) {
     std::set<std::string> names;
     for (size_t i = 0; i < formula.size();) {
@@ -58,7 +58,7 @@ void visitScalars(const ModelValue& value, const std::function<void(const ModelV
     for (const std::string& key : value.getKeys()) visitScalars(value.get(key), visit);
 }
 
-/** Parameters that what `value` says depends on, through others as well. **/
+/** Returns the parameters that a value depends on, directly or through others. **/
 std::set<std::string> findParameters(const ModelValue& file, const ModelValue& value) {
     const ModelValue parameters = file.get("parameters");
     std::set<std::string> found;
@@ -70,10 +70,10 @@ std::set<std::string> findParameters(const ModelValue& file, const ModelValue& v
     return found;
 }
 
-/** Inputs that a probe depends on at once; nothing: it may be all of them. **/
+/** Returns the inputs that a probe depends on directly; nothing: possibly all of them. **/
 std::optional<std::vector<std::string>> findInputs(const ModelValue& file,
                                                    const ModelValue& probe) {
-    // Of what is where, and moves how; not of forces and accelerations.
+    // Positions and velocities depend on no inputs; forces and accelerations may.
     for (const char* kind :
          {"position", "velocity", "orientation", "angular_velocity", "coordinate", "rate",
           "distance", "distance_rate", "displacement", "function"})
@@ -99,7 +99,7 @@ std::string makeIdentifier(const std::string& path) {
     return identifier.empty() || isDigit(identifier[0]) ? "model_" + identifier : identifier;
 }
 
-/** Of letters that mean nothing to YAML and archives. **/
+/** Returns a name without special characters of YAML and archives. **/
 std::string makePlainName(int number, const std::string& name) {
     std::string plain = std::to_string(number) + '-' + name;
     for (char& c : plain)
@@ -176,7 +176,7 @@ private:
         m_manifest.outputs = fmu::listOutputs(session.getProbes());
     }
 
-    /** Reduced as they are now. **/
+    /** Adds the parts as reduced now. **/
     void addParts(const ModelOptions& modelOptions, ZipWriter& zip, Hash& sum) {
         const TemporaryFolder folder;
         int number = 0;
@@ -190,7 +190,7 @@ private:
         }
     }
 
-    /** Those that the model reads: tables, meshes of bodies. **/
+    /** Adds the files that the model reads: tables, meshes of bodies. **/
     void addFiles(ZipWriter& zip, Hash& sum) {
         int number = 0;
         visitScalars(m_file, [&](const ModelValue& scalar) {

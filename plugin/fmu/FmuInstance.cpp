@@ -14,7 +14,7 @@ namespace fmu {
 
 namespace {
 
-constexpr double SameTime = 1e-9;  ///< of the larger, or absolute [s]
+constexpr double SameTime = 1e-9;  ///< relative to the larger time, or absolute [s]
 
 }  // namespace
 
@@ -56,7 +56,7 @@ Session& FmuInstance::updSession() {
         ModelText text = loadModelText(m_folder + '/' + m_manifest.model, m_manifest.settings);
         text.settings.insert(text.settings.end(), m_settings.begin(), m_settings.end());
         ModelOptions options;
-        // Its exporter has allowed them.
+        // The exporter has allowed them.
         options.code.fmus = AllowedCode::Fmus::ThisProcess;
         options.listener.warn = [this](const std::string& warning) {
             m_log(Level::Warning, warning);
@@ -142,7 +142,7 @@ const std::string& FmuInstance::findInput(unsigned reference) const {
 std::vector<double> FmuInstance::calcDirectionalDerivative(const std::vector<unsigned>& outputs,
                                                            const std::vector<unsigned>& inputs,
                                                            const std::vector<double>& seeds) {
-    constexpr double Step = 1e-3;  // of an input, or of 1
+    constexpr double Step = 1e-3;  // relative to an input, or to 1
     if (m_phase == Instantiated)
         throw std::runtime_error("a derivative before the unit is initialized");
     const size_t first = 1 + m_manifest.parameters.size() + m_manifest.inputs.size();
@@ -204,7 +204,7 @@ FmuInstance::Outcome FmuInstance::doStep(double time, double length) {
     if (!(length >= 0)) throw std::runtime_error("a step of " + writeGeneral(length) + " s");
     if (!(end > now)) return Outcome::Done;
     m_isTerminated = session.runTo(end, end - now) == Session::Outcome::Terminated;
-    // Rates are those of one step.
+    // Rates are valid for one step only.
     for (const Model::InputEntry& input : session.getModel().getInputs())
         if (session.get("inputs." + input.name + ".rate")[0] != 0)
             m_pending.push_back({input.name, session.get("inputs." + input.name)[0]});
@@ -266,7 +266,7 @@ FmuInstance::Kept FmuInstance::unpack(const std::string& bytes) {
     visit(archive, kept, state);
     archive.requireEnd();
     if (kept.phase != Stepping) return kept;
-    // The model of its own settings.
+    // Unpacking needs a model with the same settings.
     if (kept.settings == m_settings) {
         kept.state = updSession().unpack(state);
         return kept;

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-One instance of a model that is an FMU: what fmi2… and fmi3… functions ask a Session for. Errors are
+One instance of a model as an FMU: implements the fmi2… and fmi3… functions by a Session. Errors are
 exceptions here. Internal. **/
 
 #include <functional>
@@ -22,8 +22,8 @@ public:
     enum class Level { Warning, Error };
     using Log = std::function<void(Level level, const std::string& message)>;
 
-    /** @param resources  path of that folder
-    @throws std::runtime_error if they are not those of the token. **/
+    /** @param resources  path of the resources folder
+    @throws std::runtime_error if the resources do not match the token. **/
     FmuInstance(const std::string& resources, const std::string& token, Log log);
 
     void log(Level level, const std::string& message) const { m_log(level, message); }
@@ -34,23 +34,23 @@ public:
 
     double get(unsigned reference);
     void set(unsigned reference, double value);
-    /** Of an input. **/
+    /** Sets the rate of an input. **/
     void setRate(unsigned reference, double rate);
 
-    /** How fast outputs change at this time with inputs in the direction of the seeds, all else as
-    it is: by differences of the fourth order, after which nothing has changed. **/
+    /** Returns the derivatives of outputs at this time for inputs in the direction of the seeds, by
+    fourth-order differences. The instance is unchanged afterwards. **/
     std::vector<double> calcDirectionalDerivative(const std::vector<unsigned>& outputs,
                                                   const std::vector<unsigned>& inputs,
                                                   const std::vector<double>& seeds);
 
     enum class Outcome { Done, Terminated };
-    /** @throws also if it is not at `time`; a unit that has failed stays where it was. **/
+    /** @throws also if the instance is not at `time`; after a failure the unit stays where it
+    was. **/
     Outcome doStep(double time, double length);
-    /** Where it is. **/
     double getTime();
     bool isTerminated() const { return m_isTerminated; }
 
-    /** All that decides on what it does from now on. **/
+    /** The complete state of the instance. **/
     struct Kept {
         int phase;
         double startTime;
@@ -67,10 +67,10 @@ public:
 private:
     enum Phase { Instantiated, Initialization, Stepping };
 
-    /** With what has been set. **/
+    /** Returns the session, created with the values that were set. **/
     Session& updSession();
     void visit(Archive& archive, Kept& kept, std::string& state) const;
-    /** @throws std::runtime_error unless it is of an input. **/
+    /** @throws std::runtime_error unless it is an input. **/
     const std::string& findInput(unsigned reference) const;
 
     std::string m_folder;
@@ -79,7 +79,7 @@ private:
     Phase m_phase = Instantiated;
     double m_startTime = 0;
     bool m_isTerminated = false;
-    std::vector<std::string> m_settings;  ///< of parameters and of inputs at the start
+    std::vector<std::string> m_settings;  ///< parameters, and initial values of inputs
     std::vector<Session::Input> m_pending;
     std::unique_ptr<Session> m_session;
 };

@@ -20,7 +20,7 @@ namespace {
 const char* const LibraryName = "libsimflex_fmu.so";
 const char* const Levels = "glibc-hwcaps";
 
-/** Every system has them, and a process has them once. **/
+/** Libraries that every system has and that a process may contain only once. **/
 bool isOfSystem(const std::string& name) {
     for (const char* stem : {"ld-linux", "libc.so", "libm.so", "libdl.so", "libpthread.so",
                              "librt.so", "libresolv.so", "libstdc++.so", "libgcc_s.so"})
@@ -28,7 +28,7 @@ bool isOfSystem(const std::string& name) {
     return false;
 }
 
-/** Strings of a loaded library's dynamic section. **/
+/** Returns strings of a loaded library's dynamic section. **/
 std::vector<std::string> listDynamic(const link_map& library, ElfW(Sxword) tag) {
     const char* strings = nullptr;
     for (const ElfW(Dyn)* entry = library.l_ld; entry->d_tag != DT_NULL; ++entry)
@@ -73,7 +73,7 @@ std::vector<LibraryFile> findLibraries(const std::string& library, const std::st
                 files.push_back({name, fs::canonical(found->second->l_name).string()});
                 continue;
             }
-            // Those of simflex, for every level of processors.
+            // Libraries of simflex, for all processor levels.
             files.push_back({name, fs::canonical(own).string()});
             if (!fs::is_directory(path.parent_path() / Levels)) continue;
             for (const fs::directory_entry& level :

@@ -35,7 +35,7 @@ bool isNumPy(const std::string& path) {
     throw std::invalid_argument(path + ": " + what + "; is the file damaged?");
 }
 
-// .npz: a zip archive of .npy files
+// .npz: a ZIP archive of .npy files
 
 std::uint64_t readLittle(const std::string& bytes, size_t at, int size) {
     std::uint64_t value = 0;
@@ -48,7 +48,7 @@ void writeLittle(std::string& bytes, std::uint64_t value, int size) {
     for (int k = 0; k < size; ++k) bytes += char(value >> (8 * k) & 255);
 }
 
-/** The value of a key in the dictionary of a .npy file's header. **/
+/** Returns the value of a key in the dictionary of a .npy header. **/
 std::string findKey(const std::string& header, const std::string& key) {
     const size_t at = header.find("'" + key + "'");
     const size_t colon = at == std::string::npos ? at : header.find(':', at);
@@ -67,7 +67,7 @@ void convert(const char* bytes, std::vector<double>& values) {
     }
 }
 
-/** @returns false for types other than numbers. **/
+/** @returns false for non-numeric types. **/
 bool convertNumbers(const std::string& type, const char* bytes, std::vector<double>& values) {
     if (type == "f8")
         convert<double>(bytes, values);
@@ -109,7 +109,7 @@ void transpose(FileArray& array) {
     array.values = std::move(values);
 }
 
-/** @returns false for an array that is passed over. **/
+/** @returns false for an array to be ignored. **/
 bool readNpy(const std::string& path, const std::string& text, FileArray& array) {
     constexpr size_t Fixed = 10;
     if (text.size() < Fixed || text.compare(0, 6, "\x93NUMPY") != 0)
@@ -169,7 +169,7 @@ void checkSparse(const std::string& path, const FileArray& array) {
                     "sparse matrix " + array.name + " has columns that do not fit its values");
 }
 
-/** SciPy's three arrays become one sparse matrix. **/
+/** Combines SciPy's three arrays into one sparse matrix. **/
 std::vector<FileArray> joinSparse(const std::string& path,
                                   std::map<std::string, FileArray> arrays) {
     std::vector<std::string> sparse;
@@ -210,7 +210,7 @@ std::vector<FileArray> readNpz(const std::string& path) {
     return joinSparse(path, std::move(arrays));
 }
 
-/** A .npy file. **/
+/** Returns the bytes of a .npy file. **/
 std::string makeNpy(const std::string& type, const std::vector<std::int64_t>& shape,
                     const std::string& data) {
     constexpr size_t Alignment = 64, Fixed = 10;
@@ -231,7 +231,7 @@ std::string bytesOf(const std::vector<T>& values) {
     return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-/** Texts of one width, of characters of 4 bytes. **/
+/** Fixed-width strings of four-byte characters. **/
 std::string makeNpy(const std::vector<std::string>& texts) {
     std::vector<std::u32string> lines;
     size_t width = 1;
@@ -274,7 +274,7 @@ struct MatCloser {
     void operator()(mat_t* file) const { Mat_Close(file); }
     void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
 };
-/** Bytes of a variable of MATLAB's format 5, with its rows' and columns' numbers. **/
+/** Size limit of a variable in MATLAB's format 5, including row and column indices. **/
 constexpr size_t MostInMat = (size_t(1) << 32) * 8 / 12;
 using MatFile = std::unique_ptr<mat_t, MatCloser>;
 using MatVariable = std::unique_ptr<matvar_t, MatCloser>;

@@ -13,7 +13,7 @@
 namespace simflex {
 namespace {
 
-constexpr size_t Block = size_t(1) << 20;  // a multiple of eight bytes
+constexpr size_t Block = size_t(1) << 20;  // must be a multiple of eight bytes
 
 struct Trailer {
     char mark[8] = {'S', 'F', 'L', 'X', 'S', 'U', 'M', '1'};

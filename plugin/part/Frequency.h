@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Frequencies of a part's modes, as numbers and as text. **/
+Frequencies of a part's modes as numbers and text. **/
 
 #include <cmath>
 #include <cstdio>
@@ -12,7 +12,7 @@ Frequencies of a part's modes, as numbers and as text. **/
 
 namespace simflex {
 
-/** Free-free frequencies of the part [Hz], ascending. **/
+/** Returns the free-free frequencies of the part [Hz], ascending. **/
 inline std::vector<double> calcFrequencies(const ReducedBody& part) {
     constexpr double pi = 3.14159265358979323846;
     std::vector<double> hertz;
@@ -21,7 +21,8 @@ inline std::vector<double> calcFrequencies(const ReducedBody& part) {
     return hertz;
 }
 
-/** "123.4 Hz": about five digits, never an exponent unless the number is very small. **/
+/** Returns "123.4 Hz": about four significant digits, without an exponent unless the value is very
+small. **/
 inline std::string formatFrequency(double hertz) {
     const std::string text = hertz >= 99.995 || hertz == 0 ? writeFixed(hertz, 1)
                              : hertz >= 9.9995             ? writeFixed(hertz, 2)
@@ -30,7 +31,8 @@ inline std::string formatFrequency(double hertz) {
     return text + " Hz";
 }
 
-/** "07": number of a mode, from 1, with as many digits as the last of them has (at least two). **/
+/** Returns a mode number (from 1) padded to the width of the largest one, at least two digits:
+"07". **/
 inline std::string formatModeNumber(int number, int numModes) {
     char text[32];
     std::snprintf(text, sizeof text, "%0*d", numModes < 100 ? 2 : numModes < 1000 ? 3 : 6, number);

@@ -12,20 +12,21 @@ namespace simflex {
 namespace hdf5 {
 namespace {
 
-/** Longest text attribute: HDF5 keeps attributes in the object header, which holds 64 KiB. **/
+/** Longest text attribute: HDF5 stores attributes in the object header, which is limited to 64
+KiB. **/
 constexpr size_t LongestText = 60000;
 
-/** Most numbers a data set can hold, so that a damaged file asks for no absurd memory. **/
+/** Size limit of a data set, so that a damaged file does not request absurd amounts of memory. **/
 constexpr double MostNumbers = 1e11;
 
-/** Notes the name of the first link that leads out of the file. **/
+/** Records the name of the first external or user-defined link. **/
 herr_t findForeignLink(hid_t, const char* name, const H5L_info_t* info, void* found) {
     if (info->type == H5L_TYPE_HARD || info->type == H5L_TYPE_SOFT) return 0;
     *static_cast<std::string*>(found) = name;
     return 1;
 }
 
-/** @throws std::runtime_error if a link leads to another file, which a file of a stranger could
+/** @throws std::runtime_error if a link leads to another file, which an untrusted file could
 choose. **/
 void refuseForeignLinks(hid_t file) {
     std::string found;
@@ -123,7 +124,7 @@ Handle createFile(const std::string& path) {
 
 Handle openFile(const std::string& path) {
     if (!isInputFile(path)) throw std::runtime_error("there is no such file");
-    // Closing the file closes everything in it, so that a damaged one leaves nothing open.
+    // Closing the file closes all its objects, so that a damaged file leaves nothing open.
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "create properties");
     check(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG), "set the way of closing");
     Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose,

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The few HDF5 operations that the part file needs, as values that clean up. (Private header.) **/
+RAII wrappers of the HDF5 operations needed for part files. (Private header.) **/
 
 #include <hdf5.h>
 
@@ -11,7 +11,7 @@ The few HDF5 operations that the part file needs, as values that clean up. (Priv
 namespace simflex {
 namespace hdf5 {
 
-/** An HDF5 identifier that closes itself. **/
+/** An HDF5 identifier, closed by the destructor. **/
 class Handle {
 public:
     Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what);
@@ -26,7 +26,7 @@ private:
     herr_t (*m_close)(hid_t);
 };
 
-/** Keeps HDF5 from printing its own error stack while this lives. **/
+/** Suppresses HDF5's error output during its lifetime. **/
 class Quiet {
 public:
     Quiet();
@@ -39,14 +39,14 @@ private:
     void* m_data = nullptr;
 };
 
-/** "cannot create the file: No space left on device": with the system's reason where it is the
-disk's, which HDF5 does not pass on. **/
+/** Returns "cannot create the file: No space left on device", with the system's reason for disk
+errors, which HDF5 does not report. **/
 std::string describeFailure(const std::string& what);
-/** Throws it for a negative status. **/
+/** Throws describeFailure(what) for a negative status. **/
 void check(herr_t status, const std::string& what);
 
-/** All of these throw std::runtime_error with the name of the object that failed. Nothing carries
-a time stamp. **/
+/** All of these throw std::runtime_error with the name of the object that failed. Objects have no
+time stamps. **/
 Handle createFile(const std::string& path);
 Handle openFile(const std::string& path);
 Handle createGroup(hid_t parent, const std::string& name);
@@ -56,20 +56,19 @@ Handle openData(hid_t parent, const std::string& name);
 /** Whether the group has a member of this name. **/
 bool hasLink(hid_t group, const std::string& name);
 
-/** Number of links of a group, and their names. **/
+/** Number of links of a group; their names. **/
 size_t countLinks(hid_t group);
 std::vector<std::string> listLinks(hid_t group);
 
 void writeText(hid_t object, const std::string& name, const std::string& value);
-/** Text that can be printed, see makePrintable(): the file may be anybody's. **/
+/** Reads printable text (see makePrintable()), since the file is untrusted. **/
 std::string readText(hid_t object, const std::string& name);
-/** The same as it stands there, which a path may need. **/
+/** Reads text unchanged, as needed for paths. **/
 std::string readPath(hid_t object, const std::string& name);
 void writeInteger(hid_t object, const std::string& name, int value);
 int readInteger(hid_t object, const std::string& name);
 
-/** Texts as a data set, of any number and length, each as long as the longest. They are read as
-readText() reads one. **/
+/** Texts as a data set, padded to the longest. They are read as by readText(). **/
 void writeTexts(hid_t parent, const std::string& name, const std::vector<std::string>& texts);
 std::vector<std::string> readTexts(hid_t parent, const std::string& name);
 
@@ -80,7 +79,7 @@ void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& sh
 void write(hid_t parent, const std::string& name, const std::vector<hsize_t>& shape,
            const int* values);
 
-/** Reads a data set that must have this shape; a 0 stands for any extent. **/
+/** Read a data set, which must have this shape; 0 stands for any extent. **/
 std::vector<double> readNumbers(hid_t parent, const std::string& name,
                                 const std::vector<hsize_t>& shape);
 std::vector<float> readFloats(hid_t parent, const std::string& name,

@@ -25,10 +25,10 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/** Modes whose products differ from those of orthonormal mean-axis modes by less are kept as they
-are. **/
+/** Modes whose inner products deviate from orthonormal mean-axis modes by less are used
+unchanged. **/
 constexpr double RoundOff = 1e-11;
-/** A combination of modes with a smaller part of its mass left beside rigid motion is rigid. **/
+/** A combination of modes with a smaller share of its mass outside rigid motion is rigid. **/
 constexpr double RigidLimit = 1e-9;
 
 constexpr int MostNodes = 100000000, MostModes = 1000000, MostNumber = 2000000000;
@@ -39,7 +39,7 @@ Matrix3d crossMatrix(const Vector3d& a) {
     return A;
 }
 
-/** Components xx yy zz xy xz yz as a matrix. **/
+/** Builds a symmetric matrix from components xx yy zz xy xz yz. **/
 template <class Components>
 Matrix3d symmetricMatrix(const Components& c) {
     Matrix3d A;
@@ -49,7 +49,7 @@ Matrix3d symmetricMatrix(const Components& c) {
 
 // Writing
 
-/** Text of a file with numbers of 17 digits. **/
+/** File text with numbers of 17 digits. **/
 class FemText {
 public:
     void line(const std::string& text) { m_text += text + "\n"; }
@@ -61,7 +61,7 @@ public:
         m_text += writeScientific(value, 16);
         m_text += after;
     }
-    /** One row a line. **/
+    /** Writes one matrix row per line. **/
     template <class Matrix>
     void matrix(const Matrix& A) {
         for (Eigen::Index i = 0; i < A.rows(); ++i)
@@ -74,7 +74,7 @@ private:
     std::string m_text;
 };
 
-/** Names in comments: what would end the line or the quotes is replaced. **/
+/** Replaces characters that would end the line or the quotes of a comment. **/
 std::string plainName(std::string name) {
     for (char& c : name)
         if (c == '\'' || (unsigned char)(c) < ' ') c = '_';
@@ -88,7 +88,7 @@ struct RecordGroup {
     std::vector<double> numbers;
 };
 
-/** The numbers of a file by record group, and the interfaces that its comments name. **/
+/** The numbers of a file by record group, and the interfaces named in its comments. **/
 class FemFile {
 public:
     explicit FemFile(const std::string& path) : m_path(path) {
@@ -114,7 +114,7 @@ public:
 
     bool has(int group) const { return m_groups.count(group) > 0; }
 
-    /** The numbers of a group that must have so many. **/
+    /** Returns the numbers of a group, which must have this count. **/
     const std::vector<double>& get(int group, const char* what, size_t count) const {
         const auto found = m_groups.find(group);
         if (found == m_groups.end())
@@ -171,7 +171,7 @@ private:
     std::map<int, RecordGroup> m_groups;
 };
 
-/** Everything bilinear in s (from the centre of mass) and the mode shapes. **/
+/** All sums bilinear in s (from the centre of mass) and the mode shapes. **/
 struct ModalSums {
     double mass = 0;
     Vector3d center = Vector3d::Zero();
@@ -295,7 +295,8 @@ ModalSums sumInvariants(const FemFile& file, int n) {
     return sums;
 }
 
-/** Rigid motion of each mode: translation and rotation about the centre of mass, by the masses. **/
+/** Rigid part of each mode: translation and rotation about the centre of mass, weighted by
+mass. **/
 struct RigidPart {
     Matrix3Xd a, b;
 
@@ -311,7 +312,7 @@ struct RigidPart {
     }
 };
 
-/** Takes the rigid motion out of all sums and out of M. **/
+/** Removes the rigid motion from all sums and from M. **/
 void removeRigid(const RigidPart& rigid, ModalSums& sums, MatrixXd& M) {
     const int n = int(sums.T.cols());
     const Matrix3d S = 0.5 * sums.inertia.trace() * Matrix3d::Identity() - sums.inertia;
@@ -331,7 +332,7 @@ void removeRigid(const RigidPart& rigid, ModalSums& sums, MatrixXd& M) {
     sums.T.setZero();
 }
 
-/** V with VᵀMV = 1, VᵀKV = Ω² ascending; directions without mass (rigid ones) are left out. **/
+/** Returns V with VᵀMV = 1, VᵀKV = Ω² ascending; massless directions (rigid ones) are removed. **/
 MatrixXd solvePencil(const FemFile& file, const MatrixXd& M, const VectorXd& wholeMass,
                      const MatrixXd& K, VectorXd& omegaSquared) {
     const VectorXd scale = wholeMass.cwiseSqrt().cwiseInverse();
@@ -392,7 +393,7 @@ void setInvariants(const ModalSums& sums, const MatrixXd& V, ReducedBody& body) 
     body.N[2] = toVector(G[0][1] - G[0][1].transpose());
 }
 
-/** Largest difference of A from B over the largest entry of B. **/
+/** Returns the largest difference of A from B relative to the largest entry of B. **/
 double calcDefect(const MatrixXd& A, const MatrixXd& B) {
     return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff();
 }
@@ -496,7 +497,7 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
     n -= file.toCount(1, header[4], "a number of rejected modes of", 0, MostModes);
     if (n < 1) file.refuse(1, "has no modes");
 
-    // Nodes by ascending number.
+    // Sort the nodes by number.
     const auto& listed = file.get(2, "nodes", size_t(numNodes));
     std::vector<int> order(size_t(numNodes), 0);
     std::iota(order.begin(), order.end(), 0);
@@ -566,7 +567,7 @@ ReducedBody readMbdynFem(const std::string& path, const MbdynFemOptions& options
     body.provenance.source = path;
     body.provenance.program = "MBDyn modal data";
 
-    // Shapes at the nodes, rigid motion taken out.
+    // Shapes at the nodes without rigid motion.
     const auto shapeOf = [&](int k) {
         MatrixXd U = modes.U.middleRows(6 * k, 6);
         if (!isMeanAxis) {

@@ -62,7 +62,7 @@ void checkNodes(const Mesh& mesh) {
                                             std::to_string(mesh.numNodes() - 1));
 }
 
-/** Calls visit(face) for every face of every element, in the order of the mesh. **/
+/** Calls visit(face) for all faces of all elements, in the order of the mesh. **/
 template <class Visit>
 void forEachFace(const Mesh& mesh, const Visit& visit) {
     for (const ElementBlock& block : mesh.elements) {
@@ -74,7 +74,7 @@ void forEachFace(const Mesh& mesh, const Visit& visit) {
     }
 }
 
-using Key = std::array<int, 4>;  // corners, sorted: the lowest first, -1 of a triangle last
+using Key = std::array<int, 4>;  // sorted corners; −1 of a triangle last
 
 Key calcKey(const MeshFace& face) {
     Key key = face.corners;
@@ -83,8 +83,8 @@ Key calcKey(const MeshFace& face) {
 }
 
 struct Entry {
-    std::array<int, 3> others;  // of the key
-    std::size_t face;           // by place in the mesh
+    std::array<int, 3> others;  // the key's other corners
+    std::size_t face;           // index of the face in the mesh
 };
 
 }  // namespace
@@ -92,7 +92,7 @@ struct Entry {
 std::vector<MeshFace> extractBoundaryFaces(const Mesh& mesh) {
     checkNodes(mesh);
 
-    // Faces by their lowest corner: only few share one, so that finding equals takes linear time.
+    // Group faces by their lowest corner: few share one, so duplicates are found in linear time.
     std::vector<std::size_t> starts(std::size_t(mesh.numNodes()) + 1, 0);
     std::size_t numFaces = 0;
     forEachFace(mesh, [&](const MeshFace& face) {
@@ -148,7 +148,7 @@ std::vector<MeshFace> listSkinOf(const Mesh& mesh, const std::vector<char>& isCh
 }
 
 std::vector<MeshFace> listLoadedFaces(const Mesh& mesh, const std::vector<char>& isChosen) {
-    std::set<Key> hidden;  // sides and edges of whole shells
+    std::set<Key> hidden;  // lower sides and edges of fully chosen shells
     for (const ElementBlock& block : mesh.elements) {
         if (!block.isShell) continue;
         const std::size_t size = std::size_t(numNodesOf(block.type));

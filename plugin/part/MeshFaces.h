@@ -9,8 +9,8 @@ Faces of a solid mesh. Standard types only. **/
 
 namespace simflex {
 
-/** One face of an element: mesh indices of its corners, anticlockwise from outside, and of its
-mid-edge nodes (that between corners k and k+1 is middles[k]); −1 where there is none. **/
+/** A face of an element: mesh indices of its corners, anticlockwise seen from outside, and of its
+mid-edge nodes (middles[k] is between corners k and k+1); −1: none. **/
 struct MeshFace {
     std::array<int, 4> corners;
     std::array<int, 4> middles;
@@ -19,20 +19,21 @@ struct MeshFace {
     bool isQuadratic() const { return middles[0] >= 0; }
 };
 
-/** The faces that belong to one element only: the skin, in the order of the mesh's elements. Time
-and memory O(faces) when no node has a large share of them.
-@throws std::invalid_argument that names a node index outside the mesh. **/
+/** Returns the faces that belong to one element only, in the order of the mesh's elements. Time and
+memory O(faces) unless a node belongs to a large share of them.
+@throws std::invalid_argument naming a node index outside the mesh. **/
 std::vector<MeshFace> extractBoundaryFaces(const Mesh& mesh);
 
-/** The faces of the skin that have these nodes alone.
+/** Returns the boundary faces whose nodes are all chosen.
 @param isChosen  by mesh index **/
 std::vector<MeshFace> listSkinOf(const Mesh& mesh, const std::vector<char>& isChosen);
 
-/** The same, but of shells all of whose nodes are among them the upper side alone, so that a load
-per area acts once. **/
+/** As listSkinOf(), but if all nodes of a shell are chosen, only its upper side, so that a load per
+area acts once. **/
 std::vector<MeshFace> listLoadedFaces(const Mesh& mesh, const std::vector<char>& isChosen);
 
-/** All faces that have these nodes alone, each once, wherever they lie in the mesh. O(faces).
+/** Returns all faces, boundary or internal, whose nodes are all chosen, without duplicates.
+O(faces).
 @param isChosen  by mesh index **/
 std::vector<MeshFace> listFacesOf(const Mesh& mesh, const std::vector<char>& isChosen);
 

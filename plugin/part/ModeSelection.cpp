@@ -25,7 +25,7 @@ double frequencyOf(const ReducedBody& part, int mode) {
     throw std::invalid_argument(text.str());
 }
 
-/** Leaves the listed columns, ascending, of a matrix. **/
+/** Keeps the listed columns (ascending) of a matrix. **/
 template <class Number>
 void keepColumns(const std::vector<int>& modes, size_t rows, std::vector<Number>& values) {
     for (size_t k = 0; k < modes.size(); ++k)
@@ -35,7 +35,7 @@ void keepColumns(const std::vector<int>& modes, size_t rows, std::vector<Number>
     values.shrink_to_fit();
 }
 
-/** Leaves the listed rows and columns, ascending, of n×n matrices. **/
+/** Keeps the listed rows and columns (ascending) of n×n matrices. **/
 template <class Squares>
 void keepSquares(const std::vector<int>& modes, int n, Squares& squares) {
     for (std::vector<double>& values : squares) {

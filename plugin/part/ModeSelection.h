@@ -1,20 +1,20 @@
 #pragma once
 /** @file
-Parts with some of their modes.
+Parts with a subset of their modes.
 
-A mode that is left out is one whose coordinate and speed stay zero: mass properties, the other
-modes' frequencies, shapes and invariants, and geometric stiffening among them, are the full part's.
-Bodies of the smaller part cost less; the part on file need not be reduced anew.
+Removing a mode is equivalent to holding its coordinate and speed at zero. Mass properties and the
+other modes' frequencies, shapes, invariants and geometric stiffening are unchanged. Bodies of the
+smaller part cost less, and the part on file need not be reduced again.
 
     auto crank = std::make_shared<const ReducedBody>(
         selectModesInBand(readReducedBody("crank.h5"), 0, 2000));
 
-Whatever the modes left out would have given way is lost: joints and loads then find a stiffer part.
-The highest modes of a part carry the static deflection of its interfaces; for a small part that is
-right under load, reduce with fewer normal modes instead (`simflex reduce --modes`).
+The compliance of removed modes is lost: joints and loads see a stiffer part. The highest modes of a
+part carry the static deflection of its interfaces. For a small part that is accurate under load,
+reduce with fewer normal modes instead (`simflex reduce --modes`).
 
-Modes are counted from 0 in ascending frequency, as in FlexibleBody's modal coordinates. To switch a
-whole body at run time see FlexibleBody::setRigid(). **/
+Modes are counted from 0 in ascending frequency, as FlexibleBody's modal coordinates are. To switch
+a whole body at run time see FlexibleBody::setRigid(). **/
 
 #include <vector>
 
@@ -22,22 +22,22 @@ whole body at run time see FlexibleBody::setRigid(). **/
 
 namespace simflex {
 
-/** The part with the listed modes, in ascending order whatever the order of the list. None at all
-makes a rigid part.
-@throws std::invalid_argument that names the part and its number of modes if a mode does not exist
-    or is listed twice. **/
+/** Returns the part with the listed modes, in ascending order for any order of the list. An empty
+list gives a rigid part.
+@throws std::invalid_argument naming the part and its number of modes if a mode does not exist or is
+listed twice. **/
 ReducedBody selectModes(ReducedBody part, std::vector<int> modes);
 
-/** The part with its `count` lowest modes.
+/** Returns the part with its `count` lowest modes.
 @throws std::invalid_argument if it has fewer, or for a negative count. **/
 ReducedBody selectLowestModes(ReducedBody part, int count);
 
-/** The part with its modes of frequencies from `from` to `to` [Hz], both included.
-@throws std::invalid_argument that names the part, the band and the part's own range of frequencies
-    if no mode is in it. **/
+/** Returns the part with its modes at frequencies from `from` to `to` [Hz], inclusive.
+@throws std::invalid_argument naming the part, the band and the part's own range of frequencies if
+the band contains no mode. **/
 ReducedBody selectModesInBand(ReducedBody part, double from, double to);
 
-/** The modes of frequencies from `from` to `to` [Hz], both included; ascending. **/
+/** Returns the modes at frequencies from `from` to `to` [Hz], inclusive; ascending. **/
 std::vector<int> findModesInBand(const ReducedBody& part, double from, double to);
 
 }  // namespace simflex

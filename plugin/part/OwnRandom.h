@@ -1,16 +1,15 @@
 #pragma once
 /** @file
-METIS seeds and draws on the process's rand(): orders of systems analysed at the same time would
-depend on each other, and the user's random numbers would start again. Private header.
+Isolates METIS from the process's rand(), which it seeds and uses: orderings computed concurrently
+would depend on each other, and the user's random sequence would restart. Private header.
 
     {
         const OwnRandom random;
         METIS_NodeND(…);
     }
 
-While one lives, rand() has a state of ours and nobody else draws on it by way of METIS; then the
-user's numbers go on as if nothing had been. Not for what it cannot know: a thread of the user's own
-that calls rand() at the very same time. **/
+During an object's lifetime rand() has a private state, and other uses of METIS wait. Afterwards the
+user's sequence continues. User threads that call rand() at the same time are not protected. **/
 
 #include <cstdlib>
 #include <mutex>
@@ -25,7 +24,7 @@ public:
     OwnRandom& operator=(const OwnRandom&) = delete;
 
 private:
-    /** One for the whole process, whatever libraries hide: both of ours order by METIS. **/
+    /** One mutex for the process, whatever the libraries' visibility: both of ours use METIS. **/
     __attribute__((visibility("default"))) static std::mutex& getMutex() {
         static std::mutex mutex;
         return mutex;

@@ -21,10 +21,10 @@ Map<const MatrixXd> getPhi(const ReducedBody::Interface& interface, int numModes
     return {interface.Phi.data(), 3, numModes};
 }
 
-/** Forces on interfaces for each mode, 3k×n_f: those rows of F, see above. **/
+/** Returns the force rows of F per mode, 3k×n_f, see PartColumns.h. **/
 MatrixXd calcForces(const ReducedBody& part) {
-    // Of the largest compliance: stiffer is rigid. What other loads do to modes shall not look like
-    // large forces that nearly cancel.
+    // Relative to the largest compliance; stiffer directions count as rigid. Otherwise the effect
+    // of other loads on modes would appear as large, nearly cancelling forces.
     constexpr double Resolved = 1e-10, ResolvedOfRest = 1e-6;
     const int n = part.numModes;
     const auto k = ::Eigen::Index(part.interfaces.size());
@@ -34,7 +34,8 @@ MatrixXd calcForces(const ReducedBody& part) {
         const ReducedBody::Interface& interface = part.interfaces[size_t(i)];
         B.middleRows(3 * i, 3) = getPhi(interface, n);
         B.middleRows(3 * (k + i), 3) =
-            radius * Map<const MatrixXd>(interface.Psi.data(), 3, n);  // moments over the radius
+            radius * Map<const MatrixXd>(interface.Psi.data(), 3, n);  // moments divided by the
+                                                                       // radius
         rigid.block<3, 3>(3 * i, 0).setIdentity();
         rigid.block<3, 3>(3 * (k + i), 3).setIdentity();
         for (int a = 0; a < 3; ++a)
@@ -67,7 +68,8 @@ MatrixXd calcForces(const ReducedBody& part) {
 }  // namespace
 
 PartColumns::PartColumns(const ReducedBody& part) : m_part(part) {
-    constexpr double Nearest = 1e-3;  // of the part's radius: closer interfaces are one place
+    constexpr double Nearest = 1e-3;  // relative to the part's radius; closer interfaces count as
+                                      // one
     if (part.interfaces.empty() || part.numModes == 0) return;
     const int n = part.numModes;
     const double least = Nearest * part.calcRadius();
@@ -101,7 +103,7 @@ void PartColumns::addFreeColumn(const MatrixXd& forces) {
 }
 
 PartColumns::Loads PartColumns::findLargest(const double* xi) {
-    constexpr double Noticed = 1e-7;  // of a length: no slender part buckles at less
+    constexpr double Noticed = 1e-7;  // relative shortening; no slender part buckles at less
     const Map<const VectorXd> at(xi, m_part.numModes);
     Loads largest;
     for (Column& column : m_columns) {
@@ -120,7 +122,8 @@ PartColumns::Axis PartColumns::makeAxis(int from, int to, const Vector3d& d, dou
     constexpr int NumSlices = 24;
     const int n = m_part.numModes;
     const Vector3d start = getPosition(m_part.interfaces[size_t(from)]);
-    // Displacements of the ends, and the means of slices between; a free end is the last slice.
+    // The ends' displacements and the means of the slices between them; a free end is the last
+    // slice.
     std::vector<int> slices(m_part.mesh.positions.size() / 3, -1);
     std::vector<double> places(NumSlices, 0.0), counts(NumSlices, 0.0);
     for (size_t k = 0; k < slices.size(); ++k) {
@@ -155,14 +158,14 @@ double PartColumns::calcCriticalLoad(const Column& column) const {
     const int n = m_part.numModes;
     const Vector3d& d = column.direction;
     const Axis axis = makeAxis(column.from, column.to, d, column.length);
-    MatrixXd chord(3, n);  // slopes of a straight axis
+    MatrixXd chord(3, n);  // slopes of the straight chord
     if (column.to >= 0) {
         chord = (axis.displacements.back() - axis.displacements.front()) / column.length;
     } else {
         const Map<const MatrixXd> rotation(m_part.interfaces[size_t(column.from)].Psi.data(), 3, n);
         for (int i = 0; i < n; ++i) chord.col(i) = Vector3d(rotation.col(i)).cross(d);
     }
-    // Slopes against it, across d, times √(N dx)/Ω.
+    // Slopes relative to the chord, across d, times √(N dx)/Ω.
     const VectorXd flexibility =
         Map<const VectorXd>(m_part.omegaSquared.data(), n).cwiseSqrt().cwiseInverse();
     const ::Eigen::Matrix3d across = ::Eigen::Matrix3d::Identity() - d * d.transpose();

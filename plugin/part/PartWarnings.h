@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-Warnings that a part file carries: what may change the meaning of the part, such as a constraint of
-its deck that was left out. Whoever uses the part must be told, too. They stand in the file's data
-set /warnings, texts, which is left out where there are none. **/
+Warnings stored in a part file about facts that may change the meaning of the part, such as an
+omitted constraint of its deck. They must be repeated to every user of the part. The data set
+/warnings contains their texts and is absent if there are none. **/
 
 #include <string>
 #include <vector>
@@ -11,14 +11,14 @@ set /warnings, texts, which is left out where there are none. **/
 
 namespace simflex {
 
-/** writeReducedBody() with warnings. **/
+/** As writeReducedBody(), with warnings. **/
 void writeReducedBody(const std::string& path, const ReducedBody& body,
                       const std::vector<std::string>& warnings);
 
-/** Those of a part file. @throws std::runtime_error as readReducedBody() does. **/
+/** Reads the warnings of a part file. @throws std::runtime_error as readReducedBody() does. **/
 std::vector<std::string> readPartWarnings(const std::string& path);
 
-/** What the numbers of a part themselves give reason to warn of: empty for simflex's own. **/
+/** Returns warnings about a part's numbers; none for parts reduced by simflex. **/
 std::vector<std::string> listPartDoubts(const ReducedBody& body);
 
 }  // namespace simflex

@@ -29,8 +29,9 @@ void checkFinite(const std::string& part, const char* quantity, const std::vecto
 }
 
 /** Refuses a matrix with A ≠ sign·Aᵀ beyond round-off. Entries of I₂ and N are at most of order 1
-for mass-normalised modes, so a component that vanishes (of a plane part, say) may be all round-off.
-@param size  of numbers that would be all round-off beside others **/
+for mass-normalised modes, so a vanishing component (of a plane part, for instance) may be pure
+round-off.
+@param size  magnitude relative to which round-off is measured at least **/
 void checkSymmetry(const std::string& part, const char* quantity, const std::vector<double>& A,
                    int n, int sign, double size = 1) {
     double largest = size, defect = 0;
@@ -46,7 +47,7 @@ void checkSymmetry(const std::string& part, const char* quantity, const std::vec
     refuse(part, text.str());
 }
 
-/** By the trace of I₂. **/
+/** Computed from the trace of I₂. **/
 double calcModalMass(const std::array<std::vector<double>, 6>& I2, size_t n, size_t i, size_t j) {
     const size_t at = i + j * n;
     return 0.5 * (I2[0][at] + I2[1][at] + I2[2][at]);
@@ -55,7 +56,8 @@ double calcModalMass(const std::array<std::vector<double>, 6>& I2, size_t n, siz
 /** For mass-normalised modes I₂ˣˣ + I₂ʸʸ + I₂ᶻᶻ = 2·1: the trace of Σm((φ_i·φ_j)1 − φ_iφ_jᵀ). **/
 void checkMassNormalized(const std::string& part, const std::array<std::vector<double>, 6>& I2,
                          size_t n) {
-    // Reductions meet it to 1e-12; in files with lumped masses the modal masses are of others.
+    // Reductions satisfy this to 1e-12; in files with lumped masses, modal mass and lumped masses
+    // may come from different mass matrices.
     constexpr double Tolerance = 0.1;
     for (size_t j = 0; j < n; ++j)
         for (size_t i = 0; i <= j; ++i) {
@@ -69,7 +71,7 @@ void checkMassNormalized(const std::string& part, const std::array<std::vector<d
         }
 }
 
-/** Lists that are searched by halving. **/
+/** Checks a list that is searched by bisection. **/
 void checkAscending(const std::string& part, const std::string& quantity,
                     const std::vector<int>& values) {
     for (size_t k = 1; k < values.size(); ++k)
@@ -108,7 +110,7 @@ int numNodesOf(ElementType type) {
 }
 
 int Mesh::indexOf(int nodeNumber) const {
-    if (!nodeNumbers.empty() && nodeNumber >= nodeNumbers.front()) {  // mostly without gaps
+    if (!nodeNumbers.empty() && nodeNumber >= nodeNumbers.front()) {  // usually there are no gaps
         const auto guess = size_t(std::int64_t(nodeNumber) - nodeNumbers.front());
         if (guess < nodeNumbers.size() && nodeNumbers[guess] == nodeNumber) return int(guess);
     }
@@ -168,14 +170,14 @@ ReducedBody ReducedBody::withScaledStiffness(double factor) const {
         for (double& value : derivative.K) value *= factor;
     if (scaled.modalStress)
         for (float& value : scaled.modalStress->stress) value = float(value * factor);
-    scaled.report.reset();  // its frequencies are of the original
-    scaled.finer.reset();   // so is its stiffness
+    scaled.report.reset();  // contains frequencies of the original
+    scaled.finer.reset();   // has the original stiffness
     scaled.further.reset();
     return scaled;
 }
 
 std::vector<std::string> listPartDoubts(const ReducedBody& body) {
-    constexpr double Tolerance = 1e-3;  // of lumped masses on a fine mesh
+    constexpr double Tolerance = 1e-3;  // allows for lumped masses on a fine mesh
     const size_t n = size_t(body.numModes);
     double largest = 0;
     for (size_t j = 0; j < n; ++j)

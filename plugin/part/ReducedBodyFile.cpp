@@ -66,7 +66,7 @@ void writeMesh(hid_t file, const Mesh& mesh) {
     hdf5::write(ofThin, "nodes", {nodes.size()}, nodes.data());
 }
 
-/** Square matrices one behind the other. **/
+/** Writes square matrices one after another. **/
 template <size_t count>
 void writeSquares(hid_t parent, const std::string& name,
                   const std::array<std::vector<double>, count>& matrices, hsize_t n) {
@@ -83,7 +83,7 @@ void readSquares(hid_t parent, const std::string& name, hsize_t n,
         matrices[c].assign(joined.begin() + c * n * n, joined.begin() + (c + 1) * n * n);
 }
 
-/** The oldest version that can hold the part. **/
+/** Returns the oldest version that can represent the part. **/
 int findVersion(const ReducedBody& body) {
     if (!body.derivatives.empty()) return 5;
     if (body.finer || body.further || (body.report && !body.report->staticErrors.empty())) return 4;
@@ -293,14 +293,14 @@ std::vector<ReducedBody::Derivative> readDerivatives(hid_t file, hsize_t n) {
     return derivatives;
 }
 
-/** What a body's reading may find: a twin that was reduced with more modes has none of its own. **/
+/** Whether a body may have a finer twin: twins themselves may not. **/
 enum class Twin { MayBeThere, IsRefused };
 
 bool isOfPart(hid_t file) {
     try {
         return hdf5::readText(file, "format") == Format;
     } catch (const std::runtime_error&) {
-        return false;  // any other HDF5 file has no such attribute
+        return false;  // other HDF5 files lack this attribute
     }
 }
 
@@ -386,7 +386,7 @@ void checkPartFile(const std::string& path) {
     try {
         isForeign = !isOfPart(hdf5::openFile(path));
     } catch (const std::runtime_error&) {
-        // A damaged one may go.
+        // A damaged part file may be replaced.
     }
     if (isForeign) refuseReplacing(path, kind);
 }
@@ -418,7 +418,7 @@ void writeReducedBody(const std::string& path, const ReducedBody& body,
 
 namespace {
 
-/** What `read` makes of the open file; errors name it. **/
+/** Opens a part file and returns the result of `read`; errors name the file. **/
 template <class Read>
 auto readPartFile(const std::string& path, const Read& read) {
     const hdf5::Quiet quiet;

@@ -48,27 +48,26 @@ so that a damaged file is found out. A program that edits the file through HDF5 
 
 namespace simflex {
 
-/** Newest version of the layout; the library reads this one and all before. A file gets the oldest
-version that can hold its part, so that older programs read it or refuse it, but never leave part of
-it out: 1 without anything optional, 2 with geometric stiffness, 3 with distributing ties,
-modal stress or a report, 4 with a finer twin or static errors, 5 with
-derivatives. **/
+/** Newest version of the layout; the library reads all versions up to this one. A file gets the
+oldest version that can represent its part, so that older programs either read it completely or
+refuse it: 1 without optional data, 2 with geometric stiffness, 3 with distributing ties, modal
+stress or a report, 4 with a finer twin or static errors, 5 with derivatives. **/
 constexpr int ReducedBodyFileVersion = 5;
 
-/** Writes a part. The file appears under its name only when it is complete: it is written beside
-it first and then renamed; nothing is left behind after an error. The same part gives the same
-bytes. It may replace a part file, damaged ones too, but none of another kind, such as its deck.
+/** Writes a part. The file is written next to its destination and renamed when it is complete;
+nothing remains after an error. Equal parts give equal bytes. An existing part file, even a damaged
+one, is replaced, but no file of another kind, such as the part's deck.
 @throws std::invalid_argument if body.validate() does.
 @throws std::runtime_error if the file cannot be written or replaced. **/
 void writeReducedBody(const std::string& path, const ReducedBody& body);
 
-/** Refuses a path that writeReducedBody() would, before there is work to lose.
+/** Checks that writeReducedBody() can write to a path, before there are results to lose.
 @throws std::runtime_error **/
 void checkPartFile(const std::string& path);
 
 /** Reads a part and validates it.
-@throws std::runtime_error that names the file if it is missing, cut short, damaged, not of this
-format, of a newer version, or holds what cannot be a part. **/
+@throws std::runtime_error naming a file that is missing, truncated, damaged, of another format or a
+newer version, or that does not describe a valid part. **/
 ReducedBody readReducedBody(const std::string& path);
 
 }  // namespace simflex

@@ -15,7 +15,7 @@ namespace {
 using Order0 = std::function<double(int row, int column)>;
 using Order1 = std::function<double(int row, int coordinate, int column)>;
 
-/** Kinds of matrix, as the format numbers them. **/
+/** Matrix structures as numbered by the format. **/
 enum class Structure { Zero = 0, Diagonal = 1, General = 3, Unit = 4 };
 
 class SidText {
@@ -42,7 +42,7 @@ public:
         assign(indent, name, number);
     }
 
-    /** A matrix as Taylor series; without m1 its order is 0. **/
+    /** Writes a matrix as Taylor series, of order 0 without m1. **/
     void taylor(int indent, const std::string& name, int numRows, int numColumns,
                 Structure structure, const Order0& m0, const Order1& m1 = {}) {
         line(indent, name);
@@ -82,13 +82,13 @@ private:
     int m_numModes;
 };
 
-/** A node: its number, position in the deck, Phi and Psi (3×n_f, columns of `stride`). **/
+/** A node: number, position in the deck, Phi and Psi (3×n_f, column stride `stride`). **/
 struct SidNode {
     int number = 0;
     std::array<double, 3> position{};
     const double* Phi = nullptr;
     size_t stride = 3;
-    const double* Psi = nullptr;  ///< 3×n_f, or null: no rotations
+    const double* Psi = nullptr;  ///< null: no rotations
 };
 
 std::vector<SidNode> listNodes(const ReducedBody& body, ExchangeNodes which) {
@@ -109,7 +109,7 @@ std::vector<SidNode> listNodes(const ReducedBody& body, ExchangeNodes which) {
     return nodes;
 }
 
-/** Entry (i, j) of the cross matrix of a. **/
+/** Returns entry (i, j) of the cross-product matrix of a. **/
 double crossEntry(const double* a, int i, int j) {
     if (i == j) return 0;
     const int k = 3 - i - j;
@@ -172,7 +172,7 @@ void writeSid(const std::string& path, const ReducedBody& body, ExchangeNodes wh
     const auto& c = body.centerOfMass;
     const double cc = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
     constexpr size_t TensorAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
-    /** Place of each product ωₐω_b of Oe (xx yy zz xy yz xz) among the components of I. **/
+    /** Index in the components of I of each product ωₐω_b of Oe (xx yy zz xy yz xz). **/
     constexpr size_t Products[6] = {0, 1, 2, 3, 5, 4};
     const auto I1 = [&](size_t component, int i) { return body.I1[6 * size_t(i) + component]; };
     const auto at = [n](const std::vector<double>& A, int i, int j) {

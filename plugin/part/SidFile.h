@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Writes a reduced part as standard input data of flexible bodies (SID, .SID_FEM), which Simpack and
-other multibody programs read.
+Writes a reduced part as standard input data of flexible bodies (SID, .SID_FEM), read by Simpack and
+other multibody programs.
 
 Frame: the deck's axes and origin, moving with the mean axes. Taylor series in q = ξ, m0 + m1 q:
 
@@ -12,8 +12,9 @@ Frame: the deck's axes and origin, moving with the mean axes. Taylor series in q
     Oe(i): −½ I₁xx  −½ I₁yy  −½ I₁zz  −I₁xy  −I₁yz  −I₁xz,  m1: the same of 2 I₂
     Ke = Ω²                     De, ksigma = 0
 
-With c the centre of mass. Geometric stiffness by rotation, if the part has it, is added to m1 of
-Oe; that of interface loads is left out. Per node: origin, phi, psi and the attitude AP = 1 + [ψ×].
+with c the centre of mass. Geometric stiffness due to rotation is added to m1 of Oe if the part has
+it; that due to interface loads is omitted. Per node: origin, phi, psi and the attitude AP = 1 +
+[ψ×].
 
 Source: O. Wallrapp, Standardization of flexible body modeling in multibody system codes, part I,
 Mechanics of Structures and Machines 22 (1994) 283–304. SI units. **/
@@ -25,8 +26,8 @@ Mechanics of Structures and Machines 22 (1994) 283–304. SI units. **/
 
 namespace simflex {
 
-/** Writes a part. Nodes are numbered as in writeMbdynFem(). Numbers have 12 digits, as is the
-custom of the format; zeros are left out.
+/** Writes a part. Nodes are numbered as in writeMbdynFem(). Numbers have 12 digits, as is customary
+for the format; zeros are omitted.
 @throws std::invalid_argument if body.validate() does.
 @throws std::runtime_error if the file cannot be written. **/
 void writeSid(const std::string& path, const ReducedBody& body,

@@ -14,7 +14,7 @@ namespace simflex {
 namespace {
 
 constexpr auto WriteInterval = std::chrono::seconds(1);
-constexpr size_t MostKept = 1 << 17;  // numbers kept back
+constexpr size_t MostKept = 1 << 17;  // numbers buffered at most
 constexpr hsize_t ChunkNumbers = 1 << 13;
 
 bool endsIn(const std::string& path, const std::string& ending) {
@@ -22,7 +22,7 @@ bool endsIn(const std::string& path, const std::string& ending) {
            path.compare(path.size() - ending.size(), ending.size(), ending) == 0;
 }
 
-/** Whether it is CSV; else HDF5. **/
+/** Returns true for CSV, false for HDF5. **/
 bool isCsvName(const std::string& path) {
     if (endsIn(path, ".csv")) return true;
     if (endsIn(path, ".h5") || endsIn(path, ".hdf5")) return false;
@@ -65,7 +65,7 @@ std::vector<std::string> splitCsv(const std::string& line) {
     return fields;
 }
 
-/** A data set of one row a time that can grow. **/
+/** Creates an extendible data set with one row per time. **/
 void createGrowing(hid_t file, const char* name, hsize_t columns, int numDimensions) {
     const hsize_t now[2] = {0, columns}, most[2] = {H5S_UNLIMITED, columns},
                   chunk[2] = {std::max<hsize_t>(1, ChunkNumbers / std::max<hsize_t>(1, columns)),
@@ -151,7 +151,7 @@ Table readCsv(const std::string& path) {
             {head[k].substr(0, unit), head[k].substr(unit + 2, head[k].size() - unit - 3)});
     }
     for (int number = 2; std::getline(in, line); ++number) {
-        if (in.eof()) break;  // a line without an end was being written
+        if (in.eof()) break;  // an unterminated line is incomplete
         const char *at = line.data(), *end = at + line.size();
         std::vector<double> row;
         while (true) {
@@ -249,7 +249,7 @@ void TableFile::flush() {
         grow(file, "values", rows, hsize_t(m_numColumns), 2, m_values.data());
         grow(file, "time", rows, 1, 1, m_times.data());
     } catch (const std::runtime_error& error) {
-        m_times.clear();  // not again from the destructor
+        m_times.clear();  // keeps the destructor from writing again
         fail(m_path, error.what());
     }
     m_times.clear();
@@ -283,7 +283,7 @@ Table readTable(const std::string& path) {
         table.times = hdf5::readNumbers(file, "time", {0});
         if (!table.times.empty() && !names.empty())
             table.values = hdf5::readNumbers(file, "values", {0, names.size()});
-        // Values are written first: rows without a time are half done.
+        // Values are written before times: rows without a time are incomplete.
         const size_t count = table.times.size() * names.size();
         if (table.values.size() < count)
             throw std::runtime_error("it has " + std::to_string(table.times.size()) +

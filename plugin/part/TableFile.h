@@ -1,20 +1,19 @@
 #pragma once
 /** @file
-Time histories in a file that grows while a run goes on: one row a time, one column a channel. The
-ending of the name says the format, .csv or .h5 (.hdf5). Standard types only.
+Time histories in a file that grows during a run: one row per time, one column per channel. The
+extension determines the format, .csv or .h5 (.hdf5). Standard types only.
 
     TableFile table("run.csv", {{"crank.118.von_mises", "Pa"}, {"crank.118.displacement_x", "m"}});
     table.append(0.001, values);
     Table run = readTable("run.csv");
 
-CSV: a head line of `name [unit]`, then a line a row, written at once, with all digits. HDF5:
-`/time` (rows), `/values` (rows×channels), `/channels` and `/units` (texts). It is written and
-closed again about every second, so that a run that is stopped, or killed, leaves what was done till
-then; read it with h5py as
+CSV: a header line of `name [unit]`, then one line per row, written immediately and with all digits.
+HDF5: `/time` (rows), `/values` (rows×channels), `/channels` and `/units` (texts). The HDF5 file is
+written and closed about every second, so an interrupted or killed run leaves its results so far;
+read it with h5py as
 
-    f = h5py.File("run.h5"); t = f["time"][:]; x = f["values"][:,
-list(f["channels"].asstr()).index(name)]
-**/
+    f = h5py.File("run.h5"); t = f["time"][:]
+    x = f["values"][:, list(f["channels"].asstr()).index(name)]  **/
 
 #include <chrono>
 #include <fstream>
@@ -23,26 +22,25 @@ list(f["channels"].asstr()).index(name)]
 
 namespace simflex {
 
-/** Name and unit of a column. **/
 struct TableColumn {
     std::string name, unit;
 };
 
 class TableFile {
 public:
-    /** Creates the file; one that exists is replaced.
-    @throws std::invalid_argument for another ending. @throws std::runtime_error if it cannot be
-        written. **/
+    /** Creates the file or replaces an existing one.
+    @throws std::invalid_argument for another extension. @throws std::runtime_error if the file
+    cannot be written. **/
     TableFile(const std::string& path, const std::vector<TableColumn>& columns);
-    /** Writes what is left; says so on std::cerr if it cannot. **/
+    /** Writes buffered rows; reports failure on std::cerr. **/
     ~TableFile();
     TableFile(const TableFile&) = delete;
     TableFile& operator=(const TableFile&) = delete;
 
-    /** Adds a row. @param values  of each column
+    /** Appends a row. @param values  one per column
     @throws std::runtime_error naming the file if it cannot be written. **/
     void append(double time, const double* values);
-    /** Writes what is kept back. @throws std::runtime_error. **/
+    /** Writes buffered rows. @throws std::runtime_error. **/
     void flush();
 
     const std::string& getPath() const { return m_path; }
@@ -58,7 +56,6 @@ private:
     std::chrono::steady_clock::time_point m_lastWrite;
 };
 
-/** A table read back. **/
 struct Table {
     std::vector<TableColumn> columns;
     std::vector<double> times;
@@ -68,7 +65,7 @@ struct Table {
     std::vector<double> getColumn(const std::string& name) const;
 };
 
-/** @throws std::runtime_error naming the file and what is wrong with it. **/
+/** @throws std::runtime_error naming the file and the error. **/
 Table readTable(const std::string& path);
 
 }  // namespace simflex

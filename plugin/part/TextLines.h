@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A text file line by line, with messages that name file and line. (Private header.) **/
+Reads a text file line by line, with messages that name file and line. (Private header.) **/
 
 #include <string>
 #include <string_view>
@@ -10,31 +10,32 @@ namespace simflex {
 
 class TextLines {
 public:
-    /** Reads the whole file. @param kind  what the file is, for the message: "node table".
+    /** Reads the whole file. @param kind  kind of file for the message: "node table".
     @throws std::runtime_error if it cannot be read. **/
     TextLines(std::string path, const std::string& kind);
     TextLines(const TextLines&) = delete;
     TextLines& operator=(const TextLines&) = delete;
 
-    /** Goes to the next line (at first: to the first one). @returns false at the end. **/
+    /** Moves to the next line (initially to the first). @returns false at the end. **/
     bool next();
-    /** The next line that holds something other than blanks. **/
+    /** Moves to the next non-blank line. @returns false at the end. **/
     bool nextFilled();
-    /** Makes the line at hand the next one again. **/
+    /** Makes the current line the next one again. **/
     void stepBack() { m_at = m_begin, --m_number; }
 
     std::string_view line() const { return m_line; }
     int number() const { return m_number; }
     const std::string& path() const { return m_path; }
-    /** Part of the file that is read, 0…1. **/
+    /** Fraction of the file that has been read, 0…1. **/
     double fraction() const { return double(m_at) / double(m_text.size() + 1); }
 
     /** "FILE:LINE: ". **/
     std::string where() const { return m_path + ":" + std::to_string(m_number) + ": "; }
-    /** @throws std::invalid_argument that begins with where(). **/
+    /** @throws std::invalid_argument starting with where(). **/
     [[noreturn]] void refuse(const std::string& why) const;
 
-    /** A field of the line at hand as a finite number (D exponents too) or a whole number.
+    /** Parses a field of the current line as a finite number (D exponents are accepted) or an
+    integer.
     @param what  for the message: "the x coordinate". **/
     double parseNumber(std::string_view field, const char* what) const;
     int parseInteger(std::string_view field, const char* what) const;
@@ -46,13 +47,12 @@ private:
     int m_number = 0;
 };
 
-/** The line without blanks at either end. **/
 std::string_view trimBlanks(std::string_view text);
 
-/** Splits a line at blanks, tabs, commas and semicolons, several of them counting as one. **/
+/** Splits a line at blanks, tabs, commas and semicolons; consecutive separators count as one. **/
 void splitFields(std::string_view line, std::vector<std::string_view>& fields);
 
-/** A field as messages show it: quoted, cut short, without what a terminal would obey. **/
+/** Formats a field for messages: quoted, truncated, without terminal control characters. **/
 std::string quoteField(std::string_view field);
 
 }  // namespace simflex

@@ -23,7 +23,7 @@ constexpr int Vertex = 1;  // VTK's cell types
 
 struct VtkCell {
     int type;
-    std::vector<int> order;  ///< place in our element of each VTK node; empty: the same order
+    std::vector<int> order;  ///< our local index of each VTK node; empty: identical order
 };
 
 VtkCell describeCell(ElementType type) {
@@ -36,7 +36,7 @@ VtkCell describeCell(ElementType type) {
             return {12, {}};
         case ElementType::Hex20:
             return {25, {}};
-        // The normal of VTK's first triangle points out of a wedge, that of ours into it.
+        // The normal of VTK's first triangle points out of the wedge, ours into it.
         case ElementType::Wedge6:
             return {13, {0, 2, 1, 3, 5, 4}};
         case ElementType::Wedge15:
@@ -45,7 +45,7 @@ VtkCell describeCell(ElementType type) {
     throw std::invalid_argument("VtuFile: unknown element type");
 }
 
-/** Where VTK's XX YY ZZ XY YZ XZ lie among xx yy zz xy xz yz. **/
+/** Indices of VTK's XX YY ZZ XY YZ XZ in xx yy zz xy xz yz. **/
 constexpr std::array<int, 6> TensorOrder = {0, 1, 2, 3, 5, 4};
 constexpr const char* TensorNames =
     R"( ComponentName0="XX" ComponentName1="YY" ComponentName2="ZZ")"
@@ -74,7 +74,7 @@ const char* nameOfType<std::uint8_t>() {
     return "UInt8";
 }
 
-/** Header first, with the offsets that the data will have, then the data in the same order. **/
+/** Writes the header with the future offsets of the data, then the data in the same order. **/
 class AppendedWriter {
 public:
     explicit AppendedWriter(const fs::path& path) : m_out(path, std::ios::binary) {
@@ -83,7 +83,7 @@ public:
 
     void text(const std::string& line) { m_out << line; }
 
-    /** Announces an array; `values` must live until writeData(). **/
+    /** Declares an array; `values` must live until writeData(). **/
     template <class Number>
     void announce(const std::string& attributes, const std::vector<Number>& values) {
         m_out << "<DataArray type=\"" << nameOfType<Number>() << "\" " << attributes

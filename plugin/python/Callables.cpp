@@ -10,9 +10,9 @@ namespace python {
 namespace {
 
 constexpr double NoValue = std::numeric_limits<double>::quiet_NaN();
-constexpr int Many = 1000;  // arguments
+constexpr int Many = 1000;  // stands for any number of arguments
 
-/** What a model's function is of: shared by all copies of the model. **/
+/** Implementation of a model function, shared by all copies of the model. **/
 struct CallableReference {
     std::shared_ptr<Callable> callable;
     double operator()(const double* arguments, int count) const {
@@ -22,9 +22,9 @@ struct CallableReference {
 
 struct Signature {
     int fewest = 0, most = 0;
-    std::vector<std::string> names;  ///< of parameters without default
+    std::vector<std::string> names;  ///< parameters without default
 };
-/** Nothing where Python does not know it. **/
+/** Returns nothing if Python does not know the signature. **/
 std::optional<Signature> findSignature(const py::object& callable) {
     const py::module_ inspect = py::module_::import("inspect");
     Signature signature;

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Callables of Python as functions of a model's formulas. **/
+Python callables as functions in a model's formulas. **/
 
 #include <memory>
 #include <optional>
@@ -13,7 +13,7 @@ Callables of Python as functions of a model's formulas. **/
 namespace simflex {
 namespace python {
 
-/** A callable, and the exception that it has raised. **/
+/** A callable and the exception it has raised. **/
 class Callable {
 public:
     explicit Callable(py::object callable) : m_callable(std::move(callable)) {}
@@ -21,12 +21,13 @@ public:
     Callable(const Callable&) = delete;
     Callable& operator=(const Callable&) = delete;
 
-    /** From any thread; NaN once it has failed. **/
+    /** Callable from any thread; returns NaN once it has failed. **/
     double calc(const double* arguments, int count);
-    /** What it returns; nothing once it has failed. Holding the interpreter's lock. **/
+    /** Returns the callable's result, nothing once it has failed. @pre the interpreter's lock is
+    held. **/
     std::optional<py::object> call(const py::tuple& arguments);
     bool hasFailed() const { return m_failure != nullptr; }
-    /** Once. @throws py::error_already_set, if it has failed. **/
+    /** Reports a failure once. @throws py::error_already_set if the callable has failed. **/
     void raise();
     const py::object& get() const { return m_callable; }
 
@@ -35,25 +36,27 @@ private:
     std::unique_ptr<py::error_already_set> m_failure;
 };
 
-/** Makes it known to the model's formulas, by its own name unless there is one.
+/** Registers a callable for the model's formulas, by default under its own name.
 @returns the name. @throws py::type_error, py::value_error. **/
 std::string addCallable(ModelText& model, const py::object& callable, std::string name = "");
-/** "torque(angle, speed)": called with what its parameters are named after. **/
+/** Returns a call such as "torque(angle, speed)", whose arguments are named as the callable's
+parameters. **/
 std::string addCall(ModelText& model, const py::object& callable);
 
-/** Those of a model. **/
 class Callables {
 public:
-    /** They become the model's own: what fails in one copy of it fails in no other. **/
+    /** Gives the model its own copies, so that a failure in one copy does not affect others. **/
     explicit Callables(ModelText& model);
-    /** Who is told of progress, or None. **/
+    /** Sets the callable that receives progress, or None. **/
     void setProgress(const py::object& progress);
-    /** False where who is told of progress says so, or fails. Holding the interpreter's lock. **/
+    /** Reports progress. Returns false if the progress callable does, or fails. @pre the
+    interpreter's lock is held. **/
     bool tell(const std::function<py::tuple()>& makeTold) const;
 
     bool isEmpty() const { return m_all.empty(); }
     bool haveFailed() const;
-    /** What work() returns. @throws what a callable has raised meanwhile. **/
+    /** Returns the result of work(). @throws the exception that a callable has raised
+    meanwhile. **/
     template <class Work>
     auto watch(const Work& work) const -> decltype(work()) {
         try {
@@ -79,7 +82,7 @@ private:
     void raise() const;
 };
 
-/** By name, for pickles. **/
+/** Returns the callables by name, for pickling. **/
 py::dict listCallables(const ModelText& model);
 
 }  // namespace python

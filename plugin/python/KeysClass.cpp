@@ -17,10 +17,10 @@ using model::YamlTree;
 
 using KeyPath = std::vector<std::string>;
 
-/** What stands below a path of a model: `model.bodies.rod`. **/
+/** A path in a model with everything below: `model.bodies.rod`. **/
 struct Keys {
     py::object owner;  ///< the Model
-    KeyPath path;      ///< empty: all of it
+    KeyPath path;      ///< empty: the whole model
 
     ModelText& getModel() const { return py::cast<ModelText&>(owner); }
     Keys operator/(const std::string& name) const {
@@ -33,7 +33,7 @@ struct Keys {
 std::string joinPath(const KeyPath& path) {
     return model::joinNames(path, ".");
 }
-/** Of names that are paths themselves, any is as good. **/
+/** Replaces names that are paths themselves; any name gives the same schema. **/
 std::string findSchemaPath(KeyPath path) {
     for (std::string& name : path)
         if (name.find('.') != std::string::npos) name = "any";
@@ -58,14 +58,14 @@ YamlTree readTree(const ModelText& text) {
     return tree;
 }
 
-/** Null if there is nothing. **/
+/** Returns null if there is nothing. **/
 YamlTree* seekBelow(YamlTree& tree, const KeyPath& path) {
     YamlTree* found = &tree;
     for (const std::string& name : path)
         if (found) found = found->find(name);
     return found;
 }
-/** Empty if there is nothing. **/
+/** Returns an empty tree if there is nothing. **/
 YamlTree findBelow(const Keys& keys) {
     YamlTree tree = readTree(keys.getModel());
     const YamlTree* const found = seekBelow(tree, keys.path);
@@ -116,7 +116,7 @@ std::vector<std::string> listEntries(const YamlTree& tree) {
     return names;
 }
 
-/** That the schema has such a key. **/
+/** Checks that the schema has such a key. **/
 void checkKey(const Keys& keys, const std::string& name) {
     if (hasEntries(keys)) return;
     const std::vector<std::string> known = listSchemaKeys(keys);
@@ -140,7 +140,7 @@ py::object getKey(const Keys& keys, const std::string& name) {
 
 void setKeyBelow(const Keys& keys, const std::string& name, const py::handle& value) {
     checkKey(keys, name);
-    // Settings add no parameters, and their names have no points: what is above is set anew then.
+    // Settings cannot add parameters or names with dots; set the level above instead.
     const KeyPath all = (keys / name).path;
     size_t above = 0;
     while (above < all.size() && all[above].find('.') == std::string::npos &&
@@ -188,7 +188,7 @@ std::vector<std::string> listChildren(const Keys& keys) {
     return hasEntries(keys) ? listEntries(findBelow(keys)) : listSchemaKeys(keys);
 }
 
-/** Python asks objects for words of its own. **/
+/** Special names that Python looks up are no keys. **/
 py::object getAttribute(const Keys& keys, const std::string& name) {
     if (name[0] == '_' && !findBelow(keys).find(name))
         throw py::attribute_error("no attribute '" + name + "'");

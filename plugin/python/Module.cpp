@@ -1,5 +1,5 @@
 /** @file
-The Python module `simflex`: models that move, from Python. **/
+The Python module `simflex`. **/
 
 #include "simflex/base/Progress.h"
 #include "simflex/model/file/ModelError.h"
@@ -44,7 +44,7 @@ PYBIND11_MODULE(simflex, module) {
         } catch (const ModelError& error) {
             modelError(error.what());
         } catch (const Cancelled& error) {
-            // Ctrl-C has raised its exception already.
+            // Ctrl-C has already raised its exception.
             if (!PyErr_Occurred()) cancelled(error.what());
         }
     });

@@ -20,7 +20,7 @@ struct Part {
     PartPointer body;
 };
 
-/** A view of a column-major array that cannot be written to and keeps the part alive. **/
+/** A read-only view of a column-major array, which keeps the part alive. **/
 template <class Number>
 py::array view(const Part& part, const std::vector<Number>& values, const Shape& shape) {
     Shape strides;

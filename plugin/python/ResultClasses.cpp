@@ -53,7 +53,7 @@ py::object toPandas(const Analysis& analysis) {
     return makeDataFrame(columns, analysis.time);
 }
 
-/** Curves of probes over the time, with matplotlib. **/
+/** Plots probes over time with matplotlib. **/
 py::object plot(const Analysis& analysis, const py::args& probes, py::object axes) {
     if (axes.is_none()) axes = py::module_::import("matplotlib.pyplot").attr("gca")();
     std::vector<std::string> names;
@@ -79,7 +79,7 @@ py::array_t<double> toMatrix(const std::vector<std::vector<double>>& rows) {
     return matrix;
 }
 
-/** Amplitude and phase as complex numbers. **/
+/** Returns amplitude and phase as complex numbers. **/
 py::array_t<std::complex<double>> calcResponse(const Analysis& analysis) {
     const auto find = [&](const char* name) -> const std::vector<std::vector<double>>& {
         const auto found = analysis.matrices.find(name);
@@ -101,7 +101,7 @@ template <class Member>
 auto makeGetter(Member member) {
     return [member](const Analysis& analysis) { return toArray(analysis.*member); };
 }
-/** Of modes: a row for each speed of campbell, else one alone. **/
+/** Getter of modes: one row per speed of a Campbell diagram, else a single row. **/
 template <class Member>
 auto makeModeGetter(Member member) {
     return [member](const Analysis& analysis) -> py::array_t<double> {

@@ -38,7 +38,8 @@ std::unique_ptr<Session> makeSession(const ModelText& text, bool isRigid, bool i
     });
 }
 
-/** A Session of one thread at a time: others may run while it moves, and may not touch it. **/
+/** A Session used by one thread at a time: other threads may run during its work, but not access
+it. **/
 class OwnSession {
 public:
     OwnSession(ModelText text, bool isRigid, bool isFiner, const AllowedCode& code)
@@ -48,7 +49,8 @@ public:
           m_callables(text),
           m_session(makeSession(text, isRigid, isFiner, code, m_callables)) {}
 
-    /** work(session), which makes no objects of Python. @param isLong  others may run meanwhile **/
+    /** Calls work(session), which must not create Python objects. @param isLong  releases the
+    interpreter's lock meanwhile **/
     template <class Work>
     auto use(const Work& work, bool isLong = false) {
         const Turn turn(m_isBusy);
@@ -59,13 +61,13 @@ public:
             return work(*m_session);
         });
     }
-    /** work(session), which may make objects of Python, and evaluates nothing. **/
+    /** Calls work(session), which may create Python objects but evaluates no callables. **/
     template <class Work>
     auto look(const Work& work) {
         const Turn turn(m_isBusy);
         return work(*m_session);
     }
-    /** What has happened until now, in its order. **/
+    /** Returns all events so far, in order. **/
     const std::vector<std::pair<std::string, double>>& getEvents() const { return m_events; }
     const Callables& getCallables() const { return m_callables; }
     const AllowedCode& getCode() const { return m_code; }
@@ -92,7 +94,7 @@ private:
         Turn& operator=(const Turn&) = delete;
     };
 
-    /** Takes what has happened meanwhile; what is to come again is forgotten. **/
+    /** Collects events of a scope; after a step back in time, discards later ones. **/
     struct Events {
         OwnSession& own;
         explicit Events(OwnSession& session) : own(session) {}
@@ -400,7 +402,7 @@ py::array_t<std::uint8_t> draw(OwnSession& own) {
     return array[py::make_tuple(py::ellipsis(), py::slice(0, 3, 1))].attr("copy")();
 }
 
-/** A film, as bytes. **/
+/** A video as bytes. **/
 struct Film {
     std::string kind;  ///< gif, webp, mp4
     std::string data;

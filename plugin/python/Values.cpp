@@ -32,7 +32,7 @@ InterpreterLock::~InterpreterLock() {
 }
 
 void InterpreterLock::end() {
-    const int patience = 500;  // for functions of Python that take their time [10 ms]
+    const int patience = 500;  // for Python functions still running [10 ms]
     endingThread = std::this_thread::get_id();
     isEnding = true;
     const py::gil_scoped_release unlocked;
@@ -41,7 +41,7 @@ void InterpreterLock::end() {
 }
 
 std::string toYaml(const py::handle& value, ModelText* model, const std::string& key) {
-    // YAML reads what JSON writes.
+    // JSON is valid YAML.
     const py::cpp_function makePlain([&](const py::object& other) -> py::object {
         if (py::hasattr(other, "tolist")) return other.attr("tolist")();
         if (model && PyCallable_Check(other.ptr())) return py::str(addCall(*model, other));

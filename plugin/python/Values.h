@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Values on their way between Python and the library. **/
+Conversion of values between Python and the library. **/
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -21,25 +21,25 @@ namespace python {
 
 namespace py = pybind11;
 
-/** YAML of numbers, texts, lists, dicts and arrays of NumPy.
-@param model  callables become functions of its formulas; null: they are refused
-@param key  where it is to stand, for errors
-@throws py::error_already_set for what has none. **/
+/** Converts numbers, strings, lists, dicts and NumPy arrays to YAML.
+@param model  receives callables as functions of its formulas; null: callables are refused
+@param key  the value's key, for errors
+@throws py::error_already_set for unsupported types. **/
 std::string toYaml(const py::handle& value, ModelText* model = nullptr,
                    const std::string& key = "");
 
-/** A copy. **/
+/** Returns a copy. **/
 py::array_t<double> toArray(const std::vector<double>& values);
-/** n×k, or n values of a single column. **/
+/** Returns n×k, or n values for a single column. **/
 py::array_t<double> toArray(const std::vector<std::vector<double>>& rows, size_t firstColumn,
                             size_t numColumns);
-/** A number, or an array of several. **/
+/** Returns a number, or an array of several. **/
 py::object toNumberOrArray(const std::vector<double>& values);
-/** Of a number, or of a sequence of numbers. @throws py::type_error. **/
+/** Converts a number or a sequence of numbers. @throws py::type_error. **/
 std::vector<double> toNumbers(const py::handle& value);
 
-/** Holds the interpreter's lock in a thread that works without it. Once the program ends, threads
-of its that are not waited for stop here: there is no interpreter for them. **/
+/** Acquires the interpreter's lock in a thread that runs without it. When the program ends,
+background threads block here, because there is no interpreter for them. **/
 class InterpreterLock {
 public:
     InterpreterLock();
@@ -55,22 +55,21 @@ private:
 
 class Callables;
 
-/** Of pandas, by time if there is any. **/
+/** Returns a pandas data frame, indexed by time if there is any. **/
 py::object makeDataFrame(const py::dict& columns, const std::vector<double>& time);
-/** The name of a column: "tip.x". **/
+/** Returns the name of a column: "tip.x". **/
 std::string nameColumn(const std::string& probe, const std::string& column);
 
-/** Some attributes under a name, as types.SimpleNamespace has them. **/
+/** Returns a types.SimpleNamespace with these attributes. **/
 py::object makeNamespace(const py::dict& attributes);
 
-/** Looks every now and then whether somebody has pressed Ctrl-C; called without the interpreter's
-lock. **/
+/** Checks for Ctrl-C from time to time; called without the interpreter's lock. **/
 class Interrupts {
 public:
-    /** @param callables  outlive it **/
+    /** @param callables  must outlive this object **/
     explicit Interrupts(const Callables* callables = nullptr) : m_callables(callables) {}
-    /** False once a Python exception is waiting, or where somebody who is told says so.
-    @param told  arguments of who is told of progress **/
+    /** Returns false once a Python exception is pending, or if the progress callable returns false.
+    @param told  arguments of the progress callable **/
     template <class... Told>
     bool goesOn(const Told&... told) {
         return !isOver() && (!isTimeToLook() || look([&] { return py::make_tuple(told...); }));
@@ -83,18 +82,19 @@ private:
     bool look(const std::function<py::tuple()>& makeTold) const;
     std::chrono::steady_clock::time_point m_lastLook = std::chrono::steady_clock::now();
 };
-/** Warnings become Python's, of this category; Ctrl-C stops, and so does a callable that fails. **/
+/** Converts warnings to Python warnings; Ctrl-C and failing callables cancel the work. **/
 Listener makeListener(const Callables* callables = nullptr);
 
-/** One analysis of a model, whether its file has it or not. @throws as runAnalyses(). **/
+/** Runs a single analysis of a model, whether or not its file contains it. @throws as
+runAnalyses(). **/
 Results::Analysis analyse(ModelText model, const std::string& type, const AllowedCode& code,
                           const py::kwargs& keys);
 
-/** What FMUs may do, as arguments say it. **/
+/** Converts Python arguments to the permissions of FMUs. **/
 AllowedCode allowFmus(bool areAllowed, bool inProcess, double timeout);
 
-/** Adds the classes of a module. **/
-/** Those that models have for keys are the Model's attributes. **/
+/** Add the classes of a module. **/
+/** Adds the model's keys as attributes of Model. **/
 void addKeys(py::module_& module, py::class_<ModelText>& model);
 void addModel(py::module_& module);
 void addPart(py::module_& module);

@@ -17,18 +17,20 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index DenseSize = 400;      // below this a dense eigensolver is as quick
-constexpr double Nothing = 1e-14;     // eigenvalues over the largest that are nothing but round-off
-constexpr double Coincide = 1e-8;     // eigenvalues this close to each other may be one, many times
-constexpr double NearlyThere = 1e-3;  // residual over the eigenvalue of what will not change much
-constexpr double IllScaled = 1e-6;    // squared singular values of a block that need another pass
+constexpr Index DenseSize = 400;      // a dense eigensolver is as fast for smaller sizes
+constexpr double Nothing = 1e-14;     // relative to the largest eigenvalue; smaller ones are
+                                      // round-off
+constexpr double Coincide = 1e-8;     // relative distance below which eigenvalues may be multiple
+constexpr double NearlyThere = 1e-3;  // residual relative to the eigenvalue below which it will
+                                      // hardly change
+constexpr double IllScaled = 1e-6;    // squared singular values of a block that needs another pass
 constexpr int StepsOfFreshBlock = 8;
 constexpr int MostRestarts = 300;
-constexpr Index ChunkRows = 512;             // rows that stay in the cache
-constexpr Index VectorWorthThreads = 20000;  // rows
-constexpr Index Sums = 64;                   // partial sums, of consecutive chunks each
+constexpr Index ChunkRows = 512;             // rows that fit into the cache
+constexpr Index VectorWorthThreads = 20000;  // rows worth starting threads for
+constexpr Index Sums = 64;                   // partial sums of consecutive chunks
 
-/** The basis V and what is done with all of it, in chunks of rows. **/
+/** The basis V and its operations, in chunks of rows. **/
 class Basis {
 public:
     Basis(Index size, Index capacity) : m_V(size, capacity) {}
@@ -44,8 +46,8 @@ public:
         m_count += block.cols();
     }
 
-    /** W ← W − V VᵀW, twice, the first time with the columns from `from` on alone: where W has no
-    more than round-off of the others. @returns the coefficients taken out, count×k. **/
+    /** W ← W − V VᵀW, twice. The first pass uses the columns from `from` on: W contains only
+    round-off of the others. @returns the coefficients removed, count×k. **/
     MatrixXd orthogonalize(MatrixXd& W, Index from = 0) const {
         const auto V = m_V.leftCols(m_count), near = m_V.middleCols(from, m_count - from);
         const MatrixXd first =
@@ -63,7 +65,7 @@ public:
         return second;
     }
 
-    /** Brings W to orthonormal columns Q, W = Q B, both orthogonal to V; directions shorter than
+    /** Orthonormalises W, W = Q B, while keeping it orthogonal to V; directions shorter than
     `shortest` are dropped. @returns B. **/
     MatrixXd orthonormalize(MatrixXd& W, double shortest) const {
         MatrixXd B = MatrixXd::Identity(W.cols(), W.cols());
@@ -77,7 +79,7 @@ public:
             gram = scale.asDiagonal() * gram * scale.asDiagonal();
             const SymmetricEigen eigen = calcSymmetricEigen(gram);
             const VectorXd& lambda = eigen.values;  // ascending
-            // A direction's true length is at most its scaled one times the largest norm.
+            // The true length of a direction is at most its scaled length times the largest norm.
             const double longest = norms.maxCoeff(), least = pass == 0 ? shortest : 0.5;
             Index dropped = 0;
             while (dropped < width &&
@@ -151,11 +153,11 @@ private:
         return parts[0];
     }
 
-    MatrixXd m_V;  // columns from m_count on are not touched, and take no memory
+    MatrixXd m_V;  // memory of columns from m_count on is not touched
     Index m_count = 0;
 };
 
-/** Numbers in −½…½ that are the same everywhere. **/
+/** Reproducible pseudo-random numbers in −½…½, the same on all platforms. **/
 class RandomBlock {
 public:
     MatrixXd make(Index size, Index width) {
@@ -181,11 +183,11 @@ struct Ritz {
     MatrixXd vectors;
 };
 
-/** What the Ritz values say about the wanted eigenvalues. **/
+/** Assessment of the Ritz values. **/
 struct Verdict {
-    Index numFound = 0;       ///< the first so many are eigenvalues, wanted and converged
-    bool complete = false;    ///< and there are no more
-    bool suspicious = false;  ///< there might be more of the same
+    Index numFound = 0;       ///< number of leading values that are wanted and converged
+    bool complete = false;    ///< all wanted eigenvalues are found
+    bool suspicious = false;  ///< multiples of found eigenvalues may be missing
 };
 
 Verdict judge(const Ritz& ritz, const ModeRange& range, double accuracy, Index blockSize) {
@@ -195,9 +197,9 @@ Verdict judge(const Ritz& ritz, const ModeRange& range, double accuracy, Index b
     for (Index k = 0; k < n && !verdict.complete; ++k) {
         const double value = ritz.values[k], residual = ritz.residuals[k];
         if (value <= nothing && residual <= nothing) {
-            verdict.complete = verdict.suspicious = true;  // are these all?
+            verdict.complete = verdict.suspicious = true;  // possibly complete
         } else if (value + residual < range.smallest && residual <= NearlyThere * value && k > 0) {
-            verdict.complete = true;  // early on, the largest are not seen yet
+            verdict.complete = true;  // early on, the largest may not have appeared yet
         } else if (value > nothing && residual <= accuracy * value) {
             if (value < range.smallest) {
                 verdict.complete = true;
@@ -265,13 +267,14 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
     MatrixXd T(0, 0), W = random.make(size, blockSize), Y;
     basis.orthonormalize(W, 0);
     Eigenpairs result;
-    VectorXd found;                                                   // before the last fresh block
-    double largest = 0;                                               // of |C|, from below
-    Index numApplied = 0, nextJudgement = bounded ? range.count : 0;  // vectors
-    Index previous = 0;  // first column of the block before: C V has no part of those before it
+    VectorXd found;                                                   // values before the last
+                                                                      // fresh block
+    double largest = 0;                                               // lower bound of ‖C‖
+    Index numApplied = 0, nextJudgement = bounded ? range.count : 0;  // numbers of vectors
+    Index previous = 0;  // first column of the previous block: C V has no component before it
     int sinceFresh = StepsOfFreshBlock, numRestarts = 0;
     for (;;) {
-        // One step: V takes the block W, which becomes C W less what V spans.
+        // One step: append the block W to V and replace it by C W orthogonalised against V.
         const Index width = W.cols(), before = basis.count();
         basis.append(W);
         C.apply(W, Y);
@@ -295,7 +298,7 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
 
         const bool full = count + W.cols() > capacity, exhausted = W.cols() == 0;
         if (count < nextJudgement && !full && !exhausted) continue;
-        nextJudgement = count + count / 16;  // the eigenvalues of a large T cost
+        nextJudgement = count + count / 16;  // eigenvalues of a large T are expensive
         const Ritz ritz(T, B);
         Verdict verdict = judge(ritz, range, options.accuracy, blockSize);
         if (exhausted) verdict.suspicious = true;

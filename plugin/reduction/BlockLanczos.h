@@ -1,19 +1,19 @@
 #pragma once
 /** @file
-The largest eigenpairs of a symmetric positive semidefinite operator, C y = μ y, by block Lanczos.
+Largest eigenpairs of a symmetric positive semidefinite operator, C y = μ y, by block Lanczos.
 Internal to reduction.
 
-The basis V of the block Krylov space {X, CX, C²X, …} grows by a block a step,
+The basis V of the block Krylov space {X, CX, C²X, …} grows by one block per step,
 
     C V = V T + W Eᵀ,   T = VᵀCV,   W ⟂ V,
 
-orthogonalised against all of V twice. With T s = θ s, (θ, V s) is an eigenpair to the residual
-‖W Eᵀs‖. A block reads the factor behind C once for all its vectors, and finds eigenvalues as often
-as they occur, up to its width; where as many as that coincide, a fresh block looks for more. When
-V is full, it restarts from its best Ritz vectors (thick restart).
+orthogonalised against all of V twice. With T s = θ s, (θ, V s) is an eigenpair with residual ‖W
+Eᵀs‖. A block reads the factor behind C once for all its vectors and finds eigenvalues up to a
+multiplicity of its width; if that many coincide, a fresh block searches for more. When V is full,
+it restarts from its best Ritz vectors (thick restart).
 
-Sums run over fixed chunks of rows in a fixed order: the bits do not depend on the number of
-threads, if those of C do not.
+Sums run over fixed chunks of rows in a fixed order: the result is bit-identical for any number of
+threads, provided that C is.
 
     Eigenpairs pairs = calcLargestEigenpairs(C, {50}, "normal modes", progress);
 
@@ -31,7 +31,7 @@ orthogonalization procedure with constant synchronization requirements, SIAM J. 
 
 namespace simflex {
 
-/** A symmetric positive semidefinite operator on vectors of a fixed size, many at a time. **/
+/** A symmetric positive semidefinite operator on blocks of vectors. **/
 class SymmetricOperator {
 public:
     virtual ~SymmetricOperator() = default;
@@ -41,7 +41,7 @@ public:
     virtual void apply(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const = 0;
 };
 
-/** Which eigenpairs: the `count` largest, but none below `smallest`. **/
+/** Range of eigenpairs: the `count` largest, but none below `smallest`. **/
 struct ModeRange {
     int count = std::numeric_limits<int>::max();
     double smallest = 0;
@@ -50,24 +50,24 @@ struct ModeRange {
 struct Eigenpairs {
     Eigen::VectorXd values;   ///< descending
     Eigen::MatrixXd vectors;  ///< orthonormal columns
-    int numBlocks = 0;        ///< blocks that were applied to C
+    int numBlocks = 0;        ///< number of applications of C to a block
 };
 
 struct LanczosOptions {
     int blockSize = 8;
-    int largestBasis = 0;     ///< vectors; 0: as many as are taken without a restart, nearly always
-    double accuracy = 1e-12;  ///< residual over the eigenvalue
+    int largestBasis = 0;     ///< vectors; 0: enough to avoid a restart nearly always
+    double accuracy = 1e-12;  ///< residual relative to the eigenvalue
 };
 
-/** The eigenpairs of `range`; fewer where C has fewer above round-off (1e-14 of the largest).
-Dense linear algebra for small sizes.
-@param phase  for the progress.
+/** Computes the eigenpairs of `range`; fewer if C has fewer above round-off (1e-14 of the largest).
+Uses dense linear algebra for small sizes.
+@param phase  for progress reports.
 @throws std::runtime_error if it does not converge. @throws Cancelled. **/
 Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& range,
                                  const std::string& phase, const ProgressCallback& progress = {},
                                  const LanczosOptions& options = {});
 
-/** Vectors of the basis that finding `count` eigenpairs usually takes, for estimates. **/
+/** Estimates the basis size needed for `count` eigenpairs. **/
 int estimateLanczosBasis(int count, int blockSize = 8);
 
 }  // namespace simflex

@@ -10,10 +10,10 @@
 namespace simflex {
 namespace {
 
-/** Of a rigid motion of unit size: by how much T q may miss it. **/
+/** Relative error allowed when T q represents a rigid motion. **/
 constexpr double NoRigidMotion = 1e-9;
 
-/** Place of each coordinate in the list, −1 if it is not listed. **/
+/** Index of each coordinate in the list, −1 if it is not listed. **/
 std::vector<int> invertList(const std::vector<int>& listed, int size) {
     std::vector<int> place(size_t(size), -1);
     for (size_t k = 0; k < listed.size(); ++k) place[size_t(listed[k])] = int(k);
@@ -30,7 +30,7 @@ NodalConstraints makeIdentity(int size) {
     return T;
 }
 
-/** Adds a row of entries given in any order, those of one column added up. **/
+/** Appends a row of unordered entries; duplicates are added. **/
 void addRow(std::vector<std::pair<int, double>>& entries, NodalConstraints& T) {
     std::sort(entries.begin(), entries.end(),
               [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -46,7 +46,7 @@ void addRow(std::vector<std::pair<int, double>>& entries, NodalConstraints& T) {
     entries.clear();
 }
 
-/** TᵀAT. **/
+/** Returns TᵀAT. **/
 SymmetricMatrix transform(const SymmetricMatrix& A, const NodalConstraints& T) {
     std::vector<std::int32_t> rows, columns;
     std::vector<double> values;
@@ -64,7 +64,7 @@ SymmetricMatrix transform(const SymmetricMatrix& A, const NodalConstraints& T) {
             for (auto a = T.rowStarts[row]; a < T.rowStarts[row + 1]; ++a)
                 for (auto b = T.rowStarts[column]; b < T.rowStarts[column + 1]; ++b) {
                     const double value = T.coefficients[a] * A.values[k] * T.coefficients[b];
-                    // A stored entry off the diagonal stands for its mirror image too.
+                    // A stored off-diagonal entry represents its mirror image, too.
                     if (row != column)
                         add(T.columns[a], T.columns[b],
                             T.columns[a] == T.columns[b] ? 2 * value : value);
@@ -85,8 +85,8 @@ Coordinates::Coordinates(const FeModel& model, const Stiffness& stiffness,
     if (!stiffness.unknowns().empty()) countFromBases(tieOf);
 }
 
-/** Coordinates that are displacements of one node count from those of its base that are, but where
-an interface holds the one and not the other. **/
+/** Measures coordinates that are displacements of a node relative to those of its base, unless an
+interface holds only one of them. **/
 void Coordinates::countFromBases(const std::vector<int>& tieOf) {
     const NodalConstraints T = m_T.empty() ? makeIdentity(m_model.K.size) : std::move(m_T);
     const auto findOwn = [&](int row) {
@@ -145,7 +145,8 @@ SymmetricMatrix Coordinates::assemble(const SymmetricMatrix& A) const {
 SymmetricMatrix Coordinates::assembleStiffness() const {
     const SectionUnknowns& unknowns = m_stiffness->unknowns();
     if (unknowns.empty()) return assemble(m_stiffness->matrix());
-    NodalConstraints ofUnknowns;  // their rows of T: those of u less those of the bases
+    NodalConstraints ofUnknowns;  // rows of T for the section unknowns: those of u minus those of
+                                  // the bases
     ofUnknowns.numCoordinates = m_T.numCoordinates;
     ofUnknowns.rowStarts.push_back(0);
     std::vector<std::pair<int, double>> entries;
@@ -227,7 +228,7 @@ Eigen::MatrixXd Coordinates::solve(const Shapes& u) const {
             (singular.row >= 0 ? " (number " + std::to_string(singular.row) + ")" : std::string()));
     }
     Eigen::MatrixXd q = normal.solve(contract(all, u));
-    for (int pass = 0; pass < 2; ++pass)  // for round-off
+    for (int pass = 0; pass < 2; ++pass)  // iterative refinement
         q += normal.solve(contract(all, u - expand(all, q)));
     return q;
 }

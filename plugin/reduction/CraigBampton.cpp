@@ -20,15 +20,15 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-/** Part of an attachment mode's energy below which the normal modes hold all of it. **/
+/** Share of an attachment mode's energy below which the normal modes are taken to contain it. **/
 constexpr double NothingNew = 1e-12;
 
 [[noreturn]] void refuse(const ReductionOptions& options, const std::string& what) {
     throw std::invalid_argument("part '" + options.name + "': " + what);
 }
 
-/** Ξᵀ M Ξ: its eigenvalues are 1/ω² of the free-free modes of the tied model. Ξ joins to Θ the
-constraint modes, orthonormal in energy, and leaves rigid motions out by M. **/
+/** Ξᵀ M Ξ, whose eigenvalues are 1/ω² of the free-free modes of the tied model. Ξ extends Θ by the
+energy-orthonormal constraint modes and removes rigid motions in the metric M. **/
 class FreeModesOperator : public SymmetricOperator {
 public:
     FreeModesOperator(const FeProducts& products, const RigidMotion& rigid,
@@ -52,7 +52,7 @@ public:
 
     Index size() const override { return m_static.cols() + m_held.size(); }
 
-    /** Ξ x. **/
+    /** Returns Ξ x. **/
     Shapes toShapes(const MatrixXd& X) const {
         Shapes u = m_held.toShapes(X.bottomRows(m_held.size()));
         u.noalias() += m_static * X.topRows(m_static.cols());
@@ -79,14 +79,14 @@ private:
     Shapes m_static;
 };
 
-/** Deflections u under the loads less what the normal modes hold of them, orthonormal in energy:
-u_iᵀKu_j = f_iᵀu_j, as long as the interfaces are held in all. **/
+/** Removes the normal modes from the deflections u under the loads and orthonormalises the rest in
+energy: u_iᵀKu_j = f_iᵀu_j, since the interfaces are held in all. **/
 Shapes makeAttachments(const Shapes& loads, Shapes u, const Shapes& normal) {
     if (loads.cols() == 0) return u;
     const Eigen::VectorXd before = (loads.transpose() * u).diagonal();
     const MatrixXd held = normal.transpose() * loads;
     u -= normal * held;
-    // A load on nodes that constraints hang on a rigid interface bends nothing.
+    // A load on nodes constrained to a rigid interface causes no deflection.
     const Eigen::VectorXd scale =
         before.unaryExpr([](double twice) { return twice > 0 ? 1 / std::sqrt(twice) : 0.0; });
     const SymmetricEigen energy =
@@ -108,7 +108,7 @@ void checkFrequencies(const ReductionOptions& options) {
                "the part has neither; give one of them");
 }
 
-/** Keeps the results of phases, and takes those that were kept. **/
+/** Stores the results of phases in the checkpoint and reuses stored ones. **/
 class Stages {
 public:
     Stages(const FeModel& model, const ReductionOptions& options)
@@ -177,7 +177,7 @@ private:
     Hash m_key;
 };
 
-/** How many normal modes are wanted, and down to which 1/ω². **/
+/** Returns the number of normal modes wanted and the smallest 1/ω². **/
 ModeRange chooseNormalModes(const ReductionOptions& options, int numStatic, Index numFree,
                             bool hasInterfaces) {
     const Index most = numStatic + numFree;
@@ -208,9 +208,9 @@ ModeRange chooseNormalModes(const ReductionOptions& options, int numStatic, Inde
     return range;
 }
 
-/** How many of the modes found are kept: those wanted, and one more where it has within a per cent
-the frequency of the last one and the next has not. Half a pair of equal frequencies, such as the
-bending modes of a round shaft, would leave the part unsymmetric. **/
+/** Returns how many of the modes found are kept: those wanted, and one more if its frequency is
+within 1 % of the last one's and the next one's is not. Half a pair of equal frequencies, such as
+the bending modes of a round shaft, would make the part asymmetric. **/
 Index chooseNumKept(const ModeRange& wanted, const Eigen::VectorXd& omegaSquared) {
     constexpr double Near = 1.02;  // in ω²
     const Index found = omegaSquared.size();
@@ -223,7 +223,7 @@ Index chooseNumKept(const ModeRange& wanted, const Eigen::VectorXd& omegaSquared
     return isTwin(kept) && !isTwin(kept + 1) ? kept + 1 : kept;
 }
 
-/** The same with what chooseNumKept() looks at besides. **/
+/** Extends a range by the modes that chooseNumKept() compares with. **/
 ModeRange widen(ModeRange range, Index most) {
     constexpr double Beyond = 1.05;  // in ω²
     constexpr int MoreModes = 2;

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr int NumVariants = DesignParameter::NumVariants;
 
-/** Elements are summed up in so many shares, whatever the number of threads. **/
+/** Elements are summed in this many shares for any number of threads. **/
 constexpr int NumShares = 16;
 
 Eigen::Map<const Vector3d> positionOf(const FeModel& model, int node) {
@@ -30,7 +30,7 @@ bool haveSameTies(const FeModel& a, const FeModel& b) {
            a.constraints.coefficients == b.constraints.coefficients;
 }
 
-/** The modes at another value, where they differ from what they are. **/
+/** Motion of the tied nodes at another parameter value, where it changes. **/
 class TiedMotion {
 public:
     TiedMotion(const FeModel& model, const RigidMotion& rigid, const InterfaceTies& ties,
@@ -48,7 +48,7 @@ public:
         for (size_t k = 0; k < m_ties.ties().size(); ++k) {
             const InterfaceTies::Tie& tie = m_ties.ties()[k];
             if (tie.type != TieType::Rigid) continue;
-            // The motion of the master, as one about the centre of mass.
+            // Motion of the master as a motion about the centre of mass.
             MatrixXd motion = m_modes.boundary.middleRows(6 * Index(k), 6);
             const Vector3d arm = m_rigid.center - Eigen::Map<const Vector3d>(tie.master.data());
             motion.topRows<3>() =
@@ -75,7 +75,7 @@ private:
     const MeanAxisModes& m_modes;
 };
 
-/** d/dp of ΦᵀKΦ and ΦᵀMΦ, times Step·p. **/
+/** Derivatives of ΦᵀKΦ and ΦᵀMΦ with respect to p, times Step·p. **/
 class ModalDifference {
 public:
     ModalDifference(const FeModel& model, const DesignParameter& parameter, const Shapes& Phi,
@@ -118,8 +118,7 @@ private:
         return m_moved[size_t(variant)] ? *m_moved[size_t(variant)] : m_Phi;
     }
 
-    /** a + θ × (x − c) that fits the motion U of nodes at x best: columns by mode, rows 3 and 3.
-     * **/
+    /** Fits a + θ × (x − c) to the motion U of nodes at x: one mode per column, 3 + 3 rows. **/
     static MatrixXd fitRigid(const Eigen::Matrix3Xd& arms, const MatrixXd& U) {
         MatrixXd rigid = MatrixXd::Zero(6, U.cols());
         for (Index k = 0; k < arms.cols(); ++k) {
@@ -143,7 +142,8 @@ private:
                    hasM = m_isMoved || !first.haveSameMass(last);
         if (!hasK && !hasM) return;
 
-        // Strains are those without the rigid motion of the element, which is most of its motion.
+        // Subtract the rigid motion of the element, which is most of its motion, before computing
+        // strains.
         const int* nodes = m_model.elements->nodesOf(e);
         const Index count = m_model.elements->numNodesOf(e), n = m_Phi.cols();
         Eigen::Matrix3Xd arms(3, count);
@@ -203,7 +203,7 @@ private:
         if (hasM) sum.M.noalias() += work.velocities.transpose() * work.momenta;
     }
 
-    /** Springs, points, trusses and membranes. **/
+    /** Adds springs, points, trusses and membranes. **/
     void addOthers(Sum& sum) const {
         const auto &first = m_parameter.variants.front(), &last = m_parameter.variants.back();
         const bool hasK = m_isMoved || first.K.values != last.K.values ||

@@ -1,13 +1,12 @@
 #pragma once
 /** @file
-How the reduced stiffness and mass change with the numbers that a model was read with (see
+Derivatives of the reduced stiffness and mass with respect to the parameters of a model (see
 DesignParameter.h). Internal to reduction.
 
     d(ΦᵀKΦ)/dp = d/dp Σ v (BU)ᵀ D (BU),    U(p): the modes at the nodes of an element
 
-U is what it is at p, but where nodes are tied: there it is the motion nearest to Φ that constraints
-and rigid interfaces allow at that value, with their masters where they were, moving as they did.
-**/
+U is constant except at tied nodes. There it is the motion closest to Φ that constraints and rigid
+interfaces allow at the changed value, with the masters' positions and motions unchanged. **/
 
 #include <vector>
 

@@ -23,18 +23,18 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-/** Part of the largest singular value below which a direction of loads counts as none. **/
+/** Relative to the largest singular value: smaller load directions are dropped. **/
 constexpr double Rank = 1e-10;
 
-/** Stiffness, as a share of the diagonal's, that is round-off. **/
+/** Relative to the diagonal: smaller stiffness is round-off. **/
 constexpr double NoStiffness = 1e-12;
-/** Motions that have less than this share of their nodes' mass have none. **/
+/** Share of its nodes' mass below which a motion is massless. **/
 constexpr double NoMass = 1e-4;
-/** Idle motions are looked for among so many, with so many steps of inverse iteration. **/
+/** Size of the subspace searched for idle motions, and its steps of inverse iteration. **/
 constexpr Index NumSought = 24;
 constexpr int NumSteps = 4;
 
-/** Writing a factor and reading it again, about. **/
+/** Approximate speed of writing a factor and reading it back. **/
 constexpr double BytesPerSecond = 4e8;
 
 std::uint64_t calcKey(const SymmetricMatrix& A) {
@@ -45,14 +45,14 @@ std::uint64_t calcKey(const SymmetricMatrix& A) {
     return hash.get();
 }
 
-/** An orthonormal basis of the columns of X, which are scaled to unit length first. **/
+/** Returns an orthonormal basis of the columns of X after scaling them to unit length. **/
 MatrixXd orthonormalize(MatrixXd X) {
     const Eigen::VectorXd norms = X.colwise().norm();
     for (Index k = 0; k < X.cols(); ++k) X.col(k) /= norms[k];
     return calcThinQr(X).Q;
 }
 
-/** Rows and columns of A whose place in the list is not negative, ascending. **/
+/** Returns the rows and columns of A whose index in the list is not negative, ascending. **/
 SymmetricMatrix takeListed(const SymmetricMatrix& A, const std::vector<int>& listed,
                            const std::vector<int>& place) {
     SymmetricMatrix result;
@@ -77,7 +77,7 @@ SymmetricMatrix takeListed(const SymmetricMatrix& A, const std::vector<int>& lis
     return result;
 }
 
-/** Largest sum of absolute values in a column. **/
+/** Returns the 1-norm. **/
 double calcNorm(const SymmetricMatrix& A) {
     std::vector<double> sums(size_t(A.size), 0.0);
     for (int column = 0; column < A.size; ++column)
@@ -88,7 +88,7 @@ double calcNorm(const SymmetricMatrix& A) {
     return *std::max_element(sums.begin(), sums.end());
 }
 
-/** m ⊗ 1₃. **/
+/** Returns m ⊗ 1₃. **/
 SymmetricMatrix tripleAxes(const SymmetricMatrix& m) {
     SymmetricMatrix M;
     M.size = 3 * m.size;
@@ -107,7 +107,7 @@ SymmetricMatrix tripleAxes(const SymmetricMatrix& m) {
     return M;
 }
 
-/** The place of each diagonal entry among the values of A, −1 where there is none. **/
+/** Index of each diagonal entry in the values of A, −1 if there is none. **/
 std::vector<std::int64_t> findDiagonal(const SymmetricMatrix& A) {
     std::vector<std::int64_t> places;
     for (size_t column = 0; column < size_t(A.size); ++column) {
@@ -119,7 +119,7 @@ std::vector<std::int64_t> findDiagonal(const SymmetricMatrix& A) {
     return places;
 }
 
-/** Θᵀ M Θ: its eigenvalues are 1/ω² of the normal modes. **/
+/** Θᵀ M Θ, whose eigenvalues are 1/ω² of the normal modes. **/
 class NormalModesOperator : public SymmetricOperator {
 public:
     NormalModesOperator(const FixedInterfaces& held, const FullRows& m) : m_held(held), m_m(m) {}
@@ -152,21 +152,21 @@ struct FixedInterfaces::Data {
     const InterfaceTies& ties;
     const Coordinates coordinates;
     SparseCholesky cholesky;
-    std::shared_ptr<StiffnessSolver> solver;  ///< instead of cholesky, if there is one
+    std::shared_ptr<StiffnessSolver> solver;  ///< replaces cholesky if set
 
     double norm = 0;        ///< ‖K‖₁ of the free coordinates
     std::vector<int> free;  ///< coordinates that are neither tied nor supported, ascending
     std::vector<int> tied;  ///< those that follow a rigid interface, ascending
-    MatrixXd tiedMotion;    ///< of the tied coordinates for a unit of each boundary coordinate
+    MatrixXd tiedMotion;    ///< motion of the tied coordinates per unit of each boundary coordinate
 
-    /** The constraints D: of distributing ties, or the mean of a part without interfaces. **/
+    /** Constraints D: of distributing ties, or the mean motion of a part without interfaces. **/
     struct Mean {
         size_t tie;
         MatrixXd D;  ///< 6×(3·nodes)
     };
     std::vector<Mean> means;
     Shapes MR;      ///< numDofs×6 of a part without interfaces, D = (M R)ᵀ; else empty
-    MatrixXd N;     ///< loads on the interfaces that are in equilibrium if the part is supported
+    MatrixXd N;     ///< self-equilibrated loads on the interfaces if the part is supported
     MatrixXd G;     ///< (DR)⁺ of a supported part
     MatrixXd C, Y;  ///< TᵀDᵀ of the free coordinates, times N if supported; K⁻¹C
     Eigen::LDLT<MatrixXd> CY;
@@ -179,7 +179,7 @@ struct FixedInterfaces::Data {
         throw std::invalid_argument("part '" + part + "': " + what);
     }
 
-    /** D u. **/
+    /** Returns D u. **/
     MatrixXd calcMean(const Shapes& u) const {
         if (MR.size() > 0) return MR.transpose() * u;
         MatrixXd mean(numMeans(), u.cols());
@@ -193,7 +193,7 @@ struct FixedInterfaces::Data {
         return mean;
     }
 
-    /** Dᵀ λ. **/
+    /** Returns Dᵀ λ. **/
     Shapes spread(const MatrixXd& lambda) const {
         if (MR.size() > 0) return MR * lambda;
         Shapes f = Shapes::Zero(model.K.size, lambda.cols());
@@ -208,19 +208,20 @@ struct FixedInterfaces::Data {
 
     MatrixXd solveCY(const MatrixXd& B) const { return CY.solve(B); }
 
-    /** K⁻¹ B of the free coordinates. **/
+    /** Returns K⁻¹ B of the free coordinates. **/
     MatrixXd solveFree(const MatrixXd& B) const {
         return solver ? solver->solve(B) : cholesky.solve(B);
     }
 
-    /** Loads on the free coordinates; of a supported part, in equilibrium. **/
+    /** Returns loads on the free coordinates; of a supported part, in equilibrium. **/
     MatrixXd takeForces(const Shapes& f) const {
         if (!isSupported()) return coordinates.contract(free, f);
         const MatrixXd resultant = rigid.R.transpose() * f;
         return coordinates.contract(free, f - spread(G.transpose() * resultant));
     }
 
-    /** Shapes of the free coordinates; of a supported part, with its interfaces put back. **/
+    /** Returns shapes for the free coordinates; of a supported part, with its interfaces at
+    rest. **/
     Shapes makeShapes(const MatrixXd& x) const {
         Shapes u = coordinates.expand(free, x);
         if (!isSupported()) return u;
@@ -229,7 +230,7 @@ struct FixedInterfaces::Data {
         return u;
     }
 
-    /** Rows and columns of the free coordinates of a matrix of all. **/
+    /** Returns the rows and columns of the free coordinates. **/
     SymmetricMatrix takeFree(const SymmetricMatrix& A) const {
         std::vector<int> place(size_t(coordinates.size()), -1);
         for (size_t k = 0; k < free.size(); ++k) place[size_t(free[k])] = int(k);
@@ -246,7 +247,8 @@ struct FixedInterfaces::Data {
     void prepareMeans();
 };
 
-/** Tied coordinates with their motion, supported ones, and the rest. **/
+/** Determines the tied coordinates and their motion, the supported coordinates and the free
+ones. **/
 void FixedInterfaces::Data::findCoordinates() {
     const Shapes rigidCoordinates = coordinates.solveRigid(rigid.R);
     std::vector<int> tieOf(size_t(coordinates.size()), -1);
@@ -278,7 +280,7 @@ void FixedInterfaces::Data::findCoordinates() {
     }
     for (size_t q = 0; q < tieOf.size(); ++q)
         if (tieOf[q] >= 0) tied.push_back(int(q));
-    // A unit of an interface's coordinates is a rigid motion about its master.
+    // A unit of an interface coordinate is a rigid motion about its master.
     tiedMotion = MatrixXd::Zero(Index(tied.size()), ties.numBoundaryDofs());
     for (size_t i = 0; i < tied.size(); ++i) {
         const int k = tieOf[size_t(tied[i])];
@@ -288,7 +290,7 @@ void FixedInterfaces::Data::findCoordinates() {
         tiedMotion.block(Index(i), 6 * k, 1, 6) = rigidCoordinates.row(tied[i]) * aboutCenter;
     }
     if (isSupported()) {
-        // The six coordinates whose rigid motions are the farthest from dependent.
+        // Support the six coordinates with the most independent rigid motions.
         MatrixXd motions = rigidCoordinates.transpose();
         for (Index j = 0; j < 6; ++j) motions.row(j).normalize();
         const std::vector<int> order = orderColumns(motions);
@@ -300,7 +302,8 @@ void FixedInterfaces::Data::findCoordinates() {
 
 void FixedInterfaces::Data::checkMemory(const SparseCholesky::Prediction& prediction, int numModes,
                                         const ReductionOptions& options) const {
-    // After factoring: the Lanczos basis and Ritz vectors, then the modes and products with them.
+    // After the factorization: the Lanczos basis and Ritz vectors, then the modes and products with
+    // them.
     const double rows = double(model.K.size), modes = double(numModes);
     const double modesBytes =
         8 * rows * std::max(estimateLanczosBasis(numModes) + modes, 6 * modes);
@@ -343,7 +346,7 @@ void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& opt
         const auto start = std::chrono::steady_clock::now();
         factorHeld(K, progress);
         const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-        // Not where reading it again would take as long.
+        // Store the factor only if reading it is faster than recomputing it.
         if (options.checkpoint &&
             (options.checkpoint->worthSeconds() == 0 ||
              spent.count() >= double(prediction.factorBytes) / BytesPerSecond))
@@ -360,9 +363,9 @@ void FixedInterfaces::Data::factorFree(int numModes, const ReductionOptions& opt
     }
 }
 
-/** Factors K, where it must be with a coordinate held in each idle motion, one that has neither
-stiffness nor mass: those of C3D20R, and so of S8R, that vanish in all integration points. To hold
-it takes nothing away, for all else can have any share of such a motion. **/
+/** Factors K, if necessary with one coordinate held per idle motion, which has neither stiffness
+nor mass: the elements C3D20R, and thus S8R, have motions that vanish at all integration points.
+Holding these loses nothing, since all other motions may contain any share of them. **/
 void FixedInterfaces::Data::factorHeld(SymmetricMatrix K, const ProgressCallback& progress) {
     try {
         return cholesky.factor(K, progress);
@@ -374,8 +377,8 @@ void FixedInterfaces::Data::factorHeld(SymmetricMatrix K, const ProgressCallback
     cholesky.factor(K, progress);
 }
 
-/** A row for each idle motion. @throws SparseCholesky::SingularMatrix if K is singular for another
-reason. **/
+/** Returns one row per idle motion. @throws SparseCholesky::SingularMatrix if K is singular for
+another reason. **/
 std::vector<int> FixedInterfaces::Data::findIdleRows(const SymmetricMatrix& K, int singularRow) {
     const Index size = K.size, count = std::min(size, NumSought);
     const auto diagonal = findDiagonal(K);
@@ -392,7 +395,7 @@ std::vector<int> FixedInterfaces::Data::findIdleRows(const SymmetricMatrix& K, i
     MatrixXd X(size, count);
     for (Index j = 0; j < count; ++j)
         for (Index k = 0; k < size; ++k) X(k, j) = std::sin(double(1 + k * (2 * j + 1)));
-    // Columns of X are orthonormal in D.
+    // Inverse iteration, with the columns of X orthonormal in D.
     for (int step = 0; step < NumSteps; ++step) {
         X = orthonormalize(scale.asDiagonal() * cholesky.solve(D.asDiagonal() * X));
         X = scale.cwiseInverse().asDiagonal() * X;
@@ -417,7 +420,7 @@ std::vector<int> FixedInterfaces::Data::findIdleRows(const SymmetricMatrix& K, i
         motions.col(motion).cwiseAbs().maxCoeff(&row);
         throw SparseCholesky::SingularMatrix(int(row));
     }
-    // Rows in which the motions are the farthest from dependent.
+    // Choose the rows in which the motions are most independent.
     const std::vector<int> order = orderColumns((scale.asDiagonal() * motions).transpose());
     return {order.begin(), order.begin() + std::ptrdiff_t(numIdle)};
 }
@@ -501,7 +504,7 @@ Shapes FixedInterfaces::calcConstraintModes() const {
     for (size_t k = 0; k < d.means.size(); ++k)
         prescribed.block(6 * Index(k), 6 * Index(d.means[k].tie), 6, 6).setIdentity();
     if (d.isSupported()) {
-        // Loads in equilibrium on the interfaces, then the rigid motion that is left.
+        // Self-equilibrated loads on the interfaces, then the remaining rigid motion.
         Shapes u = Shapes::Zero(d.model.K.size, numBoundary);
         if (d.C.cols() > 0)
             u = d.coordinates.expand(d.free, d.Y * d.solveCY(d.N.transpose() * prescribed));
@@ -530,7 +533,7 @@ FixedInterfaces::NormalModes FixedInterfaces::calcNormalModes(
             calcLargestEigenpairs(NormalModesOperator(*this, d.products.m), range, Phase, progress);
         return {pairs.values.cwiseInverse(), toShapes(pairs.vectors), pairs.numBlocks};
     }
-    // The mass of x with the rigid motion of makeShapes() in it, (1 − R Aᵀ)ᵀ M (1 − R Aᵀ).
+    // Mass of x including the rigid motion of makeShapes(), (1 − R Aᵀ)ᵀ M (1 − R Aᵀ).
     const SymmetricMatrix M = d.takeFree(d.coordinates.assemble(tripleAxes(d.model.m)));
     MatrixXd U(Index(d.free.size()), 0), S(0, 0);
     if (d.isSupported()) {
@@ -555,8 +558,8 @@ long FixedInterfaces::numFactorEntries() const {
 double FixedInterfaces::estimateConditionNumber() const {
     const Data& d = *m_data;
     if (d.free.empty()) return 1;
-    // ‖K⁻¹‖₁ is the largest of its columns: of the eight that are longest as far as random signs
-    // show. Eight vectors at once cost what one costs.
+    // ‖K⁻¹‖₁ is the largest column norm: taken over the eight columns that random signs show to be
+    // the longest. Eight vectors cost as much as one.
     const Index n = Index(d.free.size()), width = std::min<Index>(ChunkSize, n);
     MatrixXd X(n, width);
     std::mt19937_64 random{20250401};

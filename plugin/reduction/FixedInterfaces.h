@@ -1,20 +1,21 @@
 #pragma once
 /** @file
-The stiffness of a part whose interfaces are held, factored once, K = L Lᵀ. Internal to reduction.
+The stiffness of a part with held interfaces, factored once, K = L Lᵀ. Internal to reduction.
 
-Every shape u with its interfaces at rest is made by Θ from coordinates z that are orthonormal in
+Every shape u with its interfaces at rest is given by Θ and coordinates z that are orthonormal in
 energy, and the static deflection under nodal forces f is Θ Θᵀ f:
 
     u = Θ z,   uᵀKu = |z|²,    Θ = (1 − R G D) T L⁻ᵀ (1 − QQᵀ)
 
-T makes nodal translations of the free coordinates (see Coordinates.h). Rigid ties (see
-InterfaceTie.h) take their coordinates out of K before it is factored. Distributing ties are the
-constraints D u = 0, met by the projection: Q is an orthonormal basis of L⁻¹TᵀDᵀ. A part without any
-rigid tie is factored on a statically determinate support of six coordinates; there only loads N in
-equilibrium, (DR)ᵀN = 0, enter Q, and the rigid motion R G D, G = (DR)⁺, puts the interfaces back. A
-part without interfaces is held in the mean, D = RᵀM: Θ then makes its free-free shapes.
+T maps the free coordinates to nodal translations (see Coordinates.h). Coordinates of rigid ties
+(see InterfaceTie.h) are removed from K before it is factored. Distributing ties are constraints D u
+= 0, enforced by the projection: Q is an orthonormal basis of L⁻¹TᵀDᵀ. A part without rigid ties is
+factored on a statically determinate support of six coordinates. Only self-equilibrated loads N,
+(DR)ᵀN = 0, then enter Q, and the rigid motion R G D, G = (DR)⁺, returns the interfaces to rest. A
+part without interfaces is held on average, D = RᵀM: Θ then gives its free-free shapes.
 
-A StiffnessSolver of the options knows no L; with Y = K⁻¹TᵀDᵀ it does the same by whole solves. **/
+A StiffnessSolver from the options does not expose L; with Y = K⁻¹TᵀDᵀ complete solves give the
+same. **/
 
 #include <memory>
 
@@ -25,40 +26,42 @@ namespace simflex {
 
 class FixedInterfaces {
 public:
-    /** Keeps references to all that it is given. **/
+    /** Keeps references to all arguments. **/
     FixedInterfaces(const std::string& part, const FeModel& model, const FeProducts& products,
                     const RigidMotion& rigid, const InterfaceTies& ties);
     ~FixedInterfaces();
 
-    /** Factors K. @throws std::invalid_argument that names a node if K is singular beyond the rigid
-    motions, if interfaces overlap through constraints, or, before it is factored, if that and as
-    many modes take more memory than there is. **/
+    /** Factors K. @throws std::invalid_argument naming a node if K is singular beyond the rigid
+    motions, if interfaces overlap through constraints, or if the predicted memory for the factor
+    and this many modes exceeds the available memory. **/
     void factor(int numModes, const ReductionOptions& options, const ProgressCallback& progress);
 
-    /** Number of free coordinates, which is that of z. @pre factor(), as for all below. **/
+    /** Returns the number of free coordinates, which is the size of z. @pre factor(), as for all
+    below. **/
     Eigen::Index size() const;
 
-    /** Deflection under forces with the interfaces held. **/
+    /** Returns the deflection under forces with the interfaces held. **/
     Shapes solve(const Shapes& f) const;
 
-    /** Static shapes for a unit of each boundary coordinate: numDofs×numBoundaryDofs. **/
+    /** Returns the static shapes for a unit of each boundary coordinate:
+    numDofs×numBoundaryDofs. **/
     Shapes calcConstraintModes() const;
 
     struct NormalModes {
         Eigen::VectorXd omegaSquared;  ///< ascending
         Shapes shapes;                 ///< φᵀKφ = 1
-        int numBlocks = 0;             ///< that Lanczos solved for
+        int numBlocks = 0;             ///< blocks solved for by Lanczos
     };
 
-    /** The lowest modes with the interfaces held; `range` is of 1/ω². **/
+    /** Computes the lowest modes with the interfaces held; `range` is of 1/ω². **/
     NormalModes calcNormalModes(const ModeRange& range, const ProgressCallback& progress) const;
 
-    Shapes toShapes(const Eigen::MatrixXd& z) const;    ///< Θ z; not of another StiffnessSolver
-    Eigen::MatrixXd fromForces(const Shapes& f) const;  ///< Θᵀ f; not of another StiffnessSolver
+    Shapes toShapes(const Eigen::MatrixXd& z) const;    ///< Θ z; not with another StiffnessSolver
+    Eigen::MatrixXd fromForces(const Shapes& f) const;  ///< Θᵀ f; not with another StiffnessSolver
 
     long numFactorEntries() const;
-    /** ‖K‖₁‖K⁻¹‖₁ of the factored matrix, from below and seldom by more than a factor of 3. A few
-    solves. **/
+    /** Returns a lower bound of ‖K‖₁‖K⁻¹‖₁ of the factored matrix, seldom too small by more than a
+    factor of 3. Costs a few solves. **/
     double estimateConditionNumber() const;
 
 private:

@@ -11,11 +11,12 @@
 namespace simflex {
 namespace {
 
-/** Second singular value of the node positions over the first, below which nodes are collinear. **/
+/** Ratio of the second to the first singular value of the node positions below which nodes are
+collinear. **/
 constexpr double Collinear = 1e-6;
 
-/** How far a master point may be from its nodes, in sizes of the part: without a word, and at all.
- * **/
+/** Distance of a master point from its nodes, in part sizes, that causes a warning and an
+error. **/
 constexpr double Near = 0.5, Farthest = 10;
 
 double calcDiagonal(const Mesh& mesh) {
@@ -23,7 +24,7 @@ double calcDiagonal(const Mesh& mesh) {
     return (x.rowwise().maxCoeff() - x.rowwise().minCoeff()).norm();
 }
 
-/** From the master to the nearest of its nodes. **/
+/** Returns the distance from the master to the nearest of its nodes. **/
 double calcDistance(const Mesh& mesh, const InterfaceTies::Tie& tie) {
     const Eigen::Map<const Eigen::Vector3d> master(tie.master.data());
     double distance = std::numeric_limits<double>::infinity();
@@ -54,7 +55,7 @@ bool isBeamNode(const Mesh& mesh, const std::vector<int>& nodes) {
     return nodes.size() > MostOfShell && isThinNode(mesh, nodes);
 }
 
-/** An interface needs three nodes that do not lie on one line: else rotations cost nothing. **/
+/** Requires three non-collinear nodes: otherwise rotations have no stiffness. **/
 void checkNodes(const std::string& where, const std::string& selection, const Mesh& mesh,
                 const std::vector<int>& nodes) {
     const std::string cure =
@@ -102,8 +103,7 @@ InterfaceTies::InterfaceTies(const FeModel& model, const ReductionOptions& optio
         }
         checkNodes(where, wanted.nodes, mesh, tie.nodes);
         tie.master = wanted.master ? *wanted.master : findMiddle(mesh, wanted.nodes);
-        // A node of a beam turns and moves as its section does; nothing keeps that from
-        // contracting.
+        // A beam node follows the mean of its section, which may contract freely.
         if (isBeamNode(mesh, tie.nodes)) tie.type = TieType::Distributing;
         if (tie.type == TieType::Distributing) tie.shares = calcNodeShares(mesh, tie.nodes);
         if (calcDistance(mesh, tie) > Farthest * calcDiagonal(mesh))
@@ -151,7 +151,7 @@ Eigen::MatrixXd InterfaceTies::calcMean(const Mesh& mesh, const Tie& tie) const 
     const Eigen::Vector3d center = moments.rowwise().sum() / w.sum();
     arms.colwise() -= center;
     moments -= center * w.transpose();
-    // About the middle translations and rotations are apart.
+    // About the middle, translations and rotations are decoupled.
     const Eigen::Matrix3d spread = moments * arms.transpose();
     const Eigen::Matrix3d inverse =
         (spread.trace() * Eigen::Matrix3d::Identity() - spread).inverse();

@@ -9,21 +9,21 @@
 namespace simflex {
 namespace {
 
-/** What may be left of the energy of a shape that nothing resists: so many times as much of the
-sizes it is the sum of as of those of the rigid motions. **/
+/** Factor by which a shape's relative energy may exceed that of the rigid motions and still be
+round-off. **/
 constexpr double RigidNoise = 30;
-/** By how much round-off in K may change a frequency. **/
+/** Largest relative frequency error due to round-off in K. **/
 constexpr double FrequencyDigits = 1e-3;
-/** So many of the slowest are looked at. **/
+/** Number of slowest shapes examined. **/
 constexpr Eigen::Index MostHinges = 8;
-/** 1 − θ of a shape that moves no mass. **/
+/** 1 − θ of a massless shape. **/
 constexpr double Massless = 1e-14;
 
-/** Two entries within this of each other are equally large, for the sign of a mode. **/
+/** Relative difference below which entries count as equal when the sign of a mode is chosen. **/
 constexpr double SameSize = 1e-6;
 
-/** The part that round-off in K leaves of energies, of the sizes that these are the sums of: seen
-at the rigid motions, the most. **/
+/** Returns the round-off of energies relative to the magnitude of their terms: the largest found
+for the rigid motions. **/
 double calcRigidNoise(const FeProducts& products, const RigidMotion& rigid) {
     const Eigen::VectorXd sizes = products.K.sumSizes(rigid.R);
     const Shapes KR = products.K.multiply(rigid.R);
@@ -33,14 +33,14 @@ double calcRigidNoise(const FeProducts& products, const RigidMotion& rigid) {
     return noise;
 }
 
-/** V with VᵀMV = 1, VᵀKV = Ω² of a positive definite K. **/
+/** V with VᵀMV = 1, VᵀKV = Ω² for a positive definite K. **/
 struct Modes {
     Eigen::MatrixXd vectors;
     Eigen::VectorXd omegaSquared;
 };
 
-/** By K v = θ (K + σM) v with σ in the middle of all ω²: the slowest of a slender part are as sharp
-as the stiffest ones. **/
+/** Solves K v = θ (K + σM) v with σ in the middle of all ω²: the slowest modes of a slender part
+are then as accurate as the stiffest. **/
 Modes solvePencil(const std::string& part, const Eigen::MatrixXd& K, const Eigen::MatrixXd& M) {
     const Eigen::VectorXd ratio = K.diagonal().cwiseQuotient(M.diagonal());
     const double sigma = std::sqrt(ratio.minCoeff()) * std::sqrt(ratio.maxCoeff());
@@ -71,12 +71,12 @@ Modes solvePencil(const std::string& part, const Eigen::MatrixXd& K, const Eigen
         describeSlenderness(rigid));
 }
 
-/** What the energies of the first shapes are sums of. **/
+/** Returns the magnitude of the terms of the energies of the first shapes. **/
 Eigen::VectorXd calcSizes(const FeProducts& products, const Shapes& Phi) {
     return products.K.sumSizes(Phi.leftCols(std::min(MostHinges, Phi.cols())));
 }
 
-/** How many shapes K resists no more than its round-off would.
+/** Counts shapes whose energy does not exceed round-off.
 @param noise  see calcRigidNoise() **/
 Eigen::Index countFree(const Eigen::VectorXd& sizes, const Eigen::VectorXd& energies,
                        double noise) {
@@ -86,8 +86,8 @@ Eigen::Index countFree(const Eigen::VectorXd& sizes, const Eigen::VectorXd& ener
     return count;
 }
 
-/** The same of all that shapes can become together: in units in which each has the same energy,
-since a massless one has no frequency. **/
+/** Counts the same among all combinations of shapes, scaled to equal energy, since a massless one
+has no frequency. **/
 Eigen::Index countFreeTogether(const FeProducts& products, const Shapes& Phi,
                                const Eigen::MatrixXd& K, double noise) {
     const Eigen::VectorXd scale = K.diagonal().cwiseSqrt().cwiseInverse();
@@ -97,11 +97,11 @@ Eigen::Index countFreeTogether(const FeProducts& products, const Shapes& Phi,
     return countFree(calcSizes(products, Phi * softest), pivots.values, noise);
 }
 
-/** Energies of the slowest shapes are sums of far larger terms, each rounded. **/
+/** Checks round-off in the energies of the slowest shapes, which are sums of far larger terms. **/
 void checkDigits(const std::string& part, const RigidMotion& rigid, const Eigen::VectorXd& sizes,
                  const Eigen::VectorXd& omegaSquared) {
     constexpr double UnitRoundOff = std::numeric_limits<double>::epsilon() / 2;
-    // Half of what it is for ω².
+    // The relative error of ω is half that of ω².
     const double lost =
         0.5 * UnitRoundOff * sizes.cwiseQuotient(omegaSquared.head(sizes.size())).maxCoeff();
     if (lost <= FrequencyDigits) return;
@@ -127,8 +127,8 @@ void fixSigns(MeanAxisModes& modes) {
 MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& products,
                                 const RigidMotion& rigid, const Eigen::Matrix3Xd& masters,
                                 const ModeBasis& basis) {
-    // The rigid motions stand for the first six columns: those of an interface that they move, or
-    // the motions themselves.
+    // The rigid motions replace the first six columns: constraint modes of an interface, which
+    // combine to them, or the rigid motions themselves.
     const Eigen::Index n = basis.Psi.cols() - 6;
     Shapes Phi = basis.Psi.rightCols(n);
     Shapes boundary = basis.boundary.rightCols(n);

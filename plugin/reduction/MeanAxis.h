@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Takes the rigid motions out of a mode basis and makes it orthonormal. Internal to reduction. **/
+Removes the rigid motions from a mode basis and orthonormalises it. Internal to reduction. **/
 
 #include <stdexcept>
 
@@ -8,7 +8,7 @@ Takes the rigid motions out of a mode basis and makes it orthonormal. Internal t
 
 namespace simflex {
 
-/** A seventh motion that nothing resists. **/
+/** Thrown if there is a seventh motion without stiffness. **/
 class LoosePieces : public std::invalid_argument {
 public:
     using std::invalid_argument::invalid_argument;
@@ -21,12 +21,11 @@ struct MeanAxisModes {
     Eigen::VectorXd omegaSquared;  ///< n_f, ascending
 };
 
-/** Puts the six rigid motions in the place of the first six shapes of `basis`, projects the others
-off them and makes these orthonormal, twice: ΦᵀMΦ = 1, ΦᵀKΦ = Ω², RᵀMΦ = 0. The sign of a mode is
-that which makes its first (nearly) largest displacement positive.
+/** Replaces the first six shapes of `basis` by the rigid motions, projects the others off them and
+orthonormalises these, twice: ΦᵀMΦ = 1, ΦᵀKΦ = Ω², RᵀMΦ = 0. The sign of a mode makes its first
+(nearly) largest displacement positive.
 @param masters  deck coordinates of the interface masters, 3×interfaces.
-@throws LoosePieces if there is a seventh motion that nothing resists: less than what round-off in
-    K can make of its shape
+@throws LoosePieces if a seventh motion has no stiffness beyond the round-off of K
 @throws std::invalid_argument if the reduced mass matrix is singular. **/
 MeanAxisModes calcMeanAxisModes(const std::string& part, const FeProducts& products,
                                 const RigidMotion& rigid, const Eigen::Matrix3Xd& masters,

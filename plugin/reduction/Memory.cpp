@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::int64_t UnknownMemory = std::numeric_limits<std::int64_t>::max();
 
-/** The number behind `key` in a file of "key number" lines; behind nothing, if key is empty. **/
+/** Returns the number after `key` in a file of "key number" lines, or the first number if key is
+empty. **/
 std::int64_t readNumber(const std::string& path, const std::string& key = "") {
     std::ifstream in(path);
     std::string word;
@@ -21,7 +22,7 @@ std::int64_t readNumber(const std::string& path, const std::string& key = "") {
     return in >> number ? number : UnknownMemory;
 }
 
-/** What the control group of this process, or one above it, still allows. **/
+/** Returns what the control groups of this process still allow. **/
 std::int64_t calcGroupMemory() {
     std::ifstream in("/proc/self/cgroup");
     std::int64_t least = UnknownMemory;

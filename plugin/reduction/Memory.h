@@ -1,14 +1,14 @@
 #pragma once
 /** @file
-How much memory this process may still take. Internal to reduction. **/
+Memory available to this process. Internal to reduction. **/
 
 #include <cstdint>
 #include <string>
 
 namespace simflex {
 
-/** Bytes that can be had without swapping: what the kernel calls available, less where a control
-group (a container, a batch job) allows less; the largest number if the system does not say. **/
+/** Returns the bytes available without swapping: the kernel's estimate, or less if a control group
+(a container, a batch job) allows less; the largest number if the system does not report it. **/
 std::int64_t calcAvailableMemory();
 
 /** "12.3 GiB", "456 MiB". **/

@@ -6,10 +6,10 @@
 namespace simflex {
 namespace {
 
-/** ∑m φ over √m and ∑m s×φ over √I, allowed for a mode of unit modal mass. **/
+/** Largest ∑m φ relative to √m and ∑m s×φ relative to √I for a mode of unit modal mass. **/
 constexpr double ZeroPart = 1e-9;
 
-/** Rows 3·node + axis of shapes. **/
+/** Returns the rows 3·node + axis of shapes. **/
 auto axisRows(const Shapes& X, int axis) {
     using Stride = Eigen::OuterStride<>;
     return Eigen::Map<const Shapes, 0, Stride>(X.data() + axis * X.cols(), X.rows() / 3, X.cols(),

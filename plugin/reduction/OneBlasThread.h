@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-One thread for OpenBLAS. Internal to reduction. **/
+Restricts OpenBLAS to one thread. Internal to reduction. **/
 
 #include <dlfcn.h>
 
@@ -8,8 +8,8 @@ One thread for OpenBLAS. Internal to reduction. **/
 
 namespace simflex {
 
-/** Keeps OpenBLAS, if that is the BLAS, to one thread while any of these lives: its sums depend on
-the number of its threads. **/
+/** Restricts OpenBLAS, if it is in use, to one thread while any object of this class exists: its
+sums depend on the number of its threads. **/
 class OneBlasThread {
 public:
     OneBlasThread() { count(1); }

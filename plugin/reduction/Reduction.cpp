@@ -18,7 +18,7 @@
 namespace simflex {
 namespace {
 
-/** What the reduction says of itself; see ReductionReport. **/
+/** Fills in ReductionReport. **/
 ReductionReport makeReport(const FeProducts& products, const RigidMotion& rigid,
                            const ModeBasis& basis, const MeanAxisModes& modes) {
     ReductionReport report;
@@ -52,13 +52,13 @@ ReductionReport makeReport(const FeProducts& products, const RigidMotion& rigid,
     return report;
 }
 
-/** What the modes of the finer twin have of shapes that the part lacks. **/
+/** Returns the components of the finer twin's modes along shapes that the part lacks. **/
 ReducedBody::Further calcFurther(const FeProducts& products, const ModeBasis& basis,
                                  const MeanAxisModes& finerModes) {
     const ModeBasis& finer = *basis.finer;
     const Eigen::Index numKnown = basis.normalOmegaSquared.size(),
                        numNormal = finer.normalOmegaSquared.size() - numKnown,
-                       // Beside those of load points theirs are not told apart.
+                       // cannot be separated from the attachment modes of load points
         numStatic = basis.numAttachment == 0 ? finer.numAttachment : 0;
     Shapes shapes(finer.Psi.rows(), numNormal + numStatic);
     shapes << finer.Psi.rightCols(numNormal), finer.Psi.middleCols(finer.numConstraint, numStatic);
@@ -74,7 +74,7 @@ ReducedBody::Further calcFurther(const FeProducts& products, const ModeBasis& ba
     return further;
 }
 
-/** What stress and geometric stiffness need is asked for before all work. **/
+/** Checks requirements of stress and geometric stiffness before the computation. **/
 void checkElements(const FeModel& model, const ReductionOptions& options) {
     if (options.stress) ElementStress{model};
     if (!options.hasStiffening) return;
@@ -115,7 +115,7 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
         try {
             modes = calcMeanAxisModes(options.name, products, rigid, masters, of);
         } catch (const LoosePieces&) {
-            throw;  // which leave the mesh with fewer modes, too
+            throw;  // remains with fewer modes
         } catch (const std::invalid_argument&) {
             if (of.lack.empty()) throw;
         }

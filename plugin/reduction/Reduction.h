@@ -7,9 +7,9 @@ Reduces a finite element model to a ReducedBody by the Craig–Bampton method.
 2. Basis Ψ: constraint modes, one per boundary degree of freedom; static attachment modes of load
    points, of inertia relief and at frequencies (see StaticLoads.h); the lowest normal modes with
    all interfaces held, K_ii φ = ω² M_ii φ.
-3. The small pencil (ΨᵀKΨ, ΨᵀMΨ) is solved, its six zeros are dropped, the rest is projected off
-   the analytic rigid motions R and made orthonormal again: ΦᵀMΦ = 1, ΦᵀKΦ = Ω², RᵀMΦ = 0.
-4. The second-order invariants of the mean-axis frame (see ReducedBody).
+3. The small pencil (ΨᵀKΨ, ΨᵀMΨ) is solved and its six zeros are dropped. The rest is projected off
+   the analytic rigid motions R and orthonormalised again: ΦᵀMΦ = 1, ΦᵀKΦ = Ω², RᵀMΦ = 0.
+4. Second-order invariants of the mean-axis frame (see ReducedBody).
 
     ReductionOptions options;
     options.name = "crank";
@@ -18,8 +18,8 @@ Reduces a finite element model to a ReducedBody by the Craig–Bampton method.
     ReducedBody crank = reduce(readCalculixDeck("crank.inp"), options);   // 44 modes
     writeReducedBody("crank.h5", crank);
 
-Source: R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA
-Journal 6 (1968) 1313–1319; A. A. Shabana, Dynamics of Multibody Systems, ch. 5–6. **/
+Source: R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal
+6 (1968) 1313–1319; A. A. Shabana, Dynamics of Multibody Systems, ch. 5–6. **/
 
 #include <array>
 #include <memory>
@@ -36,33 +36,32 @@ namespace simflex {
 
 class StiffnessSolver;
 
-/** One joint seat: which nodes are tied to which master point, and how. **/
+/** A joint seat: nodes tied to a master point. **/
 struct InterfaceOptions {
     InterfaceOptions() = default;
     InterfaceOptions(std::string interfaceName, std::string whichNodes,
                      TieType tieType = TieType::Rigid)
         : name(std::move(interfaceName)), nodes(std::move(whichNodes)), tie(tieType) {}
 
-    std::string name;   ///< as joints will call it
+    std::string name;   ///< used to attach joints
     std::string nodes;  ///< a node set of the model or a shape, see selectNodes()
     TieType tie = TieType::Rigid;
     std::optional<std::array<double, 3>>
         master;  ///< deck coordinates [m]; default: findMiddle() of the nodes
 };
 
-/** A place where forces will act that is no interface. Its static (attachment) modes, one a
-direction, make the part bend under them as the full model does. **/
+/** A location other than an interface where forces will act. Its static (attachment) modes, one per
+direction, make the part's deflection under them that of the full model. **/
 struct LoadPoint {
-    std::string nodes;         ///< share the force evenly; see selectNodes()
-    std::string axes = "xyz";  ///< directions, of the deck
+    std::string nodes;         ///< share the force; see selectNodes()
+    std::string axes = "xyz";  ///< directions, in deck axes
 };
 
-/** Where stress and strain of the modes are kept. They come from the displacements by the
-model's elements, as CalculiX has them (averaged at a node over its elements, different materials
-too). **/
+/** Where to store stress and strain of the modes. They are computed from the displacements by the
+model's elements and averaged over the elements at a node, across materials, as in CalculiX. **/
 struct StressOptions {
     enum class Nodes { Skin, All, Sets };
-    Nodes nodes = Nodes::Skin;      ///< Skin: those of faces of one element only
+    Nodes nodes = Nodes::Skin;      ///< Skin: nodes of faces that belong to one element only
     std::vector<std::string> sets;  ///< for Nodes::Sets, see selectNodes()
 };
 
@@ -70,38 +69,38 @@ struct ReductionOptions {
     std::string name = "part";
     std::vector<InterfaceOptions> interfaces;
     std::vector<LoadPoint> loadPoints;
-    /** Asks for inertia-relief modes, twelve (six without interfaces): static shapes under linear
-    fields of acceleration, with which weight, angular acceleration and centrifugal load are carried
-    exactly. **/
+    /** Adds twelve inertia-relief modes (six without interfaces): static shapes under linear
+    acceleration fields, which make weight, angular acceleration and centrifugal load exact. **/
     bool hasInertiaRelief = false;
-    /** Frequencies at which the part is to answer exactly to harmonic motions of its interfaces
-    and forces at its load points, but for damping [Hz]; a mode for each of these. **/
+    /** Frequencies at which the response to harmonic interface motions and forces at load points is
+    exact, apart from damping [Hz]; adds one mode for each of these inputs. **/
     std::vector<double> frequencies;
-    /** Craig–Bampton modes before the six rigid ones are removed: 6 per interface, one per
-    direction of each load point, those of inertia relief and frequencies, the rest normal modes;
-    the part gets numModes − 6. Without interfaces: free-free modes, the six rigid ones among them.
-    One more where the next normal mode has within a per cent the frequency of the last one, so that
-    pairs, as of round parts, stay together. **/
+    /** Number of Craig–Bampton modes before the six rigid ones are removed: 6 per interface, one
+    per direction of each load point, those of inertia relief and frequencies, and normal modes for
+    the rest; the part gets numModes − 6. Without interfaces: free-free modes including the six
+    rigid ones. One mode is added if the frequency of the next normal mode is within 1 % of the last
+    one's, so that pairs, as of round parts, stay together. **/
     int numModes = 50;
-    /** If given, all normal modes up to this frequency are taken instead of numModes [Hz]. **/
+    /** If set, takes all normal modes up to this frequency instead of numModes [Hz]. **/
     std::optional<double> highestFrequency;
-    /** So many of the part's frequencies are compared with the full model's, which are found to
-    full accuracy for this: ReductionReport::fullFrequencies; and ReductionReport::staticErrors
-    is found. **/
+    /** Number of part frequencies compared with the full model's, which are computed to full
+    accuracy: ReductionReport::fullFrequencies. Also computes ReductionReport::staticErrors. 0: no
+    check. **/
     int numCheckedModes = 0;
-    bool hasStiffening = false;  ///< asks for ReducedBody::stiffening
-    /** So many normal modes more, and inertia relief, has ReducedBody::finer; 0: there is none. **/
+    bool hasStiffening = false;  ///< computes ReducedBody::stiffening
+    /** Number of additional normal modes of ReducedBody::finer, which also has inertia relief; 0:
+    no finer part. **/
     int numFurtherModes = 0;
-    /** Memory that the reduction may take beyond the model; what it will take is known before K is
-    factored [bytes]. If not given: what the machine has left. **/
+    /** Memory limit of the reduction beyond the model [bytes], checked by a prediction before K is
+    factored. Default: the memory available. **/
     std::optional<double> memoryLimit;
-    /** Factors and finds modes in another way, over many machines for instance (SlepcSolver.h).
-    Null: the library's own. **/
+    /** Replaces the library's factorization and eigensolver, for instance by a distributed one
+    (SlepcSolver.h). Null: the library's own. **/
     std::shared_ptr<StiffnessSolver> solver;
-    /** Asks for ReducedBody::modalStress. **/
+    /** If set, computes ReducedBody::modalStress. **/
     std::optional<StressOptions> stress;
-    /** If not null, the factor, constraint modes and normal modes are kept there and taken from
-    there, so that a reduction that was stopped goes on where it was, to the same bits. **/
+    /** If not null, the factor, constraint modes and normal modes are stored there and reused, so
+    that an interrupted reduction resumes with bit-identical results. **/
     const ReductionCheckpoint* checkpoint = nullptr;
 };
 
@@ -114,32 +113,34 @@ struct ReductionTimings {
     double check = 0;            ///< frequencies of the full model
     double invariants = 0;
     double stiffening = 0;  ///< loads, assembly, products
-    double stress = 0;      ///< of the modes
+    double stress = 0;      ///< modal stress
     double total = 0;
     int numDofs = 0;            ///< of the finite element model
     long numFactorEntries = 0;  ///< nonzeros of the Cholesky factor
-    int numLanczosBlocks = 0;   ///< of eight vectors that Lanczos solved for
+    int numLanczosBlocks = 0;   ///< blocks of eight vectors solved for by Lanczos
 };
 
 /** Reduces a part, with ReducedBody::derivatives if the model was read with parameters
-(CalculixOptions::derivatives). O(factor) + O(numModes²·numDofs). The same model and options give the same bits.
+(CalculixOptions::derivatives). O(factor) + O(numModes²·numDofs). Bit-identical for equal models and
+options.
 @param timings  if not null, receives the time of each phase.
-@throws std::invalid_argument naming part, interface or number, and the cure: an interface with
-    an unknown node set, fewer than three nodes, collinear nodes, nodes of another interface, a
-    master point more than ten times the part's size away from them; a load point without nodes or
-on a rigid interface; too few or too many modes; K singular beyond its six rigid motions; more
-memory than there is.
+@throws std::invalid_argument naming part, interface or number, and the remedy: an interface with an
+unknown node set, fewer than three nodes, collinear nodes, nodes of another interface, or a master
+point farther from them than ten times the part's size; a load point without nodes or on a rigid
+interface; too few or too many modes; K singular beyond its six rigid motions; insufficient memory.
 @throws std::invalid_argument for stress and stiffening, if the model was read as matrices or has
-    elements that have none.
-@throws Cancelled if progress asks to stop. **/
+elements without them.
+@throws Cancelled if progress requests it. **/
 ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
                    const ProgressCallback& progress = {}, ReductionTimings* timings = nullptr);
 
-/** Says that a part has one mode more than asked for, if so: see ReductionOptions::numModes. **/
+/** Reports a mode added to keep a pair together, see ReductionOptions::numModes; "" if there is
+none. **/
 std::string describeTwin(const ReducedBody& body, const ReductionOptions& options);
 
-/** What reduce() takes and people hardly mean: a master point far from its nodes.
-@throws std::invalid_argument as reduce(), of interfaces. **/
+/** Returns warnings about input that reduce() accepts but is probably unintended: a master point
+far from its nodes.
+@throws std::invalid_argument as reduce() for interfaces. **/
 std::vector<std::string> listInterfaceWarnings(const FeModel& model,
                                                const ReductionOptions& options);
 

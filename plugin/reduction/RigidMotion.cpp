@@ -11,8 +11,8 @@ namespace simflex {
 
 namespace {
 
-/** Length over thickness: of parts that may be too thin for the digits of K, and of those that are,
-of solids and of others. **/
+/** Length over thickness above which a part may be, and above which it certainly is, too thin for
+the precision of K; the latter for solids and for other elements. **/
 constexpr double Slender = 500;
 constexpr int TooSlenderSolid = 2000, TooSlender = 100000;
 

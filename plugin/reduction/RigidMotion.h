@@ -9,7 +9,8 @@ The rigid motions of a part about its centre of mass. Internal to reduction. **/
 
 namespace simflex {
 
-/** Velocity of position `arm` for the six rigid motions about the origin: [1₃, −arm×], 3×6. **/
+/** Returns the velocity at position `arm` of the six unit rigid motions about the origin: [1₃,
+−arm×], 3×6. **/
 Eigen::Matrix<double, 3, 6> calcRigidMotion(const Eigen::Vector3d& arm);
 
 /** The six rigid motions about the centre of mass. **/
@@ -22,14 +23,15 @@ struct RigidMotion {
 
 RigidMotion calcRigidMotions(const FeModel& model, const FeProducts& products);
 
-/** Why a thin part's own bending may look as if nothing resisted it: words to end a message with.
-Nothing for other parts. **/
+/** Explains why the bending stiffness of a thin part may vanish in round-off, as the end of a
+message; "" for other parts. **/
 std::string describeSlenderness(const RigidMotion& rigid);
 
-/** X ← X − R (RᵀMR)⁻¹ RᵀM X, twice, for round-off. @returns the coefficients taken out, 6×k. **/
+/** X ← X − R (RᵀMR)⁻¹ RᵀM X, twice because of round-off. @returns the coefficients removed,
+6×k. **/
 Eigen::MatrixXd removeRigidMotion(const RigidMotion& rigid, const FeProducts& products, Shapes& X);
 
-/** XᵀY where that is symmetric, made exactly so. **/
+/** Returns XᵀY, symmetric except for round-off, made exactly symmetric. **/
 Eigen::MatrixXd symmetricGram(const Shapes& X, const Shapes& Y);
 
 }  // namespace simflex

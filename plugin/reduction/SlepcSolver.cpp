@@ -24,7 +24,7 @@ using Eigen::MatrixXd;
 constexpr double Accuracy = 1e-12;  // residual of the eigenpairs
 constexpr int LargestSolve = 16;    // right-hand sides at a time
 
-/** What rank 0 asks the others to do. **/
+/** Requests of rank 0 to the others. **/
 enum class Request : int { Factor, Solve, Modes, Free, End };
 
 bool isRunning = false;
@@ -42,13 +42,14 @@ int rankOf() {
     return rank;
 }
 
-/** An error that all ranks find alike. **/
+/** An error that all ranks detect alike. **/
 struct SharedFailure : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/** Work of all ranks, each on one BLAS thread.
-@throws SharedFailure; anything else only if there is no other rank, which would wait for ever **/
+/** Runs collective work on one BLAS thread per rank.
+@throws SharedFailure; other exceptions only if there are no other ranks, which would wait
+forever **/
 template <class Work>
 void doTogether(const Work& work) {
     const OneBlasThread oneThread;
@@ -70,7 +71,7 @@ void doTogether(const Work& work) {
     }
 }
 
-/** A function that C code calls: no exception passes through that. **/
+/** Wraps a function called by C code, which exceptions must not cross. **/
 template <class Work>
 PetscErrorCode callSafely(const Work& work) {
     try {
@@ -82,14 +83,14 @@ PetscErrorCode callSafely(const Work& work) {
     }
 }
 
-/** A whole number that rank 0 knows. **/
+/** Broadcasts a value from rank 0. **/
 template <class Number>
 Number broadcast(Number value) {
     MPI_Bcast(&value, sizeof value, MPI_BYTE, 0, PETSC_COMM_WORLD);
     return value;
 }
 
-/** Rows [first, end) of `size` that a process holds. **/
+/** Rows [first, end) of `size` owned by a process. **/
 struct Rows {
     explicit Rows(Index size) : Rows(size, rankOf()) {}
     Rows(Index size, int rank) {
@@ -101,7 +102,7 @@ struct Rows {
     Index first, end;
 };
 
-/** Sends more than an int can count. **/
+/** Sends in pieces, since MPI counts in int. **/
 template <class Number>
 void sendAll(const Number* values, std::int64_t count, int to) {
     constexpr std::int64_t Most = 1 << 27;
@@ -118,7 +119,7 @@ void receiveAll(Number* values, std::int64_t count) {
                  MPI_BYTE, 0, 0, PETSC_COMM_WORLD, MPI_STATUS_IGNORE);
 }
 
-/** The matrix by rows of its upper triangle, distributed; `A` is given on rank 0. **/
+/** Distributes a matrix by rows of its upper triangle; `A` is given on rank 0. **/
 Mat distribute(const SymmetricMatrix* A) {
     const Index size = broadcast<std::int64_t>(A ? A->size : 0);
     const Rows mine(size);
@@ -161,7 +162,7 @@ Mat distribute(const SymmetricMatrix* A) {
     return matrix;
 }
 
-/** Rows of a dense matrix that rank 0 has. **/
+/** Distributes the rows of a dense matrix from rank 0. **/
 MatrixXd scatterRows(const MatrixXd* whole) {
     const Index rows = broadcast<std::int64_t>(whole ? whole->rows() : 0),
                 columns = broadcast<std::int64_t>(whole ? whole->cols() : 0);
@@ -179,7 +180,7 @@ MatrixXd scatterRows(const MatrixXd* whole) {
     return whole->middleRows(mine.first, mine.count());
 }
 
-/** All rows of a distributed dense matrix, on rank 0. **/
+/** Gathers all rows of a distributed dense matrix on rank 0. **/
 void gatherRows(const MatrixXd& local, MatrixXd* whole) {
     if (!whole) {
         sendAll(local.data(), local.size(), 0);
@@ -198,7 +199,7 @@ void gatherRows(const MatrixXd& local, MatrixXd* whole) {
     }
 }
 
-/** Xᵀ Y of distributed columns, on all ranks. **/
+/** Returns Xᵀ Y of distributed columns on all ranks. **/
 MatrixXd gramOf(const MatrixXd& X, const MatrixXd& Y) {
     MatrixXd sum = X.transpose() * Y;
     if (sum.size() > 0)
@@ -207,7 +208,7 @@ MatrixXd gramOf(const MatrixXd& X, const MatrixXd& Y) {
     return sum;
 }
 
-/** A PETSc vector's own rows, to read or to write. **/
+/** Access to the local rows of a PETSc vector. **/
 class VecView {
 public:
     VecView(Vec vector, Index size) : m_vector(vector) {
@@ -224,13 +225,13 @@ private:
     PetscScalar* m_data = nullptr;
 };
 
-/** What every process holds of the factored matrix and of the eigenproblem. **/
+/** Each process's part of the factored matrix and of the eigenproblem. **/
 struct Shared {
     Mat K = nullptr, factor = nullptr, M = nullptr;
     Index numLocal = 0;
     double numFactorEntries = 0;
-    MatrixXd U, S;  ///< correction of M, own rows of U
-    MatrixXd D, Y;  ///< constraints and K⁻¹D, own rows
+    MatrixXd U, S;  ///< correction of M; local rows of U
+    MatrixXd D, Y;  ///< constraints and K⁻¹D; local rows
     Eigen::LDLT<MatrixXd> DY;
     const ProgressCallback* progress = nullptr;  ///< on rank 0
     std::string phase;
@@ -244,7 +245,7 @@ struct Shared {
     }
 } shared;
 
-/** K⁻¹ B of distributed columns. **/
+/** Returns K⁻¹ B of distributed columns. **/
 MatrixXd solveLocally(const MatrixXd& B) {
     MatrixXd X(B.rows(), B.cols());
     Vec b = nullptr, x = nullptr;
@@ -275,7 +276,7 @@ PetscErrorCode applyInverse(PC, Vec x, Vec y) {
     return callSafely([&]() -> PetscErrorCode {
         if (const PetscErrorCode code = MatSolve(shared.factor, x, y)) return code;
         if (shared.D.cols() == 0) return 0;
-        // Twice, for round-off: K⁻¹ can be very soft where the constraints hold.
+        // Twice because of round-off: K⁻¹ can be very soft where the constraints hold.
         for (int pass = 0; pass < 2; ++pass) {
             const MatrixXd missed = gramOf(shared.D, VecView(y, shared.numLocal).map);
             VecView(y, shared.numLocal).map -= shared.Y * shared.DY.solve(missed);
@@ -284,7 +285,7 @@ PetscErrorCode applyInverse(PC, Vec x, Vec y) {
     });
 }
 
-/** SLEPc's own test, and whether rank 0 is asked to stop. **/
+/** SLEPc's own test and a check for cancellation on rank 0. **/
 PetscErrorCode testStopping(EPS eps, PetscInt iteration, PetscInt mostIterations,
                             PetscInt numConverged, PetscInt numWanted, EPSConvergedReason* reason,
                             void*) {
@@ -327,7 +328,7 @@ void factorTogether(const SymmetricMatrix* K) {
                             std::to_string(error) + ", " + std::to_string(where) + ")" +
                             (error == -10 || error == -40 ? ": it is singular" : ""));
     MatMumpsGetInfog(shared.factor, 29, &entries);
-    // Above a million, MUMPS gives millions as a negative number.
+    // MUMPS reports counts above a million as negative millions.
     shared.numFactorEntries = entries < 0 ? -1e6 * double(entries) : double(entries);
 }
 
@@ -336,7 +337,7 @@ void solveTogether(const MatrixXd* B, MatrixXd* X) {
     gatherRows(local, X);
 }
 
-/** @returns the number of eigenpairs; the vectors are gathered on rank 0. **/
+/** Computes eigenpairs; the vectors are gathered on rank 0. **/
 void calcModesTogether(const CorrectedMatrix* M, const MatrixXd* D, int numWanted,
                        Eigenpairs* pairs) {
     shared.numWanted = broadcast(numWanted);
@@ -414,7 +415,7 @@ void calcModesTogether(const CorrectedMatrix* M, const MatrixXd* D, int numWante
     }
 }
 
-/** Does on the other ranks what rank 0 asks for, until it ends. **/
+/** Serves the requests of rank 0 until it ends. **/
 void serve() {
     for (;;) {
         const Request request = broadcast(Request::End);
@@ -426,7 +427,7 @@ void serve() {
                 if (request == Request::Modes) calcModesTogether(nullptr, nullptr, 0, nullptr);
                 if (request == Request::Free) shared.freeFactor();
             });
-        } catch (const SharedFailure&) {  // rank 0 tells of it
+        } catch (const SharedFailure&) {  // rank 0 reports it
         }
     }
 }
@@ -498,7 +499,7 @@ Eigenpairs SlepcSolver::calcModes(const CorrectedMatrix& M, const MatrixXd& D,
         if (pairs.values.size() < wanted)
             throw std::runtime_error("SLEPc found " + std::to_string(pairs.values.size()) + " of " +
                                      std::to_string(wanted) + " modes; ask for fewer");
-        // All of them down to the smallest, or twice as many.
+        // Stop if all modes down to the smallest are found; otherwise double the number.
         if (wanted >= range.count || wanted >= m_size ||
             pairs.values[pairs.values.size() - 1] < range.smallest)
             break;

@@ -1,16 +1,15 @@
 #pragma once
 /** @file
-Stiffness solves and normal modes shared out over MPI processes: Cholesky by MUMPS through PETSc,
-Krylov–Schur by SLEPc. Internal to reduction; only the program simflex_mpi holds it.
+Stiffness solves and normal modes distributed over MPI processes: Cholesky by MUMPS through PETSc,
+Krylov–Schur by SLEPc. Internal to reduction; only the program simflex_mpi contains it.
 
-One process, rank 0, runs the program and holds the model; the others serve it until it ends. The
-matrices, the factor, and the Krylov basis are distributed by rows, so that a model can be larger
-than one machine's memory. Every method is called on rank 0 alone. An error that all ranks find
-alike is thrown on rank 0. One that a rank finds alone ends all of them, with its message: the
-others are in the middle of their work, and would wait for that rank for ever. Each rank has one
-BLAS thread.
+Rank 0 runs the program and holds the model; the other ranks serve it until it ends. The matrices,
+the factor and the Krylov basis are distributed by rows, so a model can exceed the memory of one
+machine. Every method is called on rank 0 only. Errors detected by all ranks alike are thrown on
+rank 0. An error of a single rank ends all of them with its message, because the others would wait
+for it forever. Each rank uses one BLAS thread.
 
-    return runWithSlepc(argc, argv, [&] { return runProgram(argc, argv); }); **/
+    return runWithSlepc(argc, argv, [&] { return runProgram(argc, argv); });  **/
 
 #include <functional>
 
@@ -18,11 +17,11 @@ BLAS thread.
 
 namespace simflex {
 
-/** Starts MPI and SLEPc, runs `program` on rank 0 and ends all. Options of PETSc are not read from
-the command line. @returns what `program` does. **/
+/** Starts MPI and SLEPc, runs `program` on rank 0 and ends all ranks. PETSc options on the command
+line are ignored. @returns the result of `program`. **/
 int runWithSlepc(int argc, char** argv, const std::function<int()>& program);
 
-/** Number of MPI processes; 1 without runWithSlepc(). **/
+/** Returns the number of MPI processes; 1 without runWithSlepc(). **/
 int countProcesses();
 
 class SlepcSolver : public StiffnessSolver {

@@ -21,12 +21,12 @@
 namespace simflex {
 namespace {
 
-/** A reciprocal condition below this means that pivots are nothing but round-off. **/
+/** A smaller reciprocal condition means that pivots are round-off. **/
 constexpr double Singular = 1e-15;
 
-/** A guess, for the progress: of one processor. **/
+/** Assumed speed of one processor, for progress reports. **/
 constexpr double FlopsPerSecond = 1e10;
-constexpr Eigen::Index RowsWorthThreads = 30000;  // rows to copy
+constexpr Eigen::Index RowsWorthThreads = 30000;  // rows worth copying with threads
 constexpr auto FactorPollInterval = std::chrono::milliseconds(50);
 
 }  // namespace
@@ -44,14 +44,14 @@ struct SparseCholesky::Data {
         cholmod_l_finish(&common);
     }
 
-    /** Solves eight columns at a time. `take` and `give` say which rows of X and Y stand for a row
-    of L: `order` or, where null, itself. **/
+    /** Solves eight columns at a time. `take` and `give` map rows of L to rows of X and Y; null is
+    the identity. **/
     template <class Solve>
     void solve(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y, const SuiteSparse_long* take,
                const SuiteSparse_long* give, const Solve& solveBlock) {
         constexpr int Width = SupernodalSolve::Width;
         const Eigen::Index size = X.rows();
-        if (!solver) prepareSolves();  // a loaded factor, found undamaged
+        if (!solver) prepareSolves();  // after a factor was loaded and found intact
         Y.resize(size, X.cols());
         block.resize(size_t(size));
         for (Eigen::Index first = 0; first < X.cols(); first += Width) {
@@ -112,7 +112,7 @@ SparseCholesky::~SparseCholesky() = default;
 
 namespace {
 
-/** The lower triangle as CHOLMOD sees it, with long indices. **/
+/** The lower triangle in CHOLMOD's format with long indices. **/
 class LongView {
 public:
     explicit LongView(const SymmetricMatrix& A)
@@ -136,7 +136,7 @@ private:
     std::vector<SuiteSparse_long> m_rows, m_starts;
 };
 
-/** Calls progress while a thread works, by what it is expected to take. **/
+/** Reports progress while a thread works, based on the expected time. **/
 void reportWhile(const ProgressCallback& progress, double expectedSeconds,
                  const std::function<void()>& work) {
     if (!progress) return work();
@@ -153,14 +153,14 @@ void reportWhile(const ProgressCallback& progress, double expectedSeconds,
             }
         });
     } catch (const std::system_error&) {
-        return work();  // the machine gives no more threads
+        return work();  // no more threads available
     }
     const auto start = std::chrono::steady_clock::now();
     bool wanted = true;
     while (done.wait_for(FactorPollInterval) != std::future_status::ready) {
         const double spent =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        // Towards the end more slowly, should it take longer.
+        // Slow down towards the end in case the work takes longer.
         const double share = spent / expectedSeconds;
         try {
             wanted = wanted && progress("factoring K", 1 - std::exp(-1.5 * share));
@@ -191,7 +191,7 @@ const SparseCholesky::Prediction& SparseCholesky::analyze(const SymmetricMatrix&
     p.numEntries = std::int64_t(L.xsize);
     p.flops = d.common.fl;
     p.factorBytes = std::int64_t(8 * L.xsize + (8 + 4) * L.ssize + 8 * 8 * L.n);
-    // A permuted, and the rows that supernodes have in others.
+    // The permuted A, and the rows that supernodes have in others.
     p.workingBytes = 12 * A.numEntries() + 12 * std::int64_t(L.ssize);
     p.order = L.ordering == CHOLMOD_METIS ? "METIS" : "AMD";
     return p;
@@ -216,7 +216,7 @@ void SparseCholesky::factor(const SymmetricMatrix& A, const ProgressCallback& pr
 
 namespace {
 
-/** All numbers of a factor, whose arrays have their sizes. **/
+/** Visits all arrays of a factor, which already have their sizes. **/
 void visitArrays(Archive& archive, const cholmod_factor& L) {
     archive.visitBytes(L.Perm, 8 * L.n);
     for (void* starts : {L.super, L.pi, L.px}) archive.visitBytes(starts, 8 * (L.nsuper + 1));

@@ -1,15 +1,15 @@
 #pragma once
 /** @file
 Sparse Cholesky factorization P A Pᵀ = L Lᵀ: ordered by CHOLMOD (supernodal, long indices), factored
-by SupernodalFactorization, solved by SupernodalSolve. Internal to reduction. Bits do not depend on
-the number of threads.
+by SupernodalFactorization, solved by SupernodalSolve. Internal to reduction. Bit-identical for any
+number of threads.
 
     SparseCholesky cholesky;
     const auto& prediction = cholesky.analyze(A);   // seconds, and says what factor() will take
     cholesky.factor(A);
     cholesky.solveLower(B, Y);
 
-The order is the better of METIS's nested dissection and, where it is cheap to try, AMD. **/
+The ordering is the better of METIS's nested dissection and, where it is cheap to try, AMD. **/
 
 #include <Eigen/Dense>
 #include <cstdint>
@@ -25,31 +25,32 @@ class Archive;
 
 class SparseCholesky {
 public:
-    /** What the factorization will take, known from the pattern alone. **/
+    /** Cost of the factorization, known from the pattern. **/
     struct Prediction {
-        std::int64_t numEntries = 0;  ///< of L as it is stored
+        std::int64_t numEntries = 0;  ///< of L as stored
         double flops = 0;
-        std::int64_t factorBytes = 0;   ///< L with its indices, kept
-        std::int64_t workingBytes = 0;  ///< besides, while factoring
+        std::int64_t factorBytes = 0;   ///< L with its indices, permanent
+        std::int64_t workingBytes = 0;  ///< additional, during factorization
         const char* order = "";         ///< "METIS" or "AMD"
     };
 
     SparseCholesky();
     ~SparseCholesky();
 
-    /** Orders A and finds the pattern of L. @throws std::runtime_error for want of memory. **/
+    /** Orders A and determines the pattern of L. @throws std::runtime_error if memory is
+    insufficient. **/
     const Prediction& analyze(const SymmetricMatrix& A);
 
-    /** Factors A, analysed first if that has not been done; its pattern must be the analysed one.
+    /** Factors A; analyses it first if necessary. The pattern must be the analysed one.
     @throws SingularMatrix if A is not positive definite to round-off.
-    @throws Cancelled when it is done, if progress asks to stop. **/
+    @throws Cancelled after the factorization, if progress requests it. **/
     void factor(const SymmetricMatrix& A, const ProgressCallback& progress = {});
 
-    /** Writes the factor, and takes one that was written. @pre of save: factor(). **/
+    /** Write the factor to an archive and read it back. @pre for save: factor(). **/
     void save(Archive& out) const;
     void load(Archive& in);
 
-    /** A⁻¹ B for many right-hand sides. @pre factor(). **/
+    /** Returns A⁻¹ B for many right-hand sides. @pre factor(). **/
     Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;
 
     /** Y ← L⁻¹ P X for many right-hand sides; Y may be X. @pre factor(). **/
@@ -58,13 +59,13 @@ public:
     /** Y ← Pᵀ L⁻ᵀ X for many right-hand sides; Y may be X. @pre factor(). **/
     void solveUpper(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const;
 
-    /** A rough estimate of 1/cond(A). @pre factor(). **/
+    /** Returns a rough estimate of 1/cond(A). @pre factor(). **/
     double estimateReciprocalCondition() const;
 
     int size() const;
     long numFactorEntries() const;
 
-    /** Thrown with the row (of A) at which the pivot vanished. **/
+    /** Thrown with the row (of A) of the vanishing pivot. **/
     struct SingularMatrix : std::runtime_error {
         explicit SingularMatrix(int pivotRow)
             : std::runtime_error("the matrix is not positive definite"), row(pivotRow) {}

@@ -17,8 +17,8 @@ using Eigen::Vector3d;
 
 constexpr int ProductAxes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
 
-/** Residual of the motion at a frequency over its load, and steps until then: many times as many as
-normal modes lie below the frequency. **/
+/** Relative residual of the motion at a frequency, and the iteration limit; the iterations grow
+with the number of normal modes below the frequency. **/
 constexpr double FrequencyAccuracy = 1e-12;
 constexpr int MostFrequencySteps = 2000;
 
@@ -45,15 +45,15 @@ Vector3d findArm(const FeModel& model, const RigidMotion& rigid, int node) {
     return Eigen::Map<const Vector3d>(&model.mesh.positions[3 * size_t(node)]) - rigid.center;
 }
 
-/** −ω×(ω×s) for a unit of ω_aω_b, both orders. **/
+/** Returns −ω×(ω×s) for a unit of ω_aω_b, both orders included. **/
 Vector3d calcCentrifugalAcceleration(int a, int b, const Vector3d& s) {
     if (a == b) return s - s[a] * Vector3d::Unit(a);
     return -(s[b] * Vector3d::Unit(a) + s[a] * Vector3d::Unit(b));
 }
 
-/** z with (1 − ω²ΘᵀMΘ) z = b, each column by the method of minimal residuals (C. C. Paige, M. A.
-Saunders, Solution of sparse indefinite systems of linear equations, SIAM J. Numer. Anal. 12 (1975)
-617–629): high modes are eigenvalues next to 1, only those about ω cost steps. **/
+/** Solves (1 − ω²ΘᵀMΘ) z = b column by column with MINRES (C. C. Paige, M. A. Saunders, Solution of
+sparse indefinite systems of linear equations, SIAM J. Numer. Anal. 12 (1975) 617–629). High modes
+are eigenvalues close to 1, so only those near and below ω cost iterations. **/
 class ShiftedSolver {
 public:
     ShiftedSolver(const FixedInterfaces& held, const FullRows& m, double omega)
@@ -94,7 +94,7 @@ public:
                 inverse.matrix().asDiagonal();
             wOld.swap(w);
             w.swap(wNew);
-            // Columns that are done stay as they are.
+            // Converged columns stay unchanged.
             const Eigen::ArrayXd along =
                 (eta.abs() > FrequencyAccuracy * size).select(c * eta, Eigen::ArrayXd::Zero(count));
             z += w * along.matrix().asDiagonal();
@@ -124,7 +124,7 @@ Shapes makePointLoads(const FeModel& model, const InterfaceTies& ties,
         } catch (const std::invalid_argument& error) {
             refuseLoadPoint(options, point, error.what());
         }
-        // Of a face that touches an interface, its share is carried by the constraint modes.
+        // If a face touches an interface, the constraint modes carry that part of the load.
         const int first = nodes[0];
         nodes.erase(std::remove_if(nodes.begin(), nodes.end(),
                                    [&](int node) { return ties.rigidTieOf(node) >= 0; }),
@@ -228,7 +228,7 @@ EquilibriumLoads makeEquilibriumLoads(const FeModel& model, const FeProducts& pr
     loads.names.insert(loads.names.end(), otherNames.begin(), otherNames.end());
     const Shapes MR = products.m.multiplyPerAxis(rigid.R);
     const Eigen::LDLT<MatrixXd> RMR(MatrixXd(rigid.R.transpose() * MR));
-    for (int pass = 0; pass < 2; ++pass) {  // twice, for round-off
+    for (int pass = 0; pass < 2; ++pass) {  // twice because of round-off
         const MatrixXd rest = rigid.R.transpose() * loads.applied + resultant;
         const MatrixXd accelerations = RMR.solve(rest);
         loads.applied -= MR * accelerations;
@@ -240,7 +240,7 @@ EquilibriumShapes solveEquilibrium(const FeProducts& products, const InterfaceTi
                                    const ModeBasis& basis, const EquilibriumLoads& loads) {
     const Index numBoundary = ties.numBoundaryDofs(), count = loads.applied.cols();
     EquilibriumShapes shapes{basis.held->solve(loads.applied), MatrixXd::Zero(numBoundary, count)};
-    // The first interface held: in equilibrium it carries nothing.
+    // Hold the first interface: self-equilibrated loads cause no reaction there.
     if (numBoundary > 6) {
         const Shapes constraint = basis.Psi.leftCols(numBoundary);
         const Index rest = numBoundary - 6;

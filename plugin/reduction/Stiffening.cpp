@@ -17,7 +17,7 @@ std::vector<double> toVector(const MatrixXd& A) {
     return {A.data(), A.data() + A.size()};
 }
 
-/** Adds the forces by which a distributing interface puts unit forces and moments on its nodes, six
+/** Adds the nodal forces by which a distributing interface applies unit forces and moments, in six
 columns from `first` on. **/
 void addSharedForces(const FeModel& model, const InterfaceTies::Tie& tie, const InterfaceTies& ties,
                      Eigen::Index first, Shapes& forces) {
@@ -98,7 +98,7 @@ ReducedBody::Stiffening calcStiffening(const FeModel& model, const FeProducts& p
     reportProgress(progress, "loads that stiffen", -1);
     const EquilibriumLoads loads = makeEquilibriumLoads(model, products, rigid, ties);
     const Shapes u = solveEquilibrium(products, ties, basis, loads).u;
-    // Forces on the nodes of interfaces: c, and those that distributing ones share out.
+    // Forces on the nodes of interfaces: c, and those distributed by distributing ties.
     Shapes tieForces = products.K.multiply(u) - loads.applied;
     for (int node = 0; node < model.mesh.numNodes(); ++node)
         if (ties.rigidTieOf(node) < 0) tieForces.middleRows<3>(3 * node).setZero();

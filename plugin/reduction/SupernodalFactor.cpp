@@ -32,8 +32,8 @@ TreeShares::TreeShares(const SupernodalFactor& L, std::vector<double> costs, dou
         children[parent].push_back(s);
     }
 
-    // Supernodes are numbered in postorder, so that a subtree is a run of them.
-    const auto isRun = [&](Index root) {  // no matter how they are numbered
+    // Supernodes are numbered in postorder, so a subtree is a contiguous range.
+    const auto isRun = [&](Index root) {  // checks that for any numbering
         Index count = 0;
         std::vector<Index> stack{root};
         while (!stack.empty()) {
@@ -55,7 +55,7 @@ TreeShares::TreeShares(const SupernodalFactor& L, std::vector<double> costs, dou
         }
     }
     std::sort(top.begin(), top.end());
-    // The largest first, so that none is left over at the end.
+    // Start the largest first to balance the load at the end.
     std::sort(subtrees.begin(), subtrees.end(), [&](const Subtree& a, const Subtree& b) {
         return costs[a.root] != costs[b.root] ? costs[a.root] > costs[b.root] : a.root < b.root;
     });

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A supernodal Cholesky factor, and its elimination tree in shares for threads. Internal to
+A supernodal Cholesky factor and the partition of its elimination tree for threads. Internal to
 reduction. **/
 
 #include <cstdint>
@@ -8,9 +8,9 @@ reduction. **/
 
 namespace simflex {
 
-/** A supernodal lower triangle as CHOLMOD stores it. Supernode s has the columns
-super[s]…super[s+1]−1, the rows rows[rowStarts[s]…rowStarts[s+1]−1], its columns first, and its
-entries by columns from values[valueStarts[s]]. **/
+/** A supernodal lower triangle as stored by CHOLMOD. Supernode s has columns super[s]…super[s+1]−1
+and rows rows[rowStarts[s]…rowStarts[s+1]−1], its own columns first. Its entries start at
+values[valueStarts[s]], column-major. **/
 struct SupernodalFactor {
     std::int64_t size = 0, numSupernodes = 0;
     const std::int64_t* super = nullptr;
@@ -21,19 +21,19 @@ struct SupernodalFactor {
 
     int numColumnsOf(std::int64_t s) const { return int(super[s + 1] - super[s]); }
     int numRowsOf(std::int64_t s) const { return int(rowStarts[s + 1] - rowStarts[s]); }
-    std::vector<std::int64_t> findSupernodes() const;  ///< of each column
+    std::vector<std::int64_t> findSupernodes() const;  ///< supernode of each column
 };
 
-/** Disjoint subtrees, which can be worked on at the same time, and what is above them. **/
+/** Disjoint subtrees that can be processed concurrently, and the supernodes above them. **/
 struct TreeShares {
     struct Subtree {
         std::int64_t first, root;  ///< its supernodes are first…root
     };
-    std::vector<Subtree> subtrees;  ///< the most costly first
-    std::vector<std::int64_t> top;  ///< supernodes of no subtree, ascending
+    std::vector<Subtree> subtrees;  ///< most costly first
+    std::vector<std::int64_t> top;  ///< supernodes in no subtree, ascending
 
-    /** @param costs    of each supernode
-    @param divisor  a subtree costs at most one part in so many of all **/
+    /** @param costs    by supernode
+    @param divisor  a subtree costs at most 1/divisor of the total **/
     TreeShares(const SupernodalFactor& L, std::vector<double> costs, double divisor);
 };
 

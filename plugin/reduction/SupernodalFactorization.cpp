@@ -27,13 +27,13 @@ namespace {
 using Index = std::int64_t;
 
 constexpr int BlockColumns = 256, TileRows = 256;
-constexpr double FactorSubtrees = 48;      // a subtree has at most one part in so many of all flops
+constexpr double FactorSubtrees = 48;      // a subtree has at most 1/FactorSubtrees of all flops
 constexpr double FlopsWorthThreads = 2e7;  // of the whole factor
 constexpr double TileFlopsWorthThreads = 1e6;  // of a block of columns
 
-/** OpenBLAS waits for ever where it does not get its memory, so much for each thread that calls it.
-@returns a number of threads that get it
-@throws std::runtime_error if not even one does **/
+/** OpenBLAS hangs if it cannot allocate this buffer for each calling thread.
+@returns a number of threads for which the memory suffices
+@throws std::runtime_error if it does not suffice for one **/
 int fitMemory(int threads) {
     constexpr size_t Buffer = size_t(128) << 20;
     for (; threads > 0; --threads) {
@@ -47,7 +47,7 @@ int fitMemory(int threads) {
     throw std::runtime_error("out of memory: factoring the stiffness matrix needs 128 MB for BLAS");
 }
 
-/** C ← beta C + alpha A Bᵀ, m×n; of C's lower triangle alone where A is B. **/
+/** C ← beta C + alpha A Bᵀ, m×n; only the lower triangle of C if A is B. **/
 void addProduct(double alpha, int m, int n, int k, const double* A, const double* B, int stride,
                 double beta, double* C, int strideC) {
     if (A == B)
@@ -56,7 +56,7 @@ void addProduct(double alpha, int m, int n, int k, const double* A, const double
         dgemm_("N", "T", &m, &n, &k, &alpha, A, &stride, B, &stride, &beta, C, &strideC);
 }
 
-/** A in the order of L: the lower triangle by columns. **/
+/** Lower triangle of A in the order of L, by columns. **/
 struct OrderedEntries {
     OrderedEntries(const SymmetricMatrix& A, const Index* order) {
         std::vector<std::int32_t> place(size_t(A.size));
@@ -87,7 +87,7 @@ struct OrderedEntries {
     std::vector<double> values;
 };
 
-/** Rows begin…end−1 of those that an earlier supernode has are columns of a later one. **/
+/** Rows begin…end−1 of an earlier supernode are columns of a later one. **/
 struct Descendant {
     std::int32_t supernode, begin, end;
 };
@@ -96,7 +96,7 @@ struct TileWorkspace {
     explicit TileWorkspace(Index size)
         : places(new std::int32_t[size_t(size)]),
           product(new double[size_t(BlockColumns) * std::max(BlockColumns, TileRows)]) {}
-    std::unique_ptr<std::int32_t[]> places;  ///< of rows of L among those of a supernode
+    std::unique_ptr<std::int32_t[]> places;  ///< position of each row of L in a supernode
     std::unique_ptr<double[]> product;
 };
 
@@ -221,7 +221,7 @@ private:
         return -1;
     }
 
-    /** Puts A's entries into a supernode, and the places of its rows into `places`. **/
+    /** Copies A's entries into a supernode and sets the `places` of its rows. **/
     void takeEntries(Index s, std::int32_t* places) {
         const Index* rows = m_L.rows + m_L.rowStarts[s];
         const int stride = m_L.numRowsOf(s);
@@ -236,7 +236,7 @@ private:
         }
     }
 
-    /** Takes what a descendant has in the rows begin…end−1 of a block of columns from them. **/
+    /** Subtracts a descendant's contribution to rows begin…end−1 of a block of columns. **/
     void subtractDescendant(Index s, const Part& part, int firstColumn, int begin, int end,
                             const std::int32_t* places, double* product) {
         const Index d = part.of->supernode;
@@ -273,7 +273,7 @@ private:
     const SupernodalFactor m_L;
     double* const m_values;
     const OrderedEntries m_entries;
-    std::vector<Index> m_starts;  ///< of each supernode's descendants, which are ascending
+    std::vector<Index> m_starts;  ///< of each supernode's descendants, in ascending order
     std::vector<Descendant> m_descendants;
 };
 

@@ -14,10 +14,11 @@ using Index = std::int64_t;
 constexpr int Width = SupernodalSolve::Width;
 constexpr int Panel = 8;                       // columns whose right-hand sides stay in registers
 constexpr int SharedColumns = 64;              // columns of a large supernode between two barriers
-constexpr Index WorthSharing = 65536;          // entries for which threads are woken
-constexpr Index FactorWorthThreads = 1000000;  // entries of the whole factor for the same
+constexpr Index WorthSharing = 65536;          // entries worth waking threads for
+constexpr Index FactorWorthThreads = 1000000;  // entries of the whole factor worth using threads
+                                               // for
 constexpr Index RowsPerShare = 256;
-constexpr double Subtrees = 24;  // the largest subtree has one part in so many of all entries
+constexpr double Subtrees = 24;  // the largest subtree has at most 1/Subtrees of all entries
 
 using Row = Chunk;
 static_assert(Width == ChunkSize);
@@ -99,12 +100,12 @@ inline void solveTransposedTriangle(const double* L, Index stride, int size, Row
 }  // namespace
 
 struct SupernodalSolve::Subtree {
-    Index first = 0, root = 0;  // its supernodes lie between
+    Index first = 0, root = 0;  // range of its supernodes
     Buffer above;               // sums for the rows above it
 };
 
 struct SupernodalSolve::Workspace {
-    Buffer shared;  // rows below a supernode of the top
+    Buffer shared;  // rows below a top-level supernode
 };
 
 SupernodalSolve::SupernodalSolve(const SupernodalFactor& L)
@@ -130,7 +131,7 @@ void SupernodalSolve::findSubtrees() {
 
     m_rows.assign(m_L.rows, m_L.rows + m_L.rowStarts[n]);
     for (const Subtree& subtree : m_subtrees) {
-        // What lies above the subtree are the rows below its root.
+        // The rows above the subtree are the rows below its root.
         const Index* above = m_L.rows + m_L.rowStarts[subtree.root] + numColumnsOf(subtree.root);
         const Index* end = m_L.rows + m_L.rowStarts[subtree.root + 1];
         const Index limit = m_L.super[subtree.root + 1];
@@ -185,7 +186,7 @@ void SupernodalSolve::solveLower(double* values) {
             const int width = std::min(SharedColumns, numColumns - first), end = first + width;
             const double* panel = L + first * stride;
             solveTriangle(panel + first, stride, width, own + first);
-            const Index numInside = numColumns - end;  // rows of the supernode's own columns
+            const Index numInside = numColumns - end;  // rows that are columns of this supernode
             const Index numShares = (stride - end + RowsPerShare - 1) / RowsPerShare;
 #pragma omp parallel for schedule(static) if (m_shared && stride * width >= WorthSharing)
             for (Index share = 0; share < numShares; ++share) {

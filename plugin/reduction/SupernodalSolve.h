@@ -3,10 +3,10 @@
 Triangular solves with a supernodal Cholesky factor for eight right-hand sides at a time. Internal
 to reduction.
 
-The factor is read once for eight vectors that lie side by side. Disjoint subtrees of the
-elimination tree go to threads, each with sums of its own for the rows above it; the few large
-supernodes at the top are shared out by rows or columns. Who computes what does not depend on the
-number of threads, nor do the bits. **/
+The factor is read once for eight interleaved vectors. Threads process disjoint subtrees of the
+elimination tree, each with its own sums for the rows above it; the few large supernodes at the top
+are divided by rows or columns. The partition does not depend on the number of threads, so results
+are bit-identical. **/
 
 #include <cstddef>
 #include <cstdint>
@@ -21,11 +21,11 @@ class SupernodalSolve {
 public:
     static constexpr int Width = 8;
 
-    /** @param L  must live as long as this. **/
+    /** @param L  must outlive this object. **/
     explicit SupernodalSolve(const SupernodalFactor& L);
     ~SupernodalSolve();
 
-    /** x ← L⁻¹ x, x size×8, the eight numbers of a row side by side, aligned to 64 bytes. **/
+    /** x ← L⁻¹ x, where x is size×8, row-major, aligned to 64 bytes. **/
     void solveLower(double* x);
 
     /** x ← L⁻ᵀ x. **/
@@ -41,11 +41,10 @@ private:
 
     SupernodalFactor m_L;
     std::vector<Subtree> m_subtrees;
-    std::vector<std::int64_t> m_top;  ///< supernodes of no subtree, ascending
-    std::vector<std::int32_t>
-        m_rows;  ///< as L.rows; where a row lies above its subtree, −1 − place
+    std::vector<std::int64_t> m_top;   ///< supernodes in no subtree, ascending
+    std::vector<std::int32_t> m_rows;  ///< as L.rows; −1 − index for rows above their subtree
     std::int64_t m_mostRows = 0;
-    bool m_shared = false;  ///< among threads: worth it
+    bool m_shared = false;  ///< large enough for threads
     std::unique_ptr<Workspace> m_work;
 };
 

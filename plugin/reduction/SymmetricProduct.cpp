@@ -9,10 +9,10 @@
 namespace simflex {
 namespace {
 
-constexpr size_t ProductsWorthThreads = 2000000;  // multiplications
+constexpr size_t ProductsWorthThreads = 2000000;  // multiplications worth starting threads for
 constexpr Eigen::Index SumsInRegisters = 3;       // chunks
 
-/** y ← Σ_k values_k x(columns_k) of numbers that lie side by side, of so many chunks. **/
+/** y ← Σ_k values_k x(columns_k) of contiguous numbers, `Chunks` chunks at a time. **/
 template <int Chunks>
 inline void addUpRow(const double* values, const std::int32_t* columns, std::int64_t count,
                      const double* x, Eigen::Index width, double* y) {
@@ -37,7 +37,7 @@ FullRows::FullRows(const SymmetricMatrix& lower) : m_starts(lower.size + 1, 0) {
     std::vector<std::int64_t> next(m_starts.begin(), m_starts.end() - 1);
     m_columns.resize(m_starts.back());
     m_values.resize(m_starts.back());
-    // The upper part of row r comes from column r; its lower part was filled by columns before r.
+    // The upper part of row r comes from column r; its lower part was filled by earlier columns.
     for (int column = 0; column < lower.size; ++column)
         for (auto k = lower.columnStarts[column]; k < lower.columnStarts[column + 1]; ++k) {
             const int row = lower.rows[k];
@@ -74,7 +74,7 @@ Shapes FullRows::multiplyBlocks(const Shapes& X, int rowsPerEntry) const {
 }
 
 Shapes LowerTriangle::multiply(const Shapes& X) const {
-    constexpr Eigen::Index Width = 8;  // vectors a pass over the matrix
+    constexpr Eigen::Index Width = 8;  // vectors per pass over the matrix
     using Row = Eigen::Array<double, Width, 1>;
     const int size = m_lower.size;
     Shapes Y(X.rows(), X.cols());

@@ -1,5 +1,5 @@
 /** @file
-simflex cache: the parts that model files have had reduced. **/
+simflex cache: manages cached parts reduced for model files. **/
 
 #include <chrono>
 #include <cstdio>

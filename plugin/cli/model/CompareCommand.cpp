@@ -1,5 +1,5 @@
 /** @file
-simflex compare: the difference of two results. **/
+simflex compare: compares two result files. **/
 
 #include <algorithm>
 #include <cstdio>
@@ -22,7 +22,7 @@ namespace cli {
 using namespace model;
 namespace {
 
-constexpr size_t MostPlotted = 3;  // columns in a figure, those that differ most
+constexpr size_t MostPlotted = 3;  // columns in a figure: those with the largest differences
 
 struct CompareArguments {
     std::string first, second, plot, analysis;
@@ -67,7 +67,7 @@ FigureCurve makeCurve(const std::string& name, const ColumnDifference& column,
     return curve;
 }
 
-/** Both over time, and below them their difference, for those that differ most. **/
+/** Draws the columns with the largest differences over time, with the difference below. **/
 void drawDifference(const std::string& path, const ResultComparison& comparison,
                     const std::vector<std::string>& labels) {
     std::vector<const ColumnDifference*> worst;
@@ -78,7 +78,7 @@ void drawDifference(const std::string& path, const ResultComparison& comparison,
     std::stable_sort(worst.begin(), worst.end(), [](const auto* a, const auto* b) {
         return a->getRelative() > b->getRelative();
     });
-    // One figure has one horizontal axis: that of the worst.
+    // A figure has one horizontal axis: that of the largest difference.
     const ColumnDifference& first = *worst[0];
     worst.erase(
         std::remove_if(worst.begin(), worst.end(),

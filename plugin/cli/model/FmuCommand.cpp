@@ -1,5 +1,5 @@
 /** @file
-simflex fmu: a model as an FMU, for other simulators. **/
+simflex fmu: exports a model as an FMU for other simulators. **/
 
 #include <cstdio>
 #include <filesystem>

@@ -1,5 +1,5 @@
 /** @file
-simflex mac: which modes of two results, or of a result and a test, belong together. **/
+simflex mac: matches the modes of two results, or of a result and a test. **/
 
 #include <algorithm>
 #include <cstdio>

@@ -1,5 +1,5 @@
 /** @file
-simflex plot: probes of results over time, natural frequencies, Campbell diagrams. **/
+simflex plot: plots probes over time, natural frequencies and Campbell diagrams. **/
 
 #include <cstdio>
 #include <filesystem>
@@ -32,13 +32,14 @@ struct PlotArguments {
     bool spectrum = false, waterfall = false, map = false;
 };
 
-/** Result files are the arguments that end like one or exist; the others are probes. **/
+/** Arguments with a result file's extension or naming an existing file are result files; the others
+are probes. **/
 bool isResultFile(const std::string& name) {
     const std::string extension = fs::path(name).extension().string();
     return extension == ".h5" || extension == ".hdf5" || fs::is_regular_file(name);
 }
 
-/** The curves of a sweep's table in place of results. **/
+/** Replaces results by the curves of a sweep's table. **/
 void takeSweep(const std::vector<std::string>& paths, PlotArguments& arguments,
                std::vector<std::string>& labels, std::vector<Results>& results) {
     if (paths.size() > 1)
@@ -50,7 +51,7 @@ void takeSweep(const std::vector<std::string>& paths, PlotArguments& arguments,
     results = std::move(sweep.results);
 }
 
-/** The results of a sweep's cases in place of its table. **/
+/** Replaces a sweep's table by the results of its cases. **/
 void takeCases(std::vector<std::string>& paths, PlotArguments& arguments,
                std::vector<FigureSource>& sources, std::vector<Results>& results) {
     if (paths.size() != 1 || !isSweepTable(paths[0]))

@@ -1,5 +1,5 @@
 /** @file
-simflex post: probes and pictures of a run that is over. **/
+simflex post: probes and pictures of a finished run. **/
 
 #include <cstdio>
 #include <memory>

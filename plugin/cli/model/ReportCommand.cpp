@@ -1,5 +1,5 @@
 /** @file
-simflex report: a run as one page for a browser. **/
+simflex report: a run as a single page for a browser. **/
 
 #include <cstdio>
 #include <memory>

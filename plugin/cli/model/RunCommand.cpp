@@ -1,5 +1,5 @@
 /** @file
-simflex run: does the analyses of a model file. **/
+simflex run: runs the analyses of a model file. **/
 
 #include <algorithm>
 #include <chrono>
@@ -23,7 +23,7 @@ namespace cli {
 using namespace model;
 namespace {
 
-/** As a shell takes it for one word. **/
+/** Quotes a word for a shell. **/
 std::string quote(const std::string& text) {
     const std::string plain =
         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./%@";
@@ -40,7 +40,7 @@ struct RunArguments {
     bool isRigidToo = false, verifies = false, isQuiet = false;
 };
 
-/** The command that goes on with such a run. **/
+/** Returns the command that resumes such a run. **/
 std::string makeResumeCommand(const RunArguments& arguments) {
     const RunOptions& options = arguments.options;
     std::string command = "simflex run " + quote(arguments.model);
@@ -57,8 +57,8 @@ std::string makeResumeCommand(const RunArguments& arguments) {
     return command + " --resume";
 }
 
-/** The same once more with smaller steps, and by how much that changes every probe.
-@param text  of the run: its file may have changed since **/
+/** Repeats the run with smaller steps and prints the change of every probe.
+@param text  the run's own model: the file may have changed since **/
 void verify(ModelText text, const ModelRun& run, RunOptions options) {
     const ModelValue solver = readModel(text).get("solver");
     const auto divide = [&](const char* key, double by) {
@@ -71,7 +71,7 @@ void verify(ModelText text, const ModelRun& run, RunOptions options) {
     const std::string change = isFixed ? divide("fixed_step", 2) : divide("accuracy", 10);
     if (solver.get("maximum_step").isGiven()) divide("maximum_step", 2);
     options.output = makePathBeside(run.getResultPath(), ".fine.h5");
-    options.longestStep = 0.5;  // where that is what limits the error
+    options.longestStep = 0.5;  // in case the step size limits the accuracy
     options.drawsPictures = options.writesCsv = false;
     options.animation.clear();
     options.listener = makeListenerOfNews(options.listener);
@@ -133,7 +133,7 @@ void perform(const RunArguments& arguments) {
     if (twin) {
         ErrorBars bars = twin->keep(run);
         Results results = readResults(run.getResultPath(), ReadStates::No);
-        // Those of an earlier run have been told.
+        // Omit analyses of earlier runs, which have been reported.
         eraseIf(results.analyses, [&](const auto& one) { return !run.isWanted(one.name); });
         eraseIf(bars.comparison.missing,
                 [&](const auto& one) { return !run.isWanted(one.analysis); });

@@ -27,7 +27,7 @@ double getStatistic(const Results::Analysis& analysis, const std::string& name) 
     return found == analysis.statistics.end() ? 0 : found->second;
 }
 
-constexpr size_t MostEvents = 20;  // to be printed
+constexpr size_t MostEvents = 20;  // events printed at most
 
 template <class Column>
 std::string makeLabel(const Column& column) {
@@ -38,7 +38,7 @@ void print(const TextTable& table) {
     if (!table.isEmpty()) writeOut("%s", table.format("  ").c_str());
 }
 
-/** Numbers that are round-off are printed as zero. **/
+/** Prints round-off as zero. **/
 class RoundOff {
 public:
     /** @param accuracy  of displacements [m] **/
@@ -101,7 +101,7 @@ void printEvents(const Results::Analysis& analysis) {
                  analysis.events.size() - MostEvents);
 }
 
-/** Points of a path where something happens: its ends, limit points, bifurcations. **/
+/** Prints the notable points of a path: its ends, limit points and bifurcations. **/
 void printPath(const Results::Analysis& analysis, const RoundOff& roundOff) {
     constexpr size_t MostColumns = 5;
     const std::vector<std::vector<double>>& path = analysis.matrices.at("path");
@@ -155,7 +155,7 @@ void printEigen(const Results::Analysis& analysis) {
         const double frequency = analysis.frequency[0][k], damping = analysis.dampingRatio[0][k];
         const size_t first = k;
         if (frequency <= free) {
-            // A motion that does not oscillate has two modes, one dying away and one growing.
+            // A non-oscillating motion has two modes, one decaying and one growing.
             const bool isPair = std::abs(damping) >= Aperiodic && k + 1 < count &&
                                 analysis.dampingRatio[0][k + 1] * damping < 0 &&
                                 analysis.frequency[0][k + 1] <= free;
@@ -246,7 +246,7 @@ void printResponse(const Results::Analysis& analysis) {
     for (size_t i = 0; i < analysis.outputs.size(); ++i)
         values.add({makeAxisLabel(analysis.outputs[i], analysis.outputUnits[i]),
                     formatNumber(getStatistic(analysis, "rms of " + analysis.outputs[i]))});
-    // Those of no output: von Mises's stress, by its components.
+    // Statistics that belong to no output: von Mises stress, from its components.
     const std::string prefix = "rms of ";
     for (const auto& [statistic, value] : analysis.statistics) {
         if (statistic.compare(0, prefix.size(), prefix) != 0) continue;
@@ -360,7 +360,7 @@ void printComplete(const ModelRun& run) {
         hasAny = true;
     }
     if (hasAny) writeOut("results so far: %s\n", run.getResultPath().c_str());
-    std::fflush(stdout);  // what was wrong is said last, in logs too
+    std::fflush(stdout);  // the error message comes last, in logs, too
 }
 
 namespace {
@@ -386,7 +386,7 @@ bool hasColumns(const ResultComparison& comparison, const std::string& analysis)
                        [&](const ColumnDifference& column) { return column.analysis == analysis; });
 }
 
-/** @param describe  a difference beside the probe's range **/
+/** @param describe  formats a difference relative to the probe's range **/
 template <class Describe>
 void printColumns(const std::string& title, const Results::Analysis& of,
                   const ResultComparison& comparison, const Describe& describe) {
@@ -406,7 +406,7 @@ void printColumns(const std::string& title, const Results::Analysis& of,
     print(table);
 }
 
-/** Of responses: at which frequencies they were compared. **/
+/** For frequency responses: prints the frequencies compared. **/
 void printNotes(const ResultComparison& comparison) {
     for (const std::string& note : comparison.notes)
         if (note.compare(0, 11, "frequencies") == 0) writeOut("  %s\n", note.c_str());
@@ -461,10 +461,11 @@ void printErrorBars(const Results& run, const ErrorBars& bars) {
 
 namespace {
 
-constexpr double TrustedChange = 0.01;  // change of a probe, of its range
-constexpr double Unresolved = 1e-6;     // change of a probe, of the largest value of its unit
+constexpr double TrustedChange = 0.01;  // change of a probe relative to its range
+constexpr double Unresolved = 1e-6;     // change of a probe relative to the largest value of its
+                                        // unit
 
-/** Of how a run and one with finer steps differ. **/
+/** Advice based on the difference between a run and one with finer steps. **/
 class Remedy {
 public:
     Remedy(const Results& run, const Results& fine) {
@@ -486,9 +487,9 @@ public:
                writeGeneral(m_fine, 4) + m_unit;
     }
 
-    /** Where a change of this part of the range should come down to what is trusted. **/
+    /** Proposes a setting that reduces a relative change to TrustedChange. **/
     std::string propose(double change) const {
-        // Of a vibration that goes on, every phase is lost in the end.
+        // The phase of a persistent vibration is lost eventually.
         constexpr double Finest = 1e-13;
         const std::string damping =
             "more damping of the parts, if this vibration is of no interest";
@@ -502,7 +503,7 @@ public:
 
 private:
     const char *m_key = "accuracy", *m_unit = "";
-    double m_slope = 2.0 / 3;  ///< the error falls with this power of it
+    double m_slope = 2.0 / 3;  ///< error ∝ setting^slope
     double m_coarse = 0, m_fine = 0;
 };
 
@@ -515,11 +516,11 @@ void printVerification(const Results& run, const Results& fine, const std::strin
     const ResultComparison comparison = compareResults(run, fine, {}, "the run", "the finer run");
     bool hasAny = false;
     for (const Results::Analysis& a : run.analyses) {
-        // Analyses that were not asked for are of an earlier run.
+        // Analyses not selected are from an earlier run.
         if (a.type != "transient" || a.probes.empty() || !seekNamed(fine.analyses, a.name))
             continue;
-        // Of what is zero but for round-off, as errors of joints are, and of energies, a part of
-        // their own range says nothing.
+        // For energies and for quantities that are zero except for round-off, such as joint errors,
+        // a change relative to their own range is meaningless.
         const auto isSmall = [&](const ColumnDifference& column) {
             if (probes.has(column.probe) && probes.get(column.probe).has("joint_error"))
                 return true;

@@ -1,5 +1,5 @@
 /** @file
-simflex schema and simflex keys: what a model file may hold, for editors and for people. **/
+simflex schema and simflex keys: the keys of a model file, for editors and users. **/
 
 #include <cstdio>
 #include <memory>

@@ -1,5 +1,5 @@
 /** @file
-simflex sweep: many runs of one model, each with other values. **/
+simflex sweep: runs a model with many sets of values. **/
 
 #include <cstdio>
 #include <filesystem>
@@ -32,7 +32,7 @@ struct SweepArguments {
     bool hasPictures = false, isDry = false, isQuiet = false;
 };
 
-/** The program `simflex` that this process runs, or that stands beside simflex_mpi. **/
+/** Returns the program `simflex` that this process runs, or the one beside simflex_mpi. **/
 std::string findProgram() {
     const fs::path self = fs::read_symlink("/proc/self/exe");
     const fs::path plain = self.parent_path() / "simflex";
@@ -107,7 +107,7 @@ void runSweepCommand(const SweepArguments& arguments) {
     options.listener = makeListener(arguments.isQuiet);
     options.share = SweepShare::fromEnvironment();
     const std::vector<SweepOutcome> outcomes = runSweep(plan, options);
-    // mpirun ends all ranks as soon as one of them fails: the first one tells.
+    // mpirun ends all ranks as soon as one fails, so only the first one reports.
     const bool isHelper = options.share.kind == SweepShare::Kind::Rank && options.share.index > 0;
     if (isHelper) return;
     const std::string table = writeSweepTable(plan, options.folder, options.listener);

@@ -1,5 +1,5 @@
 /** @file
-simflex export: a part file in the formats of other programs. **/
+simflex export: converts a part file to formats of other programs. **/
 
 #include <cstdio>
 #include <filesystem>
@@ -24,9 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** A format, chosen by the suffix of the file to write. **/
+/** A format, selected by the output file's suffix. **/
 struct ExportFormat {
-    const char* suffix;  ///< in lower case
+    const char* suffix;  ///< lower case
     const char* description;
     std::function<void(const std::string& path, const ReducedBody& part)> write;
 };
@@ -61,7 +61,7 @@ std::string lowerSuffix(const std::string& path) {
     return lowerCase(fs::path(path).extension().string());
 }
 
-/** A part file, or MBDyn's modal data with their interface nodes. **/
+/** Reads a part file, or MBDyn's modal data with their interface nodes. **/
 ReducedBody readPart(const ExportArguments& arguments) {
     if (lowerSuffix(arguments.part) != ".fem") {
         if (!arguments.interfaces.empty())

@@ -1,5 +1,5 @@
 /** @file
-simflex info: what is in a part file, for people or as JSON. **/
+simflex info: prints the contents of a part file, as text or JSON. **/
 
 #include <algorithm>
 #include <cmath>
@@ -37,7 +37,7 @@ int countElements(const Mesh& mesh) {
     return count;
 }
 
-/** Distance of the farthest tied node from the master [m]. **/
+/** Returns the distance of the farthest tied node from the master [m]. **/
 double calcReach(const ReducedBody& body, const ReducedBody::Interface& interface) {
     double reach = 0;
     for (const int node : interface.nodes) {
@@ -49,11 +49,11 @@ double calcReach(const ReducedBody& body, const ReducedBody::Interface& interfac
     return reach;
 }
 
-/** One line of the table of modes. **/
+/** A line of the table of modes. **/
 struct ModeLine {
     double frequency = 0;            ///< [Hz]
     double largestDisplacement = 0;  ///< for ξ = 1 [m]
-    int node = 0;                    ///< number in the deck of the node that moves most
+    int node = 0;                    ///< deck number of the node with the largest displacement
     double fullFrequency = NAN;      ///< of the full model [Hz]
 
     double error() const { return frequency / fullFrequency - 1; }
@@ -79,7 +79,7 @@ std::vector<ModeLine> calcModeLines(const ReducedBody& body) {
     return lines;
 }
 
-/** df/dp of each mode [Hz per unit of the parameter]. **/
+/** Returns df/dp of each mode [Hz per unit of the parameter]. **/
 std::vector<double> calcFrequencyDerivatives(const ReducedBody& body,
                                              const ReducedBody::Derivative& derivative) {
     std::vector<double> result = calcFrequencies(body);
@@ -180,12 +180,12 @@ void printJson(const ReducedBody& body, const std::vector<std::string>& warnings
     std::puts(json.write(2).c_str());
 }
 
-/** Zero for what is round-off beside numbers of this size. **/
+/** Returns zero for round-off relative to `size`. **/
 double withoutNoise(double number, double size) {
     return std::abs(number) < 1e-12 * size ? 0 : number;
 }
 
-/** UTF-8 text filled up with spaces to `width` characters. **/
+/** Pads UTF-8 text with spaces to `width` characters. **/
 std::string pad(const std::string& text, int width) {
     return text + std::string(size_t(std::max(0, width - int(countCharacters(text)))), ' ');
 }
@@ -221,7 +221,7 @@ void printModes(const ReducedBody& body) {
     }
 }
 
-/** By how much frequencies change with each parameter: d ln f / d ln p. **/
+/** Prints the sensitivity of frequencies to each parameter: d ln f / d ln p. **/
 void printDerivatives(const ReducedBody& body) {
     constexpr size_t Most = 6;
     if (body.derivatives.empty()) return;

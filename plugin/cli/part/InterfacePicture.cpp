@@ -14,7 +14,7 @@ using SimTK::Vec3;
 constexpr int PictureWidth = 1280, PictureHeight = 800;
 constexpr double DotSize = 5;  // [pixel]
 
-/** Colours that differ to colour-blind eyes, too (Okabe and Ito). **/
+/** Colours that colour-blind readers can distinguish (Okabe and Ito). **/
 const Vec3 InterfaceColors[] = {Vec3(0.84, 0.37, 0.00), Vec3(0.00, 0.45, 0.70),
                                 Vec3(0.00, 0.62, 0.45), Vec3(0.80, 0.47, 0.65),
                                 Vec3(0.90, 0.62, 0.00), Vec3(0.34, 0.71, 0.91)};

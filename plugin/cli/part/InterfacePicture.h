@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What a part's interfaces tie, by name and in a picture. **/
+Interfaces of a part, as names and in a picture. **/
 
 #include "simflex/part/ReducedBody.h"
 #include "simflex/render/Image.h"
@@ -12,9 +12,9 @@ inline const char* nameOf(TieType tie) {
     return tie == TieType::Rigid ? "rigid" : "distributing";
 }
 
-/** The undeformed part, translucent; the tied nodes of each interface as dots of one colour, its
-name and the frame of its master point.
-@throws std::runtime_error when there is no OpenGL or no font. **/
+/** Draws the undeformed part, translucent; the tied nodes of each interface as dots of one colour,
+with its name and the frame of its master point.
+@throws std::runtime_error if there is no OpenGL or no font. **/
 Image drawInterfaces(const ReducedBody& part);
 
 }  // namespace cli

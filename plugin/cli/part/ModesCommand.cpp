@@ -1,5 +1,5 @@
 /** @file
-simflex modes: animated pictures of a part's mode shapes and a sheet of all of them. **/
+simflex modes: animated pictures of a part's mode shapes and a contact sheet of all of them. **/
 
 #include <unistd.h>
 
@@ -31,11 +31,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int FramesPerPeriod = 24, PeriodsOfVideo = 3;  // a video does not repeat by itself
+constexpr int FramesPerPeriod = 24, PeriodsOfVideo = 3;  // videos do not loop
 constexpr double FramesPerSecond = 20;
 constexpr int SheetColumns = 4;
-constexpr double UsualScale = 0.06;      // largest displacement drawn, to the part's size
-constexpr double SteepestDrawing = 0.5;  // difference of displacement along an edge, to its length
+constexpr double UsualScale = 0.06;      // largest drawn displacement relative to the part's size
+constexpr double SteepestDrawing = 0.5;  // difference of displacements along an edge, relative to
+                                         // its length
 
 struct ModesArguments {
     std::string part, folder, modes = "1-12", size = "960x640";
@@ -43,9 +44,9 @@ struct ModesArguments {
     bool gif = false, mp4 = false, quiet = false;
 };
 
-/** Numbers of modes from 1, in the order asked for, from "1-6,9" or "all".
-@throws CLI::ValidationError if it is not of that form.
-@throws std::runtime_error if there is no such mode. **/
+/** Parses mode numbers (from 1), in the given order, from "1-6,9" or "all".
+@throws CLI::ValidationError if the form is wrong.
+@throws std::runtime_error if a mode does not exist. **/
 std::vector<int> parseModes(const std::string& text, const ReducedBody& part, bool isDefault) {
     std::vector<int> modes;
     if (text == "all" || isDefault) {
@@ -92,14 +93,14 @@ ModeSize measureMode(const ReducedBody& part, const SurfaceMesh& skin, int mode)
         if (length > 0) slopes.push_back((vectorAt(Phi, i) - vectorAt(Phi, j)).norm() / length);
     }
     if (slopes.empty()) return size;
-    // A few sharp corners may be steeper.
+    // Allow a few sharp corners to be steeper.
     const auto steep = slopes.begin() + std::ptrdiff_t(0.98 * double(slopes.size() - 1));
     std::nth_element(slopes.begin(), steep, slopes.end());
     size.slope = *steep;
     return size;
 }
 
-/** ξ with which a mode is drawn. **/
+/** Returns the ξ with which a mode is drawn. **/
 double chooseAmplitude(const ReducedBody& part, const ModeSize& size, double scale) {
     const double wanted = (scale > 0 ? scale : UsualScale) * 2 * part.calcRadius();
     const double amplitude = size.displacement > 0 ? wanted / size.displacement : 0;
@@ -107,7 +108,7 @@ double chooseAmplitude(const ReducedBody& part, const ModeSize& size, double sca
     return std::min(amplitude, SteepestDrawing / size.slope);
 }
 
-/** Cuts all pictures to the rectangle that holds what is not white in any of them. **/
+/** Crops all pictures to a common rectangle that contains everything non-white in any of them. **/
 void cropTogether(std::vector<Image>& pictures) {
     const int width = pictures[0].getWidth(), height = pictures[0].getHeight();
     int left = width, right = -1, top = height, bottom = -1;
@@ -131,7 +132,6 @@ void cropTogether(std::vector<Image>& pictures) {
     }
 }
 
-/** Draws modes of one part. **/
 class ModePainter {
 public:
     ModePainter(std::shared_ptr<const ReducedBody> part, std::vector<int> modes,
@@ -159,7 +159,7 @@ public:
         for (size_t k = 0; k < m_modes.size(); ++k)
             for (const int frame : {FramesPerPeriod / 4, 3 * FramesPerPeriod / 4})
                 extremes.push_back(makeState(k, frame));
-        m_visualizer.setWindowTitle(" ");  // keeps room for one
+        m_visualizer.setWindowTitle(" ");  // reserves room for a title
         m_visualizer.fitToMotion(extremes);
     }
 
@@ -176,7 +176,7 @@ public:
     }
 
 private:
-    /** Frames are told apart by their time: the mode's place, then the frame of its period. **/
+    /** A frame is identified by its time: index of the mode, then frame of its period. **/
     SimTK::State makeState(size_t k, int frame) const {
         SimTK::State state = copyState(m_empty.state);
         state.setTime(double(k * FramesPerPeriod + size_t(frame % FramesPerPeriod)));
@@ -202,7 +202,7 @@ private:
     OffscreenVisualizer m_visualizer;
 };
 
-/** The first frame of a period that looks the same: sin(π − x) = sin x. **/
+/** Returns the first identical frame of a period: sin(π − x) = sin x. **/
 int findTwin(int frame) {
     constexpr int quarter = FramesPerPeriod / 4;
     if (frame > quarter && frame <= 2 * quarter) return 2 * quarter - frame;

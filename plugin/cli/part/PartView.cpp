@@ -6,7 +6,7 @@ namespace simflex {
 namespace cli {
 
 SimTK::CoordinateAxis choosePartView(OffscreenVisualizer& visualizer, const ReducedBody& part) {
-    SimTK::Vec3 lower(0), upper(0);  // the centre of mass is among them
+    SimTK::Vec3 lower(0), upper(0);  // include the centre of mass
     for (int node = 0; node < part.mesh.numNodes(); ++node) {
         const auto x = part.mesh.position(node);
         for (int axis = 0; axis < 3; ++axis) {
@@ -17,13 +17,14 @@ SimTK::CoordinateAxis choosePartView(OffscreenVisualizer& visualizer, const Redu
     const SimTK::Vec3 size = upper - lower;
     const int longest = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
 
-    // With y upwards x runs across the picture and z towards the eye; with z upwards, y away.
+    // With y up, x runs across the picture and z towards the viewer; with z up, y runs away from
+    // the viewer.
     const bool isAlongY = longest == 1;
     const SimTK::CoordinateAxis up =
         isAlongY ? SimTK::CoordinateAxis(SimTK::ZAxis) : SimTK::CoordinateAxis(SimTK::YAxis);
     visualizer.setSystemUpDirection(up);
     const double azimuth = longest == 0 ? 28 : 62, elevation = 26;
-    visualizer.setCameraFieldOfView(18 * SimTK::Pi / 180);  // little perspective
+    visualizer.setCameraFieldOfView(18 * SimTK::Pi / 180);  // weak perspective
     visualizer.setCameraView(azimuth * SimTK::Pi / 180, elevation * SimTK::Pi / 180);
     return up;
 }

@@ -1,7 +1,6 @@
 #pragma once
 /** @file
-How a part by itself is looked at: its longest direction across the picture, from a little above.
-**/
+Standard view of a single part: its longest direction across the picture, from slightly above. **/
 
 #include "Simbody.h"
 #include "simflex/part/ReducedBody.h"
@@ -10,7 +9,7 @@ How a part by itself is looked at: its longest direction across the picture, fro
 namespace simflex {
 namespace cli {
 
-/** A system with nothing in it, for pictures of what does not move. **/
+/** An empty system, for pictures without motion. **/
 struct EmptySystem {
     SimTK::MultibodySystem system;
     SimTK::SimbodyMatterSubsystem matter{system};

@@ -1,5 +1,5 @@
 /** @file
-simflex reduce: a finite element model becomes a part file. **/
+simflex reduce: reduces a finite element model to a part file. **/
 
 #include <cstdio>
 #include <filesystem>
@@ -23,20 +23,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** Shares of the time, measured on the 1 mm connecting rod (45 000 DOF, 50 modes). **/
+/** Shares of the time, measured for the 1 mm connecting rod (45 000 DOF, 50 modes). **/
 const std::vector<std::pair<std::string, double>> UsualPhases = {
     {"reading the deck", 2}, {"K and M", 1},           {"checking K and M", 1},
     {"ordering K", 4},       {"factoring K", 8},       {"constraint modes", 2},
     {"normal modes", 13},    {"orthonormal modes", 2}, {"invariants", 1}};
 
-/** The same for the frequencies of the full model. **/
+/** Share of the frequencies of the full model. **/
 const std::pair<std::string, double> CheckPhase{"frequencies of the full model", 45};
 
-/** The same for geometric stiffness, with two interfaces and two processors. **/
+/** Shares of geometric stiffness, with two interfaces and two processors. **/
 const std::vector<std::pair<std::string, double>> StiffeningPhases = {{"loads that stiffen", 2},
                                                                       {"geometric stiffness", 4}};
 
-/** Results of phases shorter than this are not kept for a run that resumes [s]. **/
+/** Results of shorter phases are not stored for resuming [s]. **/
 constexpr double WorthKeeping = 5;
 
 struct ReduceArguments {
@@ -47,10 +47,10 @@ struct ReduceArguments {
     bool stiffening = false, quiet = false;
 };
 
-/** Share of a static deflection that is round-off. **/
+/** Relative static deflection error that is round-off. **/
 constexpr double NoStaticError = 1e-9;
 
-/** The part's frequencies and deflections beside those of the full model. **/
+/** Prints the part's frequencies and deflections beside those of the full model. **/
 void printCheck(const ReducedBody& body) {
     writeOut("  mode     part [Hz]    full [Hz]   error\n");
     for (size_t i = 0; i < body.report->fullFrequencies.size(); ++i) {

@@ -19,7 +19,7 @@ StressOptions parseStress(const std::string& text) {
     options.nodes = StressOptions::Nodes::All;
     if (text == "all") return options;
     options.nodes = StressOptions::Nodes::Sets;
-    if (text.find(':') != std::string::npos) {  // a shape, whose numbers have commas
+    if (text.find(':') != std::string::npos) {  // a shape, whose numbers contain commas
         options.sets = {text};
         return options;
     }

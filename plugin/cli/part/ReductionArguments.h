@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The options of the command reduce that say what is to be reduced and how. **/
+The input and reduction options of the command reduce. **/
 
 #include <CLI/CLI.hpp>
 #include <string>
@@ -12,15 +12,15 @@ The options of the command reduce that say what is to be reduced and how. **/
 namespace simflex {
 namespace cli {
 
-/** Where the finite element model comes from. **/
+/** Source of the finite element model. **/
 class SourceArguments {
 public:
-    /** Adds SOURCE and the options that go with it. `this` must live as long as `command`. **/
+    /** Adds SOURCE and its options. `this` must outlive `command`. **/
     void addTo(CLI::App& command);
 
     const std::string& path() const { return m_options.path; }
 
-    /** What was asked for. @throws CLI::ValidationError for an option of the wrong form. **/
+    /** Returns the options given. @throws CLI::ValidationError for a malformed option. **/
     SourceOptions parse() const;
 
 private:
@@ -29,14 +29,14 @@ private:
     std::vector<std::string> m_settings, m_materials;
 };
 
-/** Interfaces, load points, modes. **/
+/** Interfaces, load points and modes. **/
 class ReductionArguments {
 public:
-    /** Adds the options. `this` must live as long as `command`. **/
+    /** Adds the options. `this` must outlive `command`. **/
     void addTo(CLI::App& command);
 
-    /** What was asked for; the part has no name yet. @throws CLI::ValidationError for an option of
-    the wrong form. **/
+    /** Returns the options given, without the part's name. @throws CLI::ValidationError for a
+    malformed option. **/
     ReductionOptions parse() const;
 
 private:

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The commands of the prompt: one table, from which they are run, completed and explained. **/
+The commands of the prompt: one table for running, completion and help. **/
 
 #include <functional>
 #include <string>
@@ -13,7 +13,7 @@ namespace cli {
 
 class Shell;
 
-/** What may stand after these arguments; all of it, or what begins like `word`. **/
+/** Returns the possible next arguments after `before`; all, or those that begin with `word`. **/
 using Completer = std::function<std::vector<std::string>(const Shell& shell, const Words& before,
                                                          const std::string& word)>;
 
@@ -22,24 +22,24 @@ struct Command {
     std::string name;
     std::string arguments;  ///< as in "PATH VALUE"
     std::string summary;    ///< one sentence
-    std::string details;    ///< more of them, for `help COMMAND`
+    std::string details;    ///< further sentences for `help COMMAND`
     int fewestArguments = 0, mostArguments = 0;
     std::function<void(Shell& shell, const Words& arguments)> run;
-    Completer complete = {};  ///< empty: nothing is known
+    Completer complete = {};  ///< empty: no completion
 };
 
-/** All, group by group. **/
+/** Returns all commands, group by group. **/
 const std::vector<Command>& getCommands();
-/** @throws std::invalid_argument that proposes the nearest. **/
+/** @throws std::invalid_argument suggesting the nearest command. **/
 const Command& findCommand(const std::string& name);
 
-/** All commands in a few lines each group, or one of them. **/
+/** Formats a short list of all commands by group, or the help of one. **/
 std::string formatHelp();
 std::string formatHelp(const Command& command);
-/** Tables for the user's guide. **/
+/** Formats tables for the user's guide. **/
 std::string formatMarkdownHelp();
 
-/** @name The groups, in files of their own **/
+/** @name Command groups, each in its own file **/
 /**@{**/
 void addMotionCommands(std::vector<Command>& commands);   ///< run, step, reset …
 void addStateCommands(std::vector<Command>& commands);    ///< get, set, drag …
@@ -48,11 +48,11 @@ void addPictureCommands(std::vector<Command>& commands);  ///< show, save, plot,
 void addGeneralCommands(std::vector<Command>& commands);  ///< open, source, help, quit …
 /**@}**/
 
-/** Files and folders that begin like this; folders end with a slash.
-@param suffixes  of files wanted, with their dots; empty: all **/
+/** Returns files and folders that begin with `begin`; folders end with a slash.
+@param suffixes  file suffixes including the dot; empty: all **/
 std::vector<std::string> completePath(const std::string& begin,
                                       const std::vector<std::string>& suffixes = {});
-/** Completes a first argument so. **/
+/** Returns a completer that completes a first argument this way. **/
 Completer completeFile(const std::vector<std::string>& suffixes = {});
 
 }  // namespace cli

@@ -8,7 +8,6 @@ namespace simflex {
 namespace cli {
 namespace {
 
-/** Reads one character after the other. **/
 class Splitter {
 public:
     void read(const std::string& text) {
@@ -76,7 +75,7 @@ private:
     }
 
     char m_quote = 0;
-    std::string m_brackets;  ///< that will close those that are open
+    std::string m_brackets;  ///< closing brackets expected
     bool m_isWord = false, m_isComment = false;
 };
 

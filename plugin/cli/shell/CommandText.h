@@ -1,10 +1,10 @@
 #pragma once
 /** @file
-How the prompt reads text: `set joint.bearing.angle 30*deg; run 1   # a comment`.
+Syntax of the prompt: `set joint.bearing.angle 30*deg; run 1   # a comment`.
 
-Words are separated by blanks, commands by semicolons. Quotes '…' and "…" and brackets keep blanks,
-semicolons and hashes; quotes are taken off, brackets stay. A hash at the beginning of a word begins
-a comment. **/
+Words are separated by blanks, commands by semicolons. Blanks, semicolons and hashes are literal
+within quotes '…', "…" and brackets; quotes are removed, brackets are kept. A hash at the beginning
+of a word starts a comment. **/
 
 #include <string>
 #include <vector>
@@ -14,23 +14,23 @@ namespace cli {
 
 using Words = std::vector<std::string>;
 
-/** The commands of a line; none is empty. @throws std::invalid_argument for a quote or bracket that
-is not closed. **/
+/** Returns the non-empty commands of a line. @throws std::invalid_argument for an unclosed quote or
+bracket. **/
 std::vector<Words> splitCommands(const std::string& line);
 
-/** The command that is being typed. **/
+/** The command being typed. **/
 struct UnfinishedCommand {
     Words words;       ///< the complete ones
-    std::string word;  ///< the last one as far as it was typed, without its quote
-    char quote = 0;    ///< in which it stands, if any
+    std::string word;  ///< last word as typed so far, without its quote
+    char quote = 0;    ///< open quote of the last word, if any
     bool isComment = false;
 };
 UnfinishedCommand splitUnfinished(const std::string& text);
 
-/** Items of "[a, b, c]", or the whole text as one. **/
+/** Returns the items of "[a, b, c]", or the whole text as a single item. **/
 std::vector<std::string> splitList(const std::string& text);
 
-/** With quotes if splitCommands() would not give it back as one word otherwise. **/
+/** Adds quotes if splitCommands() would otherwise not return the same word. **/
 std::string quoteWord(const std::string& word);
 
 }  // namespace cli

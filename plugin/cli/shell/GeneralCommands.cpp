@@ -1,5 +1,5 @@
 /** @file
-Commands of the prompt about itself: open, source, history, help, quit. **/
+General commands of the prompt: open, source, history, help, quit. **/
 
 #include <algorithm>
 

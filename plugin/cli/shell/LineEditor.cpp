@@ -42,7 +42,7 @@ std::string findCommonBeginning(const std::vector<std::string>& words) {
     return common;
 }
 
-/** Words in as many columns as fit; long lists end with how many more there are. **/
+/** Prints words in as many columns as fit; long lists end with the number of words left out. **/
 void printColumns(const std::vector<std::string>& words) {
     constexpr size_t mostRows = 20;
     size_t width = 0;
@@ -59,7 +59,7 @@ void printColumns(const std::vector<std::string>& words) {
 }
 
 volatile sig_atomic_t resized = 0, resumed = 0;
-int wakeUp[2] = {-1, -1};  // a pipe: signals may reach any thread, and just before poll()
+int wakeUp[2] = {-1, -1};  // self-pipe: signals may reach any thread, and just before poll()
 void (*noteInterrupt)(int) = nullptr;
 
 void hearSignal(int signal) {
@@ -70,7 +70,7 @@ void hearSignal(int signal) {
         resumed = 1;
     else
         noteInterrupt(signal);
-    const ssize_t written = write(wakeUp[1], "", 1);  // if it is full, it wakes all the same
+    const ssize_t written = write(wakeUp[1], "", 1);  // a full pipe also wakes the reader
     static_cast<void>(written);
     errno = error;
 }
@@ -81,7 +81,7 @@ void drain(int pipe) {
     }
 }
 
-/** Minds Ctrl-C, the window's size, and goings to the background, while a line is edited. **/
+/** Handles Ctrl-C, changes of the window size and job control while a line is edited. **/
 class TerminalSignals {
 public:
     TerminalSignals() {
@@ -90,7 +90,7 @@ public:
         drain(wakeUp[0]);
         struct sigaction action {};
         sigaction(SIGINT, nullptr, &action);
-        noteInterrupt = action.sa_handler;  // as forgetInterrupts() left it
+        noteInterrupt = action.sa_handler;  // as set by forgetInterrupts()
         action = {};
         action.sa_handler = hearSignal;
         for (size_t i = 0; i < HeardSignals.size(); ++i)
@@ -108,7 +108,7 @@ private:
     std::array<struct sigaction, 4> m_before{};
 };
 
-/** False, with errno EINTR, after a signal, also one that came just before. **/
+/** Returns false, with errno EINTR, after a signal, including one just before the call. **/
 bool waitForInput() {
     struct pollfd sources[] = {{STDIN_FILENO, POLLIN, 0}, {wakeUp[0], POLLIN, 0}};
     errno = EINTR;
@@ -119,7 +119,7 @@ bool waitForInput() {
     return false;
 }
 
-/** libedit's own reader sends signals on to the whole process group. **/
+/** Replaces libedit's own reader, which forwards signals to the whole process group. **/
 int readCharacter(EditLine* editor, wchar_t* character) {
     std::mbstate_t state{};
     for (;;) {
@@ -167,7 +167,7 @@ public:
         el_set(editor, EL_BIND, "^I", "simflex-complete", nullptr);
         el_set(editor, EL_BIND, "^R", "em-inc-search-prev", nullptr);
         el_set(editor, EL_SIGNAL, 0);
-        for (const char* mode : {"-d", "-x"})  // or Ctrl-C swallows what is printed next
+        for (const char* mode : {"-d", "-x"})  // otherwise Ctrl-C discards subsequent output
             el_set(editor, EL_SETTY, mode, "+noflsh", nullptr);
         el_set(editor, EL_GETCFN, readCharacter);
         el_source(editor, nullptr);  // ~/.editrc
@@ -179,7 +179,7 @@ public:
 
     void save() const {
         if (historyFile.empty()) return;
-        std::error_code ignored;  // a prompt works without a history, too
+        std::error_code ignored;  // the prompt also works without a history
         fs::create_directories(fs::path(historyFile).parent_path(), ignored);
         UnfinishedFile file(historyFile);
         const mode_t mask = umask(0077);
@@ -241,12 +241,12 @@ LineEditor::Outcome LineEditor::readLine(std::string& line) {
     forgetInterrupts();
     const TerminalSignals signals;
     el_resize(m_impl->editor);
-    el_set(m_impl->editor, EL_PREP_TERM, 1);  // before the prompt invites to type
+    el_set(m_impl->editor, EL_PREP_TERM, 1);  // before the prompt is printed
     int length = 0;
     const char* text = el_gets(m_impl->editor, &length);
     if (wasInterrupted()) {
         el_reset(m_impl->editor);
-        tcflush(STDIN_FILENO, TCIFLUSH);  // what was typed before libedit listened
+        tcflush(STDIN_FILENO, TCIFLUSH);  // input typed before libedit was ready
         std::puts("^C");
         return Outcome::Interrupted;
     }

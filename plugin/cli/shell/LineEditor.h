@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Lines typed at a terminal, by libedit: editing, history over sessions, completion. **/
+Line input from a terminal by libedit: editing, persistent history, completion. **/
 
 #include <functional>
 #include <memory>
@@ -10,33 +10,33 @@ Lines typed at a terminal, by libedit: editing, history over sessions, completio
 namespace simflex {
 namespace cli {
 
-/** What may stand where the cursor is. **/
+/** Possible completions at the cursor. **/
 struct Completion {
-    std::string word;                     ///< as far as it was typed
-    std::vector<std::string> candidates;  ///< whole words that begin like it
-    char quote = 0;                       ///< that was typed before it
+    std::string word;                     ///< as typed so far
+    std::vector<std::string> candidates;  ///< complete words that begin with it
+    char quote = 0;                       ///< typed before it
 };
 
 class LineEditor {
 public:
     enum class Outcome { Line, Interrupted, End };
-    /** Given the text before the cursor. **/
+    /** Receives the text before the cursor. **/
     using Completer = std::function<Completion(const std::string& text)>;
 
-    /** @param historyFile  kept over sessions, 1000 lines at most; empty: none **/
+    /** @param historyFile  persistent history, at most 1000 lines; empty: none **/
     LineEditor(const std::string& prompt, const std::string& historyFile, Completer completer);
     ~LineEditor();
     LineEditor(const LineEditor&) = delete;
     LineEditor& operator=(const LineEditor&) = delete;
 
-    /** Interrupted: Ctrl-C was pressed; End: Ctrl-D on an empty line. **/
+    /** Reads a line. Interrupted: Ctrl-C was pressed; End: Ctrl-D on an empty line. **/
     Outcome readLine(std::string& line);
 
-    /** Of this session and those before, oldest first. **/
+    /** Returns the lines of this session and earlier ones, oldest first. **/
     std::vector<std::string> getHistory() const;
 
-    /** $XDG_STATE_HOME/simflex/history or ~/.local/state/simflex/history; empty if there is neither
-    variable. **/
+    /** Returns $XDG_STATE_HOME/simflex/history or ~/.local/state/simflex/history, "" if neither
+    variable is set. **/
     static std::string findHistoryFile();
 
 private:

@@ -1,5 +1,5 @@
 /** @file
-Commands of the prompt that list what the model has, and what it does now. **/
+Commands of the prompt that list the model's contents and current quantities. **/
 
 #include <algorithm>
 #include <cmath>
@@ -142,7 +142,7 @@ void listStates(Shell& shell) {
 
 const struct NamedList {
     const char* name;
-    void (*print)(Shell&);  ///< null: wants a body
+    void (*print)(Shell&);  ///< null: requires a body
 } NamedLists[] = {{"bodies", listBodies}, {"joints", listJoints}, {"motions", listMotions},
                   {"modes", nullptr},     {"probes", listProbes}, {"parameters", listParameters},
                   {"frames", listFrames}, {"states", listStates}};
@@ -190,7 +190,7 @@ void printEnergy(Shell& shell, const Words&) {
 
 // ---- eigen
 
-/** The body whose displacement in a mode is largest, and whether it bends. **/
+/** Returns the body with the largest displacement in a mode, and whether it deforms. **/
 std::string findLargest(const Model& model, const Linearization& linear, const Eigenmode& mode) {
     std::string largest = "-";
     double size = 0;
@@ -212,8 +212,7 @@ std::string findLargest(const Model& model, const Linearization& linear, const E
     return largest;
 }
 
-/** A row of the table for each motion: a free one may have two eigenvalues, ±what rounding left.
- * **/
+/** Prints one row per motion: a rigid-body motion may have two eigenvalues ± due to round-off. **/
 void printEigenmodes(Shell& shell, const Words& words) {
     const Session& session = shell.updSession();
     const int count = words.empty() ? 10 : shell.calcCount(words[0], 10000);

@@ -1,5 +1,5 @@
 /** @file
-Commands of the prompt that move the model: run, step, static, reset. **/
+Commands of the prompt that change time or configuration: run, step, static, reset. **/
 
 #include <stdexcept>
 
@@ -21,7 +21,7 @@ struct Span {
     double end, interval;
 };
 
-/** The first transient analysis of the model. **/
+/** Returns the first transient analysis of the model. **/
 Span findAnalysis(const Session& session) {
     const ModelValue analyses = session.getModel().getFile().get("analyses");
     for (const std::string& name : analyses.getKeys()) {
@@ -66,7 +66,7 @@ Span readSpan(Shell& shell, Words words) {
     return span;
 }
 
-constexpr size_t MostToldEvents = 20;  // to be printed
+constexpr size_t MostToldEvents = 20;  // events printed at most
 
 void reportOutcome(Shell& shell, Session::Outcome outcome) {
     const double time = shell.updSession().getTime();

@@ -1,5 +1,5 @@
 /** @file
-Commands of the prompt that draw: pictures and plots, in the terminal and to files. **/
+Commands of the prompt for pictures and plots, in the terminal and in files. **/
 
 #include <algorithm>
 #include <cmath>
@@ -79,7 +79,7 @@ void setFollowed(Shell& shell, const Words& words) {
         camera.followedFrame.clear();
         return;
     }
-    shell.updSession().getModel().findFrame(words[1]);  // which refuses others
+    shell.updSession().getModel().findFrame(words[1]);  // throws for an unknown frame
     const double size = words.size() > 2 ? shell.calcNumber(words[2]) : 0;
     if (size < 0) throw std::runtime_error("the height of the view must be positive");
     camera.followedFrame = words[1];
@@ -145,7 +145,7 @@ void setContour(Shell& shell, const Words& words) {
     const std::optional<Contour> before = contour;
     contour = findNamed(getNamedContours(), "contour", words[0]).contour;
     try {
-        if (shell.hasSession()) shell.makeVisualizer();  // which refuses stress that a part lacks
+        if (shell.hasSession()) shell.makeVisualizer();  // throws for stress that a part lacks
     } catch (...) {
         contour = before;
         throw;
@@ -155,7 +155,7 @@ void setContour(Shell& shell, const Words& words) {
 // ---- draw
 
 void draw(Shell& shell, const Words& words) {
-    findNamed(getDrawings(), "thing to draw", words[0]);  // which refuses others
+    findNamed(getDrawings(), "thing to draw", words[0]);  // throws for an unknown item
     const std::string wish = words.size() > 1 ? words[1] : "on";
     if (wish != "on" && wish != "off")
         throw std::runtime_error("write 'draw " + words[0] + " on' or 'off', not '" + wish + "'");
@@ -191,7 +191,7 @@ PlotRequest readPlot(const Shell& shell, const Words& words) {
     return request;
 }
 
-/** The record as `simflex run` would write it. **/
+/** Returns the recorded history in the form that `simflex run` writes. **/
 Results::Analysis makeAnalysis(const Session& session) {
     Results::Analysis analysis;
     analysis.name = "record";
@@ -275,7 +275,7 @@ void film(Shell& shell, const Words& words) {
                                  std::to_string(mostFrames));
     const int numFrames = std::max(1, int(wanted));
     OffscreenVisualizer visualizer = *shell.makeVisualizer();
-    addVideo(session.getModel(), words[0], visualizer);  // which refuses what cannot be one
+    addVideo(session.getModel(), words[0], visualizer);  // throws for an unsupported format
 
     MotionRecorder motion(session.getModel().getSystem());
     motion.record(session.getState());

@@ -157,7 +157,7 @@ Completion Shell::complete(const std::string& text) const {
             if (command.complete)
                 completion.candidates = command.complete(
                     *this, Words(typed.words.begin() + 1, typed.words.end()), typed.word);
-        } catch (const std::exception&) {  // nothing to propose
+        } catch (const std::exception&) {  // no proposals
             return {};
         }
     }

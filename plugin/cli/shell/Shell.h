@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-The prompt: commands typed or read, run one after the other on a model. **/
+The interactive prompt: runs typed commands and scripts on a model. **/
 
 #include <iosfwd>
 #include <map>
@@ -22,25 +22,25 @@ using namespace model;
 
 struct ShellOptions {
     ModelOptions model;
-    enum class OnError { Stop, GoOn };  ///< of scripts
+    enum class OnError { Stop, GoOn };  ///< in scripts
     OnError onError = OnError::Stop;
     bool isQuiet = false;  ///< no notes and progress on standard error
 };
 
-/** What the prompt's commands change of the model's pictures. **/
+/** Changes of the model's picture settings by commands. **/
 struct PictureSettings {
-    /** As soon as something is given, it replaces the cameras of the model file. **/
+    /** If any member is set, replaces the cameras of the model file. **/
     struct Camera {
         std::optional<SimTK::Vec2> direction;  ///< azimuth and elevation [rad]
         std::optional<double> zoom;
         std::string followedFrame;
-        double followedSize = 0;  ///< [m]; 0: all of the scene
+        double followedSize = 0;  ///< [m]; 0: the whole scene
         std::optional<CameraView::Projection> projection;
     };
     Camera camera;
     std::optional<double> exaggeration;  ///< 0: automatic
     std::optional<Contour> contour;
-    std::map<std::string, bool> shown;  ///< what `draw` has changed, by names of getDrawings()
+    std::map<std::string, bool> shown;  ///< items changed by `draw`, by names of getDrawings()
 };
 
 class Shell {
@@ -52,15 +52,15 @@ public:
     /** @name Running
     Both return an exit status: 0, 1 after an error, 130 after Ctrl-C. **/
     /**@{**/
-    /** With a prompt; errors are printed and it goes on. **/
+    /** Runs interactively; errors are printed and do not end it. **/
     int runPrompt();
-    /** @param name  for messages: a file's name **/
+    /** @param name  name of the script for messages **/
     int runScript(std::istream& script, const std::string& name);
     /**@}**/
-    /** The commands of one line. @throws std::runtime_error beginning with the command's name;
+    /** Runs the commands of a line. @throws std::runtime_error beginning with the command's name;
     Cancelled. **/
     void run(const std::string& line);
-    /** @throws as run(), with the script's name and line before it. **/
+    /** Runs a script. @throws as run(), prefixed by the script's name and line. **/
     void runFile(const std::string& path);
     Completion complete(const std::string& text) const;
 
@@ -71,27 +71,27 @@ public:
     bool hasSession() const { return m_session != nullptr; }
     /** @throws std::runtime_error if there is none. **/
     Session& updSession() const;
-    /** Reads a model; the one before stays if that fails. **/
+    /** Opens a model; on failure the previous one remains. **/
     void open(const ModelText& text);
-    /** The visualizer of the model, with the settings made here. **/
+    /** Makes a visualizer of the model with the current picture settings. **/
     std::unique_ptr<OffscreenVisualizer> makeVisualizer();
     PictureSettings& updPictureSettings() { return m_pictures; }
 
-    /** Which model it is and what it has, in a line. **/
+    /** Prints a line with the model's name and contents. **/
     void printSummary();
     bool showsProgress() const;
-    /** Bars belong to terminals only. **/
+    /** Progress bars are shown on terminals only. **/
     Listener makeListener() const;
     std::vector<std::string> getHistory() const;
 
-    /** Constants with the model's parameters: `30*deg`, `[0, 0, L/2]`. **/
+    /** Evaluate constants and the model's parameters: `30*deg`, `[0, 0, L/2]`. **/
     double calcNumber(const std::string& text) const;
     std::vector<double> calcNumbers(const std::string& text) const;
     int calcCount(const std::string& text, int largest) const;
     /**@}**/
 
 private:
-    /** Notes a line of input; returns its commands. **/
+    /** Records a line of input and returns its commands. **/
     std::vector<Words> takeLine(const std::string& line);
     void runCommand(const Words& words);
 
@@ -100,7 +100,7 @@ private:
     PictureSettings m_pictures;
     std::unique_ptr<LineEditor> m_editor;
     std::vector<std::string> m_lines;  ///< of scripts, for `history`
-    int m_depth = 0;                   ///< of `source`
+    int m_depth = 0;                   ///< nesting of `source`
     bool m_isOver = false;
 };
 

@@ -1,5 +1,5 @@
 /** @file
-simflex shell: a model at a prompt, or commands from a file, a pipe or the command line. **/
+simflex shell: an interactive prompt, or commands from a file, a pipe or the command line. **/
 
 #include <unistd.h>
 
@@ -24,7 +24,7 @@ struct ShellArguments {
     ShellOptions options;
 };
 
-/** Leaves with the status of a script that went on after errors. **/
+/** Exits with the status of a script that continued after errors. **/
 void leave(int status) {
     if (status) throw CLI::RuntimeError(status);
 }

@@ -21,7 +21,7 @@ namespace simflex {
 namespace cli {
 namespace {
 
-/** Of a value that the file leaves out. **/
+/** Describes the default of an omitted value. **/
 std::string describeDefault(const ModelValue& value) {
     try {
         return value.getText() + " (default)";
@@ -30,7 +30,7 @@ std::string describeDefault(const ModelValue& value) {
     }
 }
 
-/** The text of what the model file says at a path; empty if it says nothing there. **/
+/** Returns the text of the model file at a path, nothing if the path is not set. **/
 std::optional<std::string> formatModelValue(const ModelValue& file, const std::string& path) {
     ModelValue value = file;
     for (const std::string& part : splitAt(path, '.')) {
@@ -44,7 +44,7 @@ std::optional<std::string> formatModelValue(const ModelValue& file, const std::s
             return {};
         }
     }
-    if (!value.isGiven() && !value.getNode().key) return {};  // a name that is not there
+    if (!value.isGiven() && !value.getNode().key) return {};  // unknown name
     const std::function<std::string(const ModelValue&)> format = [&](const ModelValue& item) {
         if (!item.isGiven()) return describeDefault(item);
         if (item.isScalar()) return item.getText();
@@ -60,10 +60,10 @@ std::optional<std::string> formatModelValue(const ModelValue& file, const std::s
     return format(value);
 }
 
-/** Paths that the model file and its schema have, of those that begin like `begin`; one level
-deeper at most, the end of a level with a point. **/
+/** Returns paths of the model file and its schema that begin with `begin`, at most one level
+deeper; a path that can be continued ends with a dot. **/
 std::vector<std::string> completeModelPath(const ModelValue& file, const std::string& begin) {
-    const std::string level = begin.substr(0, begin.rfind('.') + 1);  // empty without a point
+    const std::string level = begin.substr(0, begin.rfind('.') + 1);  // empty without a dot
     std::optional<ModelValue> value = file;
     for (const std::string& part : splitAt(level, '.'))
         if (!part.empty() && value)
@@ -85,7 +85,7 @@ std::vector<std::string> completeModelPath(const ModelValue& file, const std::st
     return found;
 }
 
-/** The names of all that `get` knows. **/
+/** Returns all names accepted by `get`. **/
 std::vector<std::string> listNames(const Session& session) {
     std::vector<std::string> names = session.listQuantities();
     for (const Probe& probe : session.getProbes()) names.push_back(probe.name);
@@ -98,7 +98,7 @@ std::vector<std::string> listNames(const Session& session) {
     return names;
 }
 
-/** A path without its section: "shoulder", "crank.modes.3". **/
+/** Finds a path without its section: "shoulder", "crank.modes.3". **/
 std::optional<Quantity> findByName(const Session& session, const std::string& path) {
     const std::string name = path.substr(0, path.find('.'));
     if (seekNamed(session.getModel().getJoints(), name))
@@ -152,7 +152,7 @@ void setVariable(Shell& shell, const Quantity& variable, const std::string& text
     printVariable(variable);
 }
 
-/** The model is made anew with another value. **/
+/** Rebuilds the model with another value. **/
 void setModelValue(Shell& shell, const std::string& path, const std::string& value) {
     const bool isAtStart = shell.updSession().change(path, value);
     writeOut("the model was built anew with %s = %s; %s, t = %s s\n", path.c_str(), value.c_str(),
@@ -161,7 +161,7 @@ void setModelValue(Shell& shell, const std::string& path, const std::string& val
 }
 
 void set(Shell& shell, const Words& words) {
-    // `set PATH = VALUE` is as good.
+    // `set PATH = VALUE` is accepted, too.
     const bool hasSign = words.size() == 3 && words[1] == "=";
     if (words.size() == 3 && !hasSign)
         throw std::runtime_error("'" + words[2] + "' is too much; write a list in brackets, " +
@@ -218,7 +218,7 @@ std::vector<std::string> completeValues(const Shell& shell, const std::string& w
     const size_t point = word.find('.');
     const std::string section = normalizePath(word).substr(0, normalizePath(word).find('.') + 1);
     if (point != std::string::npos)
-        for (std::string& path : found)  // in the singular if it was begun so
+        for (std::string& path : found)  // use the singular section name if it was typed
             if (path.compare(0, section.size(), section) == 0)
                 path = word.substr(0, point + 1) + path.substr(section.size());
     if (hasAll)

@@ -16,7 +16,7 @@ std::string getVariable(const char* name) {
     return value ? value : "";
 }
 
-/** The first of these variables that is set decides, as setlocale() has it. **/
+/** As in setlocale(), the first of these variables that is set decides. **/
 bool isLocaleUnicode() {
     for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
         const std::string value = getVariable(name);

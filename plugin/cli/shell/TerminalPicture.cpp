@@ -8,8 +8,8 @@ namespace simflex {
 namespace cli {
 
 std::string drawTerminalPicture(const Image& image, const Terminal& terminal) {
-    constexpr size_t piece = 4096;      // the most that the protocol allows
-    constexpr double heightOfCell = 2;  // in its width, nearly
+    constexpr size_t piece = 4096;      // limit of the protocol
+    constexpr double heightOfCell = 2;  // approximately, relative to its width
     const double columnsOfHeight =
         heightOfCell * std::max(terminal.rows - 2, 2) * image.getWidth() / image.getHeight();
     const int columns = std::max(4, int(std::min<double>(terminal.columns, columnsOfHeight)));

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Pictures in a terminal, by the graphics protocol of kitty, which others know as well (WezTerm,
-Ghostty, Konsole); terminals that do not know it show nothing. **/
+Pictures in a terminal, by the graphics protocol of kitty, which WezTerm, Ghostty and Konsole also
+support; other terminals show nothing. **/
 
 #include <string>
 
@@ -11,7 +11,7 @@ Ghostty, Konsole); terminals that do not know it show nothing. **/
 namespace simflex {
 namespace cli {
 
-/** As wide as the terminal, or as high as it is but for two rows. Ends with a new line. **/
+/** As wide as the terminal, or as high as it except for two rows. Ends with a newline. **/
 std::string drawTerminalPicture(const Image& image, const Terminal& terminal);
 
 }  // namespace cli

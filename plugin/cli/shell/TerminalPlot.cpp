@@ -12,7 +12,7 @@ namespace simflex {
 namespace cli {
 namespace {
 
-constexpr int CurveColors[] = {34, 31, 32, 35, 36, 33};  // of ECMA-48
+constexpr int CurveColors[] = {34, 31, 32, 35, 36, 33};  // ECMA-48 codes
 constexpr int SmallestPanel = 6;
 
 struct PlotRange {
@@ -26,7 +26,7 @@ struct PlotRange {
     bool isEmpty() const { return low > high; }
 };
 
-/** Round values at equal distances, the first and last not inside the range. **/
+/** Equally spaced round values; the first and last are not inside the range. **/
 struct Scale {
     double low, step;
     int numSteps;
@@ -58,12 +58,12 @@ std::string padLeft(const std::string& text, int width) {
     return std::string(size_t(std::max(0, width - int(text.size()))), ' ') + text;
 }
 
-std::string encodeUtf8(unsigned code) {  // of the braille block: three bytes
+std::string encodeUtf8(unsigned code) {  // braille characters: three bytes
     return {char(0xe0 | (code >> 12)), char(0x80 | ((code >> 6) & 0x3f)),
             char(0x80 | (code & 0x3f))};
 }
 
-/** Dots in cells: 2×4 of braille, or one of ASCII. **/
+/** Dots in cells: 2×4 with braille, one with ASCII. **/
 class Canvas {
 public:
     Canvas(int columns, int rows, bool isBraille)
@@ -76,7 +76,7 @@ public:
     int getWidth() const { return m_isBraille ? 2 * m_columns : m_columns; }
     int getHeight() const { return m_isBraille ? 4 * m_rows : m_rows; }
 
-    /** A dot, y from the bottom. **/
+    /** Draws a dot, y from the bottom. **/
     void draw(int x, int y, int color) {
         if (x < 0 || y < 0 || x >= getWidth() || y >= getHeight()) return;
         y = getHeight() - 1 - y;
@@ -87,7 +87,7 @@ public:
         m_colors[cell] = color;
     }
 
-    /** A line between two points given in dots. **/
+    /** Draws a line between two points in dot coordinates. **/
     void drawLine(double x0, double y0, double x1, double y1, int color) {
         const int n = int(std::ceil(std::max(std::abs(x1 - x0), std::abs(y1 - y0)))) + 1;
         for (int i = 0; i <= n; ++i) {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int MostInRange = 20000000;
 
-/** Commands that make K or M in a way that simflex does not do, and what to do. **/
+/** Commands that affect K or M in an unsupported way, and the remedy. **/
 const std::map<std::string, const char*> RefusedCommands = {
     {"CE", "write constraint equations as *EQUATION of a deck"},
     {"CP", "write coupled degrees of freedom as *EQUATION of a deck"},
@@ -25,22 +25,22 @@ const std::map<std::string, const char*> RefusedCommands = {
     {"SECJOINT", "put joints into the multibody model"},
     {"TBFIELD", "material constants cannot depend on temperature; give those at one temperature"}};
 
-/** Labels of TB that leave the part elastic at first. **/
+/** Labels of TB for which the initial behaviour is elastic. **/
 const std::set<std::string> YieldingLabels = {"BISO", "MISO", "BKIN", "MKIN", "KINH",
                                               "CHAB", "NLIS", "PLAS", "CREE", "SDAM"};
 
-/** Labels of MP that neither stiffness nor mass needs. **/
+/** Labels of MP irrelevant to stiffness and mass. **/
 const std::set<std::string> IdleLabels = {
     "ALPX", "CTEX", "THSX", "REFT", "KXX",  "KYY",  "KZZ",  "C",    "ENTH", "HF",   "EMIS", "MU",
     "DAMP", "DMPR", "BETD", "ALPD", "RSVX", "PERX", "MURX", "VISC", "SONC", "ALPY", "ALPZ"};
 
-/** Elements that are no part of the structure. **/
+/** Elements without structural function. **/
 const std::set<int> IdleElements = {152, 153, 154, 156, 200, 201};
 
-/** Integers of one line of fixed columns. **/
+/** Fixed-column format of a line. **/
 struct FixedColumns {
     size_t width = 0, count = 0;  ///< of integers
-    size_t realWidth = 0;         ///< of the numbers behind them
+    size_t realWidth = 0;         ///< of the numbers after them
 };
 
 class AnsysReader {
@@ -116,11 +116,11 @@ private:
 
     void take(const std::vector<std::string>& words) {
         const std::string& name = words[0];
-        if (name[0] == '/' || name[0] == '*') return;  // of the program
+        if (name[0] == '/' || name[0] == '*') return;  // control commands
         if (name == "NBLOCK") {
             readNodes();
         } else if (name == "N") {
-            if (word(words, 1).compare(0, 1, "R") != 0)  // else the end of the block
+            if (word(words, 1).compare(0, 1, "R") != 0)  // otherwise the end of the block
                 m_lines.refuse("write nodes by CDWRITE, as an NBLOCK");
         } else if (name == "EBLOCK") {
             readElements(words);
@@ -163,7 +163,7 @@ private:
         }
     }
 
-    /** A line such as (3i9,6e21.13e3). **/
+    /** Reads a line such as (3i9,6e21.13e3). **/
     FixedColumns readFormat() {
         if (!m_lines.next()) m_lines.refuse("the file ends in a block");
         const std::string text = lowerCase(trimBlanks(m_lines.line()));
@@ -270,7 +270,7 @@ private:
 
     void readComponent(const std::vector<std::string>& words) {
         Component component{word(words, 1), word(words, 2), {}, m_lines.number()};
-        // Words behind the count are flags; a comment may follow it.
+        // Words after the count are flags; a comment may follow it.
         const std::string count = word(words, 3).substr(0, word(words, 3).find_first_of(" !"));
         double expected = 0;
         if (!readNumber(count, expected) || expected < 0 || expected > 2e9)
@@ -399,10 +399,11 @@ private:
             const std::string place = word(words, 1);
             if (place != "MID" && place != "TOP" && place != "BOT" && !place.empty())
                 m_lines.refuse("an offset of a shell must be MID, TOP or BOT");
-            // The nodes lie on its top: its middle lies half a thickness below.
+            // The nodes are on the top, so the mid-surface is half a thickness below.
             m_sections[m_section].offset = place == "TOP" ? 0.5 : place == "BOT" ? -0.5 : 0;
         } else if (name.compare(0, 7, "SECCONT") == 0) {
-            // Shear stiffnesses and mass of one's own; what follows scales hourglass stiffness.
+            // User-defined shear stiffnesses and mass; the following values scale hourglass
+            // stiffness.
             for (size_t k = 1; k <= 4; ++k)
                 if (number(words, k) != 0)
                     m_lines.refuse(
@@ -447,7 +448,8 @@ private:
         return found == options.end() ? 0 : found->second;
     }
 
-    /** CalculiX's type, and its nodes among those of the element: degenerate ones have fewer. **/
+    /** Returns CalculiX's type and the indices of its nodes in the element: degenerate elements
+    have fewer. **/
     std::pair<std::string, std::vector<size_t>> chooseElement(const Element& element,
                                                               int kind) const {
         const auto& n = element.nodes;
@@ -501,8 +503,8 @@ private:
         return {optionOf(element, 2) == 1 ? "C3D8R" : "C3D8I", all(8)};
     }
 
-    /** Elements by type and section; a section is material, and for shells section or constants.
-     * **/
+    /** Writes elements by type and section; a section is the material, and for shells the section
+    or real constants. **/
     void writeElements() {
         std::map<std::pair<std::string, std::string>,
                  std::vector<std::pair<const Element*, std::vector<int>>>>
@@ -594,13 +596,14 @@ private:
         }
     }
 
-    /** One of its constants R, 0 where it is not given. **/
+    /** Returns one of an element's real constants, 0 if it is not given. **/
     double getReal(const Element& element, size_t k) const {
         const auto real = m_reals.find(element.real);
         return real == m_reals.end() || k >= real->second.size() ? 0 : real->second[k];
     }
 
-    /** COMBIN14 along the line of its nodes; R is stiffness, damping. **/
+    /** Writes COMBIN14 as a spring along the line of its nodes; R contains stiffness and
+    damping. **/
     void writeSpring(const std::string& set, const Element& element) {
         for (const int option : {1, 2, 3})
             if (optionOf(element, option) != 0)
@@ -727,7 +730,7 @@ private:
     std::map<int, std::array<double, 3>> m_nodes;
     std::vector<Element> m_elements;
     std::map<int, ElementKind> m_kinds;
-    std::map<int, std::map<std::string, std::pair<double, int>>> m_materials;  ///< and their lines
+    std::map<int, std::map<std::string, std::pair<double, int>>> m_materials;  ///< with their lines
     std::map<int, std::vector<double>> m_reals;
     std::map<int, Section> m_sections;
     int m_section = 0;

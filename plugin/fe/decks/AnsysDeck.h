@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-A model that Ansys has written by CDWRITE (.cdb) as the cards of a deck. Internal to fe.
+Converts an Ansys model written by CDWRITE (.cdb) to the cards of a deck. Internal to fe.
 
     NBLOCK, EBLOCK (SOLID)          nodes, elements
     SOLID185, 45                    C3D8I (KEYOPT(2) = 1: C3D8R), degenerate C3D4, C3D6
@@ -12,8 +12,8 @@ A model that Ansys has written by CDWRITE (.cdb) as the cards of a deck. Interna
     MP, MPDATA; SEC…, R, RLBLOCK    isotropic materials, thicknesses and offsets
     CMBLOCK                         node sets, and element sets with the sets of their nodes
 
-Supports, loads and control are left out; all else that makes K or M is refused with file and line.
-**/
+Supports, loads and control are left out; everything else that affects K or M is refused with file
+and line. **/
 
 #include <string>
 #include <vector>
@@ -23,7 +23,7 @@ Supports, loads and control are left out; all else that makes K or M is refused 
 namespace simflex {
 
 /** @throws std::runtime_error if the file cannot be read.
-@throws std::invalid_argument for what is not handled. **/
+@throws std::invalid_argument for unsupported features. **/
 std::vector<DeckCard> readAnsysCards(const std::string& path);
 
 }  // namespace simflex

@@ -13,7 +13,7 @@ namespace {
 constexpr size_t NameWidth = 8, SmallWidth = 8, LargeWidth = 16;
 constexpr size_t SmallFields = 8, LargeFields = 4;
 
-/** Tabs go to the next multiple of eight columns. **/
+/** Expands tabs to multiples of eight columns. **/
 std::string withoutTabs(std::string_view line) {
     std::string text;
     for (const char c : line) {
@@ -31,7 +31,7 @@ std::string_view takeColumns(const std::string& line, size_t begin, size_t width
     return trimBlanks(std::string_view(line).substr(begin, width));
 }
 
-/** Appends the fields of one line; they begin behind its name or continuation mark. **/
+/** Appends the fields of a line after its name or continuation mark. **/
 void addFields(const TextLines& lines, const std::string& line, bool isLarge,
                std::vector<std::string>& fields) {
     const size_t count = isLarge ? LargeFields : SmallFields;
@@ -44,7 +44,7 @@ void addFields(const TextLines& lines, const std::string& line, bool isLarge,
                                     : trimBlanks(std::string_view(line).substr(at, comma - at)));
             at = comma + 1;
         }
-        // One more is the mark of a continuation.
+        // An additional field is the continuation mark.
         at = std::min(line.find(',', std::min(at, line.size())), line.size());
         if (!trimBlanks(std::string_view(line).substr(std::min(at + 1, line.size()))).empty())
             lines.refuse("the line has more than the " + std::to_string(count) +
@@ -56,7 +56,7 @@ void addFields(const TextLines& lines, const std::string& line, bool isLarge,
         fields.emplace_back(takeColumns(line, NameWidth + k * width, width));
 }
 
-/** The name in the first field: up to a comma or eight columns. **/
+/** Returns the name in the first field: up to a comma or eight columns. **/
 std::string takeName(const std::string& line) {
     const size_t comma = std::min(line.find(','), NameWidth);
     return upperCase(trimBlanks(std::string_view(line).substr(0, comma)));

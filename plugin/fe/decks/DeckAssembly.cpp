@@ -67,7 +67,7 @@ Placement readPlacement(const DeckCard& card) {
     return placement;
 }
 
-/** Numbers and names of one instance, or of the assembly. **/
+/** Numbers and names of an instance, or of the assembly. **/
 struct Scope {
     std::string name, part;
     int line = 0;
@@ -102,7 +102,7 @@ public:
                 adapt(card, instance, &instance);
                 m_result.push_back(std::move(card));
             }
-        bool isInStep = false;  // which is left out
+        bool isInStep = false;  // steps are left out
         for (DeckCard& card : m_assembly.cards) {
             const Scope* scope = &m_assembly;
             isInStep |= card.keyword == "STEP";
@@ -121,7 +121,8 @@ public:
     }
 
 private:
-    /** Cards by where they stand. Those of the model come last: they speak of the assembly. **/
+    /** Assigns cards to parts, instances and the assembly. Cards of the model come last, since they
+    refer to the assembly. **/
     void divide() {
         std::map<std::string, std::vector<DeckCard>> parts;
         std::vector<DeckCard>* part = nullptr;
@@ -215,7 +216,7 @@ private:
         const size_t size = numNodesOfType(card) + 1;
         size_t at = 0;
         for (DeckLine& data : card.data) {
-            if (size == 1) at = 0;  // of a type that will be refused
+            if (size == 1) at = 0;  // a type that will be refused
             for (std::string& field : data.fields) {
                 if (field.empty()) continue;
                 visit(field, at == 0, data);
@@ -243,13 +244,13 @@ private:
         }
     }
 
-    /** A name of an instance in the plain deck. **/
+    /** Returns the name in the plain deck of a name in an instance. **/
     std::string nameIn(const Scope& instance, const std::string& name) const {
         return m_instances.size() == 1 && !m_assemblyNames.count(name) ? name
                                                                        : instance.name + "." + name;
     }
 
-    /** Rewrites a number or name as it stands in a scope. **/
+    /** Converts a number or name of a scope to the plain deck's. **/
     void refer(const DeckCard& card, int line, const Scope& scope, NumberKind kind,
                std::string& field) const {
         if (field.empty()) return;
@@ -276,7 +277,7 @@ private:
         field = std::to_string(number);
     }
 
-    /** Moves three coordinates (or turns a direction) from a field on. **/
+    /** Moves the three coordinates (or rotates a direction) that start at a field. **/
     static void move(const DeckCard& card, DeckLine& data, size_t first, const Placement& placement,
                      bool isDirection) {
         Vec3d x{};
@@ -288,7 +289,7 @@ private:
         for (size_t a = 0; a < 3; ++a) data.fields[first + a] = writeGeneral(x[a]);
     }
 
-    /** @param owner  the instance that the card belongs to, null for cards of the assembly **/
+    /** @param owner  the card's instance, null for cards of the assembly **/
     void adapt(DeckCard& card, const Scope& scope, const Scope* owner) const {
         const std::string& keyword = card.keyword;
         const auto rename = [&](const char* parameter, NumberKind kind = NumberKind::Name) {
@@ -393,7 +394,7 @@ private:
     std::set<std::string> m_assemblyNames;
 };
 
-/** Axes that a *SYSTEM gives, and where they stand. **/
+/** Axes and origin given by a *SYSTEM. **/
 struct NodeSystem {
     Vec3d origin{}, x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
 
@@ -456,7 +457,7 @@ void placeNodes(DeckCard& card, const NodeSystem& system) {
     }
 }
 
-/** Nodes in the axes of the deck, or of its parts. **/
+/** Transforms nodes to the axes of the deck, or of its parts. **/
 std::vector<DeckCard> placeSystems(std::vector<DeckCard> cards) {
     std::vector<DeckCard> placed;
     std::optional<NodeSystem> system;

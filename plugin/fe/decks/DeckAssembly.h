@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Decks of parts and instances, as Abaqus/CAE writes them, as plain ones, with their nodes in the axes
-of the deck. Internal to fe.
+Flattens decks with parts and instances, as written by Abaqus/CAE, to plain decks with nodes in the
+global axes. Internal to fe.
 
     *PART, NAME=BAR                 *ASSEMBLY, NAME=A
     *NODE …                         *INSTANCE, NAME=BAR-1, PART=BAR
@@ -12,13 +12,13 @@ of the deck. Internal to fe.
                                     *TIE …
                                     *END ASSEMBLY
 
-Nodes and elements of the first instance keep their numbers, those of the next and of the assembly
-itself get numbers behind. Names of parts get their instance before them, BAR-1.END; where there is
-one instance alone they stay, unless the assembly has the same.
+Nodes and elements of the first instance keep their numbers; those of later instances and of the
+assembly itself are numbered after them. Names of parts are prefixed by their instance, BAR-1.END;
+with a single instance they are unchanged, unless the assembly uses the same name.
 
-*SYSTEM gives the axes of the nodes that follow up to the next one, or the end of the part: point a
-at the origin, b on the x axis, then c in the x-y plane. Without c, z is the deck's; without b all
-axes are. *NODE, SYSTEM=C gives r, θ [°], z in these axes. **/
+*SYSTEM sets the axes of the following nodes up to the next one, or the end of the part: point a at
+the origin, b on the x axis, then c in the x-y plane. Without c, z is the deck's; without b all axes
+are. *NODE, SYSTEM=C gives r, θ [°], z in these axes. **/
 
 #include <string>
 #include <vector>
@@ -27,9 +27,9 @@ axes are. *NODE, SYSTEM=C gives r, θ [°], z in these axes. **/
 
 namespace simflex {
 
-/** The cards without parts, instances and systems of nodes; those of a deck that has none as they
-are.
-@param notes  get what nodes and elements of instances are numbered by
+/** Returns the cards without parts, instances and node systems; those of a plain deck are
+unchanged.
+@param notes  receives the numbering of instances' nodes and elements
 @throws std::invalid_argument naming file and line. **/
 std::vector<DeckCard> flattenAssembly(std::vector<DeckCard> cards, std::vector<std::string>& notes);
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Reads the cards of a CalculiX deck into a DeckModel. Internal to fe. **/
+Builds a DeckModel from the cards of a CalculiX deck. Internal to fe. **/
 
 #include <string>
 #include <vector>
@@ -10,16 +10,17 @@ Reads the cards of a CalculiX deck into a DeckModel. Internal to fe. **/
 
 namespace simflex {
 
-/** What becomes of contact pairs and gaps. **/
+/** Treatment of contact pairs and gaps. **/
 enum class ContactUse { LeftOut, Refused };
 
-/** @throws std::invalid_argument naming file and line for what cannot be a free solid part. **/
+/** @throws std::invalid_argument naming file and line for features that a free solid part cannot
+have. **/
 DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards,
                          ContactUse contact = ContactUse::LeftOut,
                          ShellUse shells = ShellUse::Shells);
 
-/** The cards of a deck (.inp), or what stands for them in Nastran bulk data (.bdf, .nas, .dat) or a
-model of Ansys (.cdb).
+/** Reads the cards of a deck (.inp), or the equivalent ones of Nastran bulk data (.bdf, .nas, .dat)
+or an Ansys model (.cdb).
 @throws as their readers. **/
 std::vector<DeckCard> readModelCards(const std::string& path,
                                      const ProgressCallback& progress = {});

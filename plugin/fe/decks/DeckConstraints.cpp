@@ -19,10 +19,10 @@ using Term = ConstraintSystem::Term;
 using Outcome = ConstraintSystem::Outcome;
 
 constexpr double TinyCoefficient = 1e-14;
-/** Motions of rigid bodies that move their nodes less than this share (squared) do not count. **/
+/** Rigid-body motions whose (squared) effect on the nodes is below this share are dropped. **/
 constexpr double NoMotion = 1e-12;
 
-/** A slave node and its place on a face of the master. **/
+/** A slave node and its position on a face of the master. **/
 struct TiedNode {
     int slave;
     const std::vector<int>* face;
@@ -68,7 +68,7 @@ private:
         return "node " + std::to_string(m_mesh.nodeNumbers[size_t(node)]);
     }
 
-    /** Places of the slave nodes; moves those that are to be adjusted. **/
+    /** Finds the positions of the slave nodes and moves nodes to be adjusted. **/
     std::vector<TiedNode> findPlaces(const DeckTie& tie) {
         std::vector<TieFace> faces;
         for (const auto& nodes : tie.faces) faces.push_back({nodes, positionsOf(nodes)});
@@ -106,7 +106,7 @@ private:
                                                                 "move the surfaces together"));
         std::ostringstream text;
         text << tie.where << " ties " << tied.size() << (tied.size() == 1 ? " node" : " nodes");
-        // Less is the round-off of finding the place.
+        // Smaller moves are round-off of the search.
         if (largestMove > 1e-6 * surface.calcDefaultTolerance())
             text << ", moved onto the master by up to " << largestMove << " m";
         m_notes.push_back(text.str());
@@ -117,7 +117,7 @@ private:
         return tied;
     }
 
-    /** Nodes between expanded ones that ties have moved stay between them. **/
+    /** Moves nodes between expanded ones after ties have moved these. **/
     void placeBetweenNodes() {
         for (const auto& between : m_constraints.thin.betweens) {
             const int node = m_mesh.indexOf(between.node);
@@ -142,8 +142,8 @@ private:
         }
     }
 
-    /** u = u_node + θ × r + stretch; θ and stretch by the knot's size, so that they are lengths.
-     * **/
+    /** Adds u = u_node + θ × r + stretch; θ and stretch are scaled by the knot's size to
+    lengths. **/
     void addKnots(ConstraintSystem& system) {
         for (const auto& knot : m_constraints.thin.knots) {
             const int node = m_mesh.indexOf(knot.node);
@@ -198,7 +198,7 @@ private:
         }
     }
 
-    /** Coordinates of the bodies' motions, a group of bodies that share some at a time. **/
+    /** Adds the coordinates of the bodies' motions, for each group of bodies with common ones. **/
     void makeBodyMotions(ConstraintSystem& system) {
         const auto& bodies = m_constraints.bodies;
         std::vector<size_t> group(bodies.size());
@@ -217,8 +217,8 @@ private:
         }
     }
 
-    /** Unknown are c = (u_ref of references outside the mesh, θ·length). Those combinations of them
-    that move no node, as turns about a line on which all nodes lie, are left out: c = B y. **/
+    /** The unknowns are c = (u_ref of references outside the mesh, θ·length). Combinations that
+    move no node, such as rotations about a line through all nodes, are removed: c = B y. **/
     void makeGroupMotions(ConstraintSystem& system,
                           const std::vector<const DeckRigidBody*>& bodies) {
         std::map<int, Eigen::Index> shiftOf, turnOf;
@@ -386,7 +386,7 @@ private:
     const std::vector<char>& m_hasElement;
     Mesh& m_mesh;
     std::vector<std::string>&m_notes, &m_warnings;
-    /** Translations of references outside the mesh, and turns, by x, y, z. **/
+    /** Translations of references outside the mesh, and rotations, by x, y, z. **/
     std::map<int, std::array<std::vector<Term>, 3>> m_shifts, m_turns;
 };
 

@@ -1,8 +1,7 @@
 #pragma once
 /** @file
-Puts everything that ties the nodes of a deck together into one u = T q: equations, surface ties,
-rigid bodies and what connects the nodes of shells and beams to those of their solids. Internal to
-fe. **/
+Combines all constraints on the nodes of a deck into one u = T q: equations, surface ties, rigid
+bodies and the connections of shell and beam nodes to those of their solids. Internal to fe. **/
 
 #include <string>
 #include <vector>
@@ -18,19 +17,20 @@ struct DeckTie {
     std::string where;                    ///< "FILE:LINE: *TIE NAME"
     std::vector<int> slaves;              ///< nodes
     std::vector<std::vector<int>> faces;  ///< of the master, nodes of each
-    double tolerance = 0;                 ///< ≤ 0: by the size of the faces [m]
-    bool adjust = true;                   ///< slave nodes are moved onto the master
+    double tolerance = 0;                 ///< ≤ 0: based on the size of the faces [m]
+    bool adjust = true;                   ///< moves slave nodes onto the master
 };
 
 /** Nodes that follow the rigid motion of a reference node: u = u_ref + θ × r. **/
 struct DeckRigidBody {
     std::string where;               ///< "FILE:LINE: *RIGID BODY"
     int reference = 0;               ///< deck number; bodies with the same one share u_ref
-    Vec3d place{};                   ///< of the reference node
-    bool isReferenceInMesh = false;  ///< else its translations are coordinates of their own
-    int rotation = 0;        ///< bodies with the same one share θ; of a ROT NODE its number
+    Vec3d place{};                   ///< position of the reference node
+    bool isReferenceInMesh = false;  ///< otherwise its translations are separate coordinates
+    int rotation = 0;        ///< bodies with the same one share θ; number of the ROT NODE if there
+                             ///< is one
     std::vector<int> nodes;  ///< mesh indices
-    std::vector<std::vector<Vec3d>> directions;  ///< in which each node follows; empty: in all
+    std::vector<std::vector<Vec3d>> directions;  ///< in which each node follows; empty: all
 };
 
 struct DeckConstraints {
@@ -44,9 +44,9 @@ struct DeckConstraints {
     }
 };
 
-/** Ties the nodes of a mesh; moves slave nodes of ties onto their masters.
-@param hasElement  of each node; others are never moved onto a master
-@param notes, warnings  get what was left out or changed, without and with consequence
+/** Constrains the nodes of a mesh; moves slave nodes of ties onto their masters.
+@param hasElement  by node; nodes without elements are never moved onto a master
+@param notes, warnings  receive data left out or changed, without and with consequence
 @throws std::invalid_argument naming file and line. **/
 NodalConstraints applyConstraints(const DeckConstraints& constraints,
                                   const std::vector<char>& hasElement, Mesh& mesh,

@@ -9,14 +9,14 @@
 namespace simflex {
 namespace {
 
-/** Share of a modulus that counts as none. **/
+/** Smaller relative moduli count as zero. **/
 constexpr double NoModulus = 1e-12;
 
 [[noreturn]] void refuse(const DeckCard& card, const std::string& why) {
     throw std::invalid_argument(card.where() + card.title + ": " + why);
 }
 
-/** The constants of the first temperature: so many of each line; what is missing is zero. **/
+/** Reads the constants of the first temperature, `perLine` of each line; missing ones are zero. **/
 std::vector<double> readConstants(const DeckCard& card, const std::vector<size_t>& perLine) {
     if (card.data.size() < perLine.size())
         refuse(card, "has " + std::to_string(card.data.size()) + " lines of constants, needs " +
@@ -91,7 +91,7 @@ ElasticMatrix makeAnisotropic(const DeckCard& card) {
     return D;
 }
 
-/** D = L Lᵀ, or no solid. **/
+/** Checks that D = L Lᵀ exists. **/
 ElasticMatrix checkIsPositive(const DeckCard& card, const ElasticMatrix& D) {
     ElasticMatrix L{};
     for (size_t j = 0; j < 6; ++j) {
@@ -147,7 +147,7 @@ Orientation parseOrientation(const DeckCard& orientation) {
     const Vec3d e[3] = {e1, e2, cross(e1, e2)};
     if (orientation.data.size() < 2) return {e[0], e[1], e[2]};
 
-    // A further turn about one of the local axes, in degrees.
+    // Additional rotation about one of the local axes, in degrees.
     const DeckLine& line = orientation.data[1];
     const std::string where = orientation.where(line.line);
     const int axis = parseDeckInteger(line.fields[0], where);

@@ -20,7 +20,7 @@ public:
                     m_elements.addOrientation(parseOrientation(card));
             if (card.keyword != "SOLIDSECTION") continue;
             const auto members = deck.elementSets.find(card.get("ELSET"));
-            if (members == deck.elementSets.end()) continue;  // of no solids
+            if (members == deck.elementSets.end()) continue;  // no solids
             for (const int number : members->second) m_sectionOf[number] = &card;
         }
     }

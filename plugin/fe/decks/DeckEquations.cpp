@@ -10,7 +10,7 @@ namespace simflex {
 namespace {
 
 constexpr size_t MostTermsPerLine = 4;
-/** Nodes may miss their line or plane by this share of its size. **/
+/** Largest distance of nodes from their line or plane, relative to its size. **/
 constexpr double Straight = 1e-6;
 
 [[noreturn]] void refuse(const DeckCard& card, int line, const std::string& why) {
@@ -28,7 +28,7 @@ int parseAxis(const DeckCard& card, const DeckLine& data, const std::string& fie
     return direction - 1;
 }
 
-/** One *MPC: its kind and nodes, which may go over several lines. **/
+/** An *MPC: its kind and nodes, possibly on several lines. **/
 struct NodeList {
     std::string kind;
     int line = 0;
@@ -57,7 +57,7 @@ void addTerms(DeckEquation& equation, int node, const Vec3d& direction) {
         if (direction[size_t(a)] != 0) equation.terms.push_back({node, a, direction[size_t(a)]});
 }
 
-/** Unit vectors across the line a–b. **/
+/** Returns unit vectors normal to a line. **/
 std::array<Vec3d, 2> acrossOf(const Vec3d& along) {
     size_t least = 0;
     for (size_t a = 1; a < 3; ++a)
@@ -76,7 +76,7 @@ std::vector<DeckEquation> readEquations(const DeckCard& card, const FindDeckNode
     for (const auto& [parameter, value] : card.parameters)
         refuse(card, card.line, "with " + parameter + " is not known to simflex");
     std::vector<DeckEquation> equations;
-    std::vector<std::vector<int>> nodes;  // of the terms of the last one
+    std::vector<std::vector<int>> nodes;  // by term of the last equation
     const auto multiply = [&](int line) {
         size_t count = 1;
         for (const auto& of : nodes) count = std::max(count, of.size());
@@ -170,7 +170,7 @@ std::vector<DeckEquation> readMultiPointConstraints(
             }
         } else if (list.kind == "PLANE") {
             needNodes(4);
-            // The plane of its first two nodes and the one farthest from their line.
+            // The plane of the first two nodes and the one farthest from their line.
             const Vec3d a = sumOf(x[1], -1, x[0]);
             const auto normalOf = [&](size_t k) { return cross(a, sumOf(x[k], -1, x[0])); };
             size_t third = 2;

@@ -9,7 +9,7 @@
 namespace simflex {
 namespace {
 
-constexpr long MostMade = 20000000;  // nodes or elements of one card
+constexpr long MostMade = 20000000;  // nodes or elements per card
 
 const std::map<std::string, std::set<std::string>> GeneratorParameters = {
     {"NGEN", {"NSET", "LINE"}},
@@ -37,7 +37,7 @@ public:
     }
 
 private:
-    /** A whole number of a data line; if it is left out, `other`. **/
+    /** Returns an integer of a data line, or `other` if it is missing. **/
     int number(const DeckLine& data, size_t field, int other) const {
         if (field >= data.fields.size() || data.fields[field].empty()) return other;
         return parseDeckInteger(data.fields[field], m_card, data);
@@ -73,7 +73,7 @@ private:
                 line);
     }
 
-    /** The nodes from one to another, evenly; both are there. **/
+    /** Adds evenly spaced nodes between two existing ones. **/
     void addBetween(DeckCard& card, int first, int last, int count, int step, int line) {
         const Vec3d a = m_model.positionOf(first), b = m_model.positionOf(last);
         for (int k = 1; k < count; ++k)
@@ -81,7 +81,7 @@ private:
                     sumOf(scaled(a, 1 - double(k) / count), double(k) / count, b), line);
     }
 
-    /** A set of nodes that are there. **/
+    /** Adds a set of existing nodes. **/
     void addSet(const char* parameter, const std::vector<int>& nodes, int line) {
         if (!m_card.has(parameter)) return;
         DeckCard& set = add("*NSET");

@@ -17,9 +17,9 @@ struct MaterialCards {
     std::optional<DeckCard> elastic, density;
     bool isUsed = false;
     std::optional<double> temperature;
-    int node = 0;  ///< one that has this temperature
+    int node = 0;  ///< a node with this temperature
 
-    DeckLine given;  ///< the first of *ELASTIC
+    DeckLine given;  ///< first line of *ELASTIC
 
     bool isIsotropic() const {
         return !elastic->has("TYPE") || elastic->get("TYPE").substr(0, 3) == "ISO";
@@ -30,7 +30,8 @@ struct MaterialCards {
     bool dependsOnTemperature() const;
 };
 
-/** How many constants each line of *ELASTIC has; the temperature may follow the last. **/
+/** Returns the number of constants on each line of *ELASTIC; the temperature may follow the
+last. **/
 std::vector<size_t> getLayout(const DeckCard& card) {
     if (card.keyword == "DENSITY") return {1};
     const std::string type = card.has("TYPE") ? card.get("TYPE").substr(0, 3) : "ISO";
@@ -98,8 +99,8 @@ bool MaterialCards::dependsOnTemperature() const {
     return differs(*elastic) || differs(*density);
 }
 
-/** The card with the constants of one temperature; a material that does not depend on it has none.
- **/
+/** Reduces a card to the constants at one temperature; a temperature-independent material has
+none. **/
 void settle(DeckCard& card, std::optional<double> temperature) {
     const auto entries = readEntries(card);
     std::vector<double> constants = entries[0].constants;
@@ -160,7 +161,7 @@ std::map<std::string, MaterialCards> readMaterials(const std::vector<DeckCard>& 
     return materials;
 }
 
-/** The temperature of a material is that of the nodes of its elements, if all have the same. **/
+/** Sets the temperature of a material to that of its elements' nodes, which must be uniform. **/
 void takeTemperature(const DeckTemperatures& temperatures, int element,
                      const std::vector<int>& nodes, MaterialCards& material) {
     const std::string name = "material " + material.card.get("NAME");
@@ -186,7 +187,7 @@ void takeTemperature(const DeckTemperatures& temperatures, int element,
     }
 }
 
-/** The same, of one element that the material makes. **/
+/** As above for one element of the material. **/
 void settleTemperature(const DeckTemperatures& temperatures, const DeckModel::Solid& solid,
                        MaterialCards& material) {
     if (temperatures.inStep)
@@ -205,7 +206,7 @@ void settleTemperature(const DeckTemperatures& temperatures, const DeckModel::So
 void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
     std::map<std::string, MaterialCards> materials = readMaterials(deck.materials);
     std::unordered_map<int, MaterialCards*> materialOf;
-    std::unordered_map<int, std::vector<MaterialCards*>> materialsOf;  // of layered shells
+    std::unordered_map<int, std::vector<MaterialCards*>> materialsOf;  // layered shells
     const auto findMaterial = [&](const DeckCard& section, const std::string& name) {
         const auto material = materials.find(name);
         if (material == materials.end()) refuseCard(section, "the deck has no material " + name);
@@ -222,7 +223,7 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
         if (card.has("ORIENTATION")) checkOrientation(card);
         MaterialCards* material = findMaterial(card, card.get("MATERIAL"));
         const auto set = deck.elementSets.find(card.get("ELSET"));
-        if (set == deck.elementSets.end()) continue;  // of no solids
+        if (set == deck.elementSets.end()) continue;  // no solids
         bool isTold = false;
         for (const int number : set->second) {
             MaterialCards*& own = materialOf[number];
@@ -312,7 +313,7 @@ void settleMaterials(const DeckTemperatures& temperatures, DeckModel& deck) {
         material.given = material.elastic->data[0];
         settle(*material.elastic, material.temperature);
         settle(*material.density, material.temperature);
-        parseElasticLaw(*material.elastic);  // refuses constants that make no solid
+        parseElasticLaw(*material.elastic);  // checks the constants
         if (const DeckLine& line = material.given;
             line.fields.size() == 3 && line.fields[1] == "0" && material.isIsotropic())
             deck.warnings.push_back(material.elastic->where(line.line) +

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What a CalculiX deck means to simflex: solid elements, sets, materials. Read by
+The contents of a CalculiX deck relevant to simflex: solid elements, sets, materials. Built by
 buildDeckModel(). Internal to fe. **/
 
 #include <map>
@@ -15,16 +15,16 @@ buildDeckModel(). Internal to fe. **/
 
 namespace simflex {
 
-/** The keyword of the section of layered shells in DeckModel::sections. **/
+/** Keyword of the section of layered shells in DeckModel::sections. **/
 constexpr const char* LayersCard = "LAYERS";
 
 /** A layer of a shell. **/
 struct DeckLayer {
     double thickness = 0;
-    std::string material, orientation;  ///< names; no orientation: the deck's axes
+    std::string material, orientation;  ///< names; empty orientation: the deck's axes
 };
 
-/** The solid part of a deck, by the deck's own numbers; shells and beams as solids. **/
+/** The solid part of a deck, by deck numbers; shells and beams are expanded to solids. **/
 struct DeckModel {
     struct Solid {
         int number = 0;
@@ -32,10 +32,10 @@ struct DeckModel {
     };
 
     std::string path;
-    Mesh mesh;  ///< nodes of solids and those only tied to them; deck coordinates
+    Mesh mesh;  ///< nodes of solids and nodes tied to them; deck coordinates
     std::map<std::string, std::vector<Solid>> solids;     ///< by CalculiX type, C3D8R …
     std::map<std::string, std::vector<int>> elementSets;  ///< element numbers, solids only
-    std::map<int, double> masses;                         ///< of points, by node [kg]
+    std::map<int, double> masses;                         ///< point masses by node [kg]
     std::vector<HingedElement> hinged;                    ///< trusses and membranes
     std::vector<DeckSpring> springs;
     std::vector<BeamRule> beamRules;                 ///< of sections …

@@ -8,11 +8,12 @@
 namespace simflex {
 namespace {
 
-/** Cosine of the angle to the normal below which the first axis gives a direction in a shell. **/
+/** Cosine of the angle between the first axis and the normal below which that axis defines a
+direction in the shell. **/
 constexpr double AlongNormal = 0.999999999536;
 constexpr size_t AxesNumbers = 6;
 
-/** What stands for the axes in an *ORIENTATION whose axes a *DISTRIBUTION gives; else empty. **/
+/** Returns the *DISTRIBUTION named by an *ORIENTATION in place of axes, else "". **/
 std::string findDistributionName(const DeckCard& orientation) {
     if (orientation.data.empty() || orientation.data[0].fields.empty()) return "";
     const std::string& first = orientation.data[0].fields[0];

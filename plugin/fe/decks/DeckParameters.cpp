@@ -18,7 +18,7 @@ bool isNameLetter(char c) {
     return isLetter(c) || isDigit(c) || c == '_';
 }
 
-/** A number, whole or not, or a text. **/
+/** An integer, a real number or a text. **/
 struct ParameterValue {
     double number = 0;
     bool isWhole = false, isText = false;
@@ -215,7 +215,7 @@ void readParameters(const DeckCard& card, ParameterValues& known, std::vector<De
     }
 }
 
-/** Puts values for <NAME>. **/
+/** Replaces <NAME> by values. **/
 void replaceNames(const ParameterValues& known, const DeckCard& card, int line,
                   std::string& field) {
     for (size_t open = field.find('<'); open != std::string::npos;

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Numbers that have names in a deck. Internal to fe.
+Named numbers in a deck. Internal to fe.
 
     *PARAMETER
     width = 0.02
@@ -9,9 +9,9 @@ Numbers that have names in a deck. Internal to fe.
     1, <half>, <width>
 
 Expressions have + − * / **, brackets, and the functions of Abaqus (abs, acos, asin, atan, cos, exp,
-float, int, log, log10, max, min, sin, sqrt, tan), angles in radians, as in Python; a text stands in
-single quotes. As in Python, 7/2 is 3 for whole numbers in Abaqus before 2024, so that a quotient of
-whole numbers that is none is refused. **/
+float, int, log, log10, max, min, sin, sqrt, tan), angles in radians, as in Python; texts are in
+single quotes. As in Python 2, 7/2 is 3 for integers in Abaqus before 2024, so a non-integer
+quotient of integers is refused. **/
 
 #include <vector>
 
@@ -19,7 +19,7 @@ whole numbers that is none is refused. **/
 
 namespace simflex {
 
-/** Puts values for names in all cards and takes *PARAMETER out; a note for each name.
+/** Replaces names by values in all cards and removes *PARAMETER; adds a note for each name.
 @throws std::invalid_argument naming file and line. **/
 void applyParameters(std::vector<DeckCard>& cards);
 

@@ -27,7 +27,7 @@ DeckRigidCard readRigidCard(const DeckCard& card) {
 
 void readCouplingKind(const DeckCard& card, DeckRigidCard& coupling) {
     coupling.isDistributing = card.keyword == "DISTRIBUTING";
-    if (card.data.empty()) return;  // in Abaqus, all
+    if (card.data.empty()) return;  // all directions, as in Abaqus
     coupling.axes.fill(false);
     for (const DeckLine& data : card.data) {
         const int first = int(readDeckNumber(card, data, 0, "its first degree of freedom"));
@@ -39,7 +39,7 @@ void readCouplingKind(const DeckCard& card, DeckRigidCard& coupling) {
                        card.title + " has degrees of freedom " + std::to_string(first) + " to " +
                            std::to_string(last) + ", allowed are 1 to 6",
                        data.line);
-        // Nodes of solids have no rotations 4 to 6 that could follow.
+        // Nodes of solids have no rotations 4 to 6.
         for (int axis = first; axis <= last && axis <= 3; ++axis)
             coupling.axes[size_t(axis - 1)] = true;
     }

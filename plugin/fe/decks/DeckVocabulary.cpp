@@ -9,7 +9,7 @@
 namespace simflex {
 namespace {
 
-/** Cards that make the part. **/
+/** Cards that define the part. **/
 const std::set<std::string> ReadCards = {"NODE",
                                          "ELEMENT",
                                          "NSET",
@@ -51,7 +51,7 @@ const std::set<std::string> ReadCards = {"NODE",
                                          "DISTRIBUTION",
                                          "NONSTRUCTURALMASS"};
 
-/** Parameters of those whose readers do not check them. **/
+/** Parameters of cards whose readers do not check them. **/
 const std::map<std::string, std::set<std::string>> Parameters = {
     {"NODE", {"NSET"}},
     {"ELEMENT", {"TYPE", "ELSET"}},
@@ -82,9 +82,9 @@ const std::map<std::string, std::set<std::string>> Parameters = {
     {"DISTRIBUTING", {"WEIGHTINGMETHOD", "COUPLING"}},
     {"INITIALCONDITIONS", {"TYPE", "USER"}}};
 
-/** Cards that the deck of a free solid part can have, but that do not belong to K and M: output,
-control of the solution, loads and supports, heat, fluids, optimization, and procedures that ccx
-takes in a step alone. **/
+/** Cards allowed in the deck of a free solid part, but irrelevant to K and M: output, solution
+control, loads and supports, heat, fluids, optimization, and procedures that ccx accepts only in a
+step. **/
 const std::set<std::string> LeftOutCards = {"AMPLITUDE",
                                             "BASEMOTION",
                                             "BOUNDARY",
@@ -165,7 +165,7 @@ const std::set<std::string> LeftOutCards = {"AMPLITUDE",
                                             "VIEWFACTOR",
                                             "VISCO"};
 
-/** Cards of contact between surfaces. **/
+/** Contact cards. **/
 const std::set<std::string> ContactCards = {"CONTACT", "CONTACTPAIR", "CLEARANCE"};
 
 constexpr const char *Generates =
@@ -177,7 +177,7 @@ constexpr const char *Generates =
                          "simflex takes the part as it is before all steps; if that is what "
                          "you want, take the card out";
 
-/** Cards that change K or M in a way that simflex does not do, and why each is refused. **/
+/** Cards that affect K or M in an unsupported way, and the reason. **/
 const std::map<std::string, std::string> RefusedCards = {
     {"NETWORKMPC", "it ties degrees of freedom, so that K is not one of plain nodal translations"},
     {"TRANSFORMF", "it turns the axes of nodes, so that K is not one of plain nodal translations"},
@@ -212,12 +212,12 @@ const std::map<std::string, std::string> RefusedCards = {
      "*INITIAL CONDITIONS, TYPE=TEMPERATURE"},
 };
 
-/** Of those, the ones that a step, left out as a whole, may hold: they are what an analysis does to
-the part, not what the part is. *TEMPERATURE matters to materials that depend on it. **/
+/** Cards refused within a step, too. All others belong to the analysis, not to the part, and are
+left out with their step. **/
 const std::set<std::string> CardsRefusedInSteps = {"MODELCHANGE", "CHANGEMATERIAL",
                                                    "CHANGESOLIDSECTION"};
 
-/** Children of *MATERIAL that are kept, and those that K and M do not need. **/
+/** Children of *MATERIAL that are read, and those irrelevant to K and M. **/
 const std::set<std::string> MaterialCardsKept = {"ELASTIC", "DENSITY"};
 const std::set<std::string> MaterialCardsLeftOut = {"EXPANSION",
                                                     "CONDUCTIVITY",
@@ -234,7 +234,7 @@ const std::set<std::string> MaterialCardsLeftOut = {"EXPANSION",
                                                     "FLUIDCONSTANTS",
                                                     "SPECIFICGASCONSTANT"};
 
-/** What it changes that some of these are left out. **/
+/** Effects of leaving some of these out. **/
 const std::string NeverYields = "the part is elastic, however much it is loaded";
 const std::string OwnHourglass = "elements have CalculiX's own hourglass control";
 const std::map<std::string, std::string> Consequences = {
@@ -247,13 +247,13 @@ const std::map<std::string, std::string> Consequences = {
     {"MOHRCOULOMB", NeverYields},
     {"MOHRCOULOMBHARDENING", NeverYields}};
 
-/** Elements that are refused, and why. **/
+/** Refused elements and the reason. **/
 const std::map<std::string, std::string> RefusedElements = {
     {"B31R",
      "CalculiX expands B31R to C3D8R, which has no inertia about the beam's axis; use B32R"},
 };
 
-/** Elements of Abaqus that CalculiX does not have, and the nearest of its own. **/
+/** Abaqus elements unknown to CalculiX, and its nearest type. **/
 const std::map<std::string, std::string> NearestElements = {
     {"C3D4H", "C3D4"},   {"C3D6H", "C3D6"},     {"C3D8H", "C3D8"},    {"C3D8RH", "C3D8R"},
     {"C3D8IH", "C3D8I"}, {"C3D10H", "C3D10"},   {"C3D10HS", "C3D10"}, {"C3D10I", "C3D10"},
@@ -266,7 +266,7 @@ constexpr const char *InSpace = "mesh the part in space, by solids, shells or be
                      *IsNoPart =
                          "they have no place in the part; put them into the multibody model";
 
-/** What elements are whose types begin so, and what to do; the longest beginning holds. **/
+/** Descriptions and remedies of element types by prefix; the longest matching prefix applies. **/
 const std::map<std::string, std::pair<const char*, const char*>> RefusedFamilies = {
     {"C3D5", {"pyramids", "mesh with tetrahedra, wedges and hexahedra"}},
     {"C3D13", {"pyramids", "mesh with tetrahedra, wedges and hexahedra"}},
@@ -300,7 +300,7 @@ const std::map<std::string, std::pair<const char*, const char*>> RefusedFamilies
     {"F", {"fluid elements", "they have no place in a solid part"}},
     {"U", {"user elements", "their degrees of freedom are not known"}}};
 
-/** Elements that meshers write along the skin of a solid; number of nodes of each. **/
+/** Elements that meshers write along the skin of a solid, with their numbers of nodes. **/
 const std::map<std::string, int> SkinElements = {
     {"CPS3", 3}, {"CPS4", 4}, {"CPS4R", 4}, {"CPS6", 6}, {"CPS8", 8}, {"CPS8R", 8},
     {"CPE3", 3}, {"CPE4", 4}, {"CPE6", 6},  {"CPE8", 8}, {"CPS9", 9}};
@@ -373,7 +373,7 @@ std::string proposeCard(const std::string& keyword) {
     for (const auto& card : RefusedCards) known.push_back(card.first);
     std::string nearest = findNearestName(keyword, known);
     if (nearest.empty()) return "";
-    // As people write it.
+    // Insert blanks as in manuals.
     for (const std::string last :
          {"SECTION", "BODY", "INERTIA", "CONDITIONS", "COUPLING", "THICKNESS", "PRINT", "FILE",
           "OUTPUT", "PAIR", "INTERACTION", "BEHAVIOR", "STEP", "HEAT", "CONTROLS", "POINTS"})

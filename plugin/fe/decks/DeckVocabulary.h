@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Cards of a CalculiX deck that are left out or refused, and its element types. Internal to fe. **/
+Treatment of all cards of a CalculiX deck, and its element types. Internal to fe. **/
 
 #include <set>
 #include <string>
@@ -9,43 +9,43 @@ Cards of a CalculiX deck that are left out or refused, and its element types. In
 
 namespace simflex {
 
-/** What becomes of a card, by its keyword without star and blanks: "SOLIDSECTION". Every keyword of
-CalculiX 2.20 has its entry. **/
+/** Treatment of a card, by its keyword without star and blanks: "SOLIDSECTION". Every keyword of
+CalculiX 2.20 has an entry. **/
 enum class CardUse {
-    Read,              ///< nodes, elements, sets, sections, what ties nodes
-    MaterialProperty,  ///< child of *MATERIAL that K or M needs
-    LeftOutProperty,   ///< child of *MATERIAL that they do not need
-    Contact,           ///< contact pairs and their like, left out where that is asked for
-    LeftOut,           ///< may stand in the deck of a free solid part, but does not belong to K, M
-    Refused,           ///< changes K or M in a way that simflex does not do
+    Read,              ///< nodes, elements, sets, sections, constraints
+    MaterialProperty,  ///< child of *MATERIAL required for K or M
+    LeftOutProperty,   ///< child of *MATERIAL not required
+    Contact,           ///< contact pairs and the like, left out on request
+    LeftOut,           ///< allowed in the deck of a free solid part, but irrelevant for K, M
+    Refused,           ///< affects K or M in an unsupported way
     Unknown
 };
 
 CardUse findCardUse(const std::string& keyword);
 
-/** Why a card of CardUse::Refused is refused. **/
+/** Returns why a card of CardUse::Refused is refused. **/
 const std::string& getRefusal(const std::string& keyword);
 
-/** Why a card is refused within a *STEP, or null: all others are left out with their step. **/
+/** Returns why a card is refused within a *STEP, or null: it is left out with its step. **/
 const std::string* findStepRefusal(const std::string& keyword);
 
-/** What it changes in a part that a card is left out, or null: nothing. **/
+/** Returns how leaving a card out changes the part, or null: not at all. **/
 const std::string* findConsequence(const std::string& keyword);
 
-/** The parameters that simflex knows of a card that is read, or null where its reader checks them.
- **/
+/** Returns the parameters supported for a card that is read, or null if its reader checks them. **/
 const std::set<std::string>* findParameters(const std::string& keyword);
 
-/** Number of nodes of an element that meshers write along the skin of a solid; 0 for others. **/
+/** Returns the number of nodes of an element type that meshers write along the skin of a solid; 0
+for others. **/
 int numSkinNodesOf(const std::string& calculixType);
 
-/** What CalculiX has in place of an element type of Abaqus, or null. **/
+/** Returns CalculiX's replacement for an Abaqus element type, or null. **/
 const std::string* findNearestElement(const std::string& type);
 
-/** Why elements of a type that is none of those above are refused. **/
+/** Returns why elements of any other type are refused. **/
 std::string findElementRefusal(const std::string& type);
 
-/** "; did you mean *NODE?", or nothing where no card is near. **/
+/** Returns "; did you mean *NODE?", or "" if no card is similar. **/
 std::string proposeCard(const std::string& keyword);
 
 }  // namespace simflex

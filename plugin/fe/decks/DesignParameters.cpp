@@ -16,13 +16,12 @@ struct FieldPlace {
     size_t card, line, field;
 };
 
-/** A number of the deck under its name. **/
 struct NamedNumber {
     std::string name, unit;
     double value = 0;  ///< in units of the deck
     std::vector<FieldPlace> fields;
-    std::string where;        ///< of the first
-    std::string differsFrom;  ///< place of another of that name with another value; else empty
+    std::string where;        ///< location of the first
+    std::string differsFrom;  ///< location of a different value under the same name; else empty
 };
 
 class NumberFinder {
@@ -65,7 +64,7 @@ private:
         }
     }
 
-    /** Moduli in the third line of the section: E and G. **/
+    /** Adds E and G in the third line of the section. **/
     void addOwnMaterial(const DeckCard& card, const std::string& set) {
         if (card.has("MATERIAL") || card.data.size() < 3) return;
         add("stiffness:" + set, "1", {{m_card, 2, 0}, {m_card, 2, 1}});
@@ -73,13 +72,13 @@ private:
         add("shear_modulus:" + set, "Pa", {{m_card, 2, 1}});
     }
 
-    /** The first number of each line: one, or a factor of several. **/
+    /** Adds the first number of each line: a single one by value, several by a factor. **/
     void addColumn(const std::string& name, const std::string& unit) {
         const auto first = listAll([](size_t, size_t field) { return field == 0; });
         add(name, first.size() == 1 ? unit : "1", first);
     }
 
-    /** All moduli; of an isotropic material E also by its own name. **/
+    /** Adds all moduli; for an isotropic material also E by its own name. **/
     void addElastic(const DeckCard& card) {
         const std::string type = card.has("TYPE") ? card.get("TYPE").substr(0, 3) : "ISO";
         const auto isModulus = [&](size_t line, size_t field) {
@@ -131,8 +130,8 @@ private:
         return fields;
     }
 
-    /** Those of the fields that hold a number; together they are one, the sum, unless the unit is
-    that of a factor. **/
+    /** Adds the fields that contain a number. Together they are one parameter, their sum, unless
+    the unit is that of a factor. **/
     void add(const std::string& name, const std::string& unit,
              const std::vector<FieldPlace>& fields) {
         NamedNumber number{name, unit, 0, {}, "", ""};
@@ -163,7 +162,8 @@ private:
     std::vector<NamedNumber> m_numbers;
 };
 
-/** Not longer than what CalculiX reads, DeckBuilder would shorten it. **/
+/** Writes a number with at most the digits read by CalculiX, since DeckBuilder would shorten
+it. **/
 std::string writeDeckNumber(double value) {
     constexpr size_t Longest = 20;
     std::string text;
@@ -214,7 +214,6 @@ bool haveSameNodes(const FeModel& a, const FeModel& b) {
     return true;
 }
 
-/** Whether anything in K or m is another. **/
 bool differ(const FeModel& a, const FeModel& b) {
     if (a.mesh.positions != b.mesh.positions || a.K.values != b.K.values ||
         a.m.values != b.m.values)

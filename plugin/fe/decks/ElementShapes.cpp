@@ -12,14 +12,13 @@
 namespace simflex {
 namespace {
 
-/** Least det(t₁ t₂ t₃)/|t₁||t₂||t₃| of a corner: slightly concave elements pass, swapped nodes give
-−0.5. **/
+/** Smallest det(t₁ t₂ t₃)/|t₁||t₂||t₃| at a corner: slightly concave elements pass, swapped nodes
+give −0.5. **/
 constexpr double LeastCorner = -0.1;
-/** How far from the middle of its edge a node may lie, in lengths of the edge: of a half circle
-0.5, of swapped nodes more. **/
+/** Largest distance of a node from the middle of its edge, in lengths of the edge: 0.5 for a half
+circle, more for swapped nodes. **/
 constexpr double FarthestMiddle = 0.49;
 
-/** What is checked of all elements of one type. **/
 class ShapeCheck {
 public:
     ShapeCheck(const std::string& calculixType, ElementType type)
@@ -30,7 +29,7 @@ public:
           m_corners(makeCornerPoints(type)),
           m_ends(getEdgeEnds(type)) {}
 
-    /** What is wrong with an element, or nothing. **/
+    /** Returns the defect of an element, or "". **/
     std::string find(const std::vector<Vec3d>& x, const std::vector<int>& numbers) const {
         for (size_t k = 0; k < m_corners.size(); ++k) {
             const auto t = calcTangents(x, m_corners[k]);
@@ -74,7 +73,8 @@ private:
 
 void checkElementShapes(const DeckModel& deck) {
     for (const auto& typed : deck.solids) {
-        const std::string& type = typed.first;  // names that parallel loops and lambdas may take
+        const std::string& type = typed.first;  // structured bindings cannot be captured by
+                                                // parallel loops and lambdas
         const auto& solids = typed.second;
         const ShapeCheck check(type == LayeredHex     ? "C3D20R"
                                : type == LayeredWedge ? "C3D15"

@@ -13,7 +13,7 @@
 namespace simflex {
 namespace {
 
-/** A point of a line or face and its weight. **/
+/** An integration point of a line or face. **/
 struct HingedPoint {
     double xi, eta, weight;
 };
@@ -39,8 +39,8 @@ std::vector<HingedPoint> makeSquare(int count) {
     return points;
 }
 
-/** Of a triangle: exact for polynomials of degree 2 with 3 points, of degree 4 with 6 (Strang, Fix,
-An Analysis of the Finite Element Method). **/
+/** Triangle rules: exact for polynomials of degree 2 with 3 points, of degree 4 with 6 (Strang,
+Fix, An Analysis of the Finite Element Method). **/
 std::vector<HingedPoint> makeTriangle(int count) {
     std::vector<HingedPoint> points;
     const auto add = [&](double a, double weight) {
@@ -57,7 +57,7 @@ std::vector<HingedPoint> makeTriangle(int count) {
     return points;
 }
 
-/** Points of K and of m. **/
+/** Integration points of K and of m. **/
 std::array<std::vector<HingedPoint>, 2> makeRules(const std::string& type) {
     if (type == "T3D2" || type == "T3D3") {
         std::array<std::vector<HingedPoint>, 2> rules;
@@ -73,7 +73,7 @@ std::array<std::vector<HingedPoint>, 2> makeRules(const std::string& type) {
     return {makeSquare(2), makeSquare(2)};
 }
 
-/** Shape functions of a truss; of three nodes the second is the middle one. **/
+/** Shape functions of a truss; the second of three nodes is the middle one. **/
 FaceShapes calcLineShapes(int numNodes, double x) {
     FaceShapes shapes;
     if (numNodes == 2) {
@@ -107,7 +107,7 @@ std::map<std::string, HingedMaterial> readHingedMaterials(const DeckModel& deck)
                                 ", a " + element.type + ", " + why);
 }
 
-/** K (3n×3n) and m (n×n) of one element whose nodes are at x. **/
+/** Computes K (3n×3n) and m (n×n) of an element with nodes at x. **/
 void integrateHinged(const HingedElement& element, const std::vector<Vec3d>& x,
                      const HingedMaterial& material,
                      const std::array<std::vector<HingedPoint>, 2>& rules, Eigen::MatrixXd& K,
@@ -144,7 +144,7 @@ void integrateHinged(const HingedElement& element, const std::vector<Vec3d>& x,
                 m += material.rho * volume * N * N.transpose();
                 continue;
             }
-            Eigen::MatrixXd B;  // strains of the nodes' translations
+            Eigen::MatrixXd B;  // strains for nodal translations
             if (isLine) {
                 B.setZero(1, 3 * n);
                 for (Eigen::Index k = 0; k < n; ++k)

@@ -1,18 +1,19 @@
 #pragma once
 /** @file
-Trusses and membranes of a deck, which resist along themselves alone and turn freely at their nodes.
-Internal to fe.
+Trusses and membranes of a deck, which have stiffness along themselves only and are hinged at their
+nodes. Internal to fe.
 
     *ELEMENT, TYPE=T3D2, ELSET=TIES      *SOLID SECTION, ELSET=TIES, MATERIAL=STEEL
     1, 10, 20                            1e-4                            (area)
     *ELEMENT, TYPE=M3D4, ELSET=SKIN      *MEMBRANE SECTION, ELSET=SKIN, MATERIAL=STEEL
     2, 10, 20, 21, 11                    0.001                           (thickness)
 
-    K_e = ∫ A E g gᵀ ds  or  ∫ t Bᵀ D B dA,  D of plane stress;    m_e = ∫ ρ A Nᵀ N ds  or  ∫ ρ t Nᵀ
-N dA
+    K_e = ∫ A E g gᵀ ds   or  ∫ t Bᵀ D B dA,  D of plane stress
+    m_e = ∫ ρ A Nᵀ N ds   or  ∫ ρ t Nᵀ N dA
 
-CalculiX makes hinged solids of them, whose own turns have some inertia, and no stiffness: of a free
-part they would be modes of frequency zero. Here they have nodes alone. **/
+CalculiX makes hinged solids of them, whose own rotations have some inertia but no stiffness: in a
+free part these would be modes of zero frequency. Here they have translations of their nodes
+only. **/
 
 #include <string>
 #include <vector>
@@ -32,12 +33,12 @@ struct HingedElement {
     std::string where;  ///< "FILE:LINE: "
 };
 
-/** Number of nodes of a truss or membrane; 0 for other types. **/
+/** Returns the number of nodes of a truss or membrane; 0 for other types. **/
 int numHingedNodesOf(const std::string& type);
 bool isTruss(const std::string& type);
 
 /** Adds their K and m to those of the model, whose mesh is the deck's.
-@throws std::invalid_argument for a material that is not isotropic, or an element without size. **/
+@throws std::invalid_argument for a material that is not isotropic, or an element of zero size. **/
 void addHingedElements(const DeckModel& deck, FeModel& model);
 
 }  // namespace simflex

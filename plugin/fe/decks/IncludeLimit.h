@@ -1,19 +1,20 @@
 #pragma once
 /** @file
-How many files a deck may include. Internal to fe, and to what names parts by their content. **/
+Limits the number of files a deck may include. Internal to fe, and to code that identifies parts by
+their content. **/
 
 #include <string>
 
 namespace simflex {
 
-/** Counts the files of one deck: a few that each include the next one many times would be read for
-years.
+/** Counts the files of one deck: a few files that each include the next one many times would take
+years to read.
 
     IncludeLimit limit;
-    const std::string mistake = limit.enter(depth);   // of each file, the first one included **/
+    const std::string mistake = limit.enter(depth);   // of each file, the first one included  **/
 class IncludeLimit {
 public:
-    /** @returns why there may not be one more, at this depth; empty: there may. **/
+    /** @returns why another file at this depth is refused; "" if it is allowed. **/
     std::string enter(int depth) {
         if (depth > Deepest)
             return "INCLUDE goes " + std::to_string(depth) +

@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-The internal degrees of freedom of C3D8I elements as nodes. Internal to fe. See FeElements.h.
-
-They have the numbers behind all others, and stand at the centres of their elements. **/
+Represents the internal degrees of freedom of C3D8I elements by nodes. Internal to fe. See
+FeElements.h. These nodes are numbered after all others and lie at the centres of their
+elements. **/
 
 #include "DeckModel.h"
 
@@ -11,7 +11,7 @@ namespace simflex {
 /** Appends three nodes for each C3D8I element to the mesh, in the order of the deck's solids. **/
 void addInternalNodes(DeckModel& deck);
 
-/** Puts them at the centres of their elements. **/
+/** Moves them to the centres of their elements. **/
 void placeInternalNodes(DeckModel& deck);
 
 }  // namespace simflex

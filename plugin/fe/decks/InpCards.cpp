@@ -26,7 +26,6 @@ std::string withoutBlanks(std::string text) {
     return text;
 }
 
-/** A name has neither blanks nor quotes. **/
 std::string bareName(const std::string& text) {
     std::string name = withoutBlanks(text);
     name.erase(std::remove(name.begin(), name.end(), '"'), name.end());
@@ -47,7 +46,7 @@ DeckCard parseKeyword(const std::string& text, const std::string& file, int line
         std::string value(equals == std::string::npos
                               ? std::string_view()
                               : trimBlanks(std::string_view(fields[i]).substr(equals + 1)));
-        if (name != "INPUT") value = upperCase(bareName(value));  // file names keep their case
+        if (name != "INPUT") value = upperCase(bareName(value));  // file names are case-sensitive
         card.parameters[name] = value;
     }
     // Of a material or of layers both are one card.
@@ -56,8 +55,7 @@ DeckCard parseKeyword(const std::string& text, const std::string& file, int line
     return card;
 }
 
-/** The text of a file in ASCII's letters: of UTF-8 without its mark, of UTF-16 other letters are
-'?'. **/
+/** Reads text without a byte order mark; in UTF-16 non-ASCII characters become '?'. **/
 std::string readPlainText(std::istream& in) {
     std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
     if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) return text.substr(3);
@@ -71,7 +69,7 @@ std::string readPlainText(std::istream& in) {
     return plain;
 }
 
-/** Lines that end in LF, CR LF or CR. **/
+/** Iterates over lines ending in LF, CR LF or CR. **/
 class Lines {
 public:
     explicit Lines(std::string text) : m_text(std::move(text)) {}
@@ -91,11 +89,11 @@ public:
 
     std::string_view line() const { return m_line; }
     int number() const { return m_number; }
-    double share() const { return double(m_at) / double(m_text.size()); }  ///< that is read
+    double share() const { return double(m_at) / double(m_text.size()); }  ///< fraction read
 
 private:
     const std::string m_text;
-    size_t m_at = 0, m_feed = 0;  ///< the next LF, once known
+    size_t m_at = 0, m_feed = 0;  ///< position of the next LF, once known
     std::string_view m_line;
     int m_number = 0;
 };
@@ -136,13 +134,13 @@ public:
     }
 
 private:
-    /** A keyword line that ends in a comma goes on below only if it has parameters. **/
+    /** A keyword line that ends in a comma is continued only if it has parameters. **/
     static bool isKeywordOpen(const std::string& text) {
         return std::count(text.begin(), text.end(), ',') > 1;
     }
 
     void addData(std::string_view text, const std::string& file, int line) {
-        if (cards.empty()) {  // as ccx, which reads on at the first keyword
+        if (cards.empty()) {  // as in ccx, which continues at the first keyword
             DeckCard before;
             before.keyword = TextBeforeCards;
             before.title = "text before the first keyword";
@@ -177,7 +175,7 @@ private:
     IncludeLimit m_includes;
 };
 
-/** As people write it. **/
+/** Inserts blanks as in manuals. **/
 std::string writtenOut(const std::string& parameter) {
     static const std::map<std::string, std::string> Blanks = {{"REFNODE", "REF NODE"},
                                                               {"ROTNODE", "ROT NODE"},
@@ -189,7 +187,7 @@ std::string writtenOut(const std::string& parameter) {
     return found == Blanks.end() ? parameter : found->second;
 }
 
-/** What to do where numbers are not divided by commas. **/
+/** Returns the remedy for numbers not separated by commas. **/
 std::string commaCure(const std::string& field) {
     return field.find_first_of(" \t;") == std::string::npos ? ""
                                                             : "; numbers are divided by commas";

@@ -14,9 +14,9 @@
 namespace simflex {
 namespace {
 
-constexpr double ManySolids = 0.1;  // of all solids
+constexpr double ManySolids = 0.1;  // relative to all solids
 constexpr double Overstiff =
-    0.02;  // share of bending stiffness that is warned of: 1 % of frequency
+    0.02;  // excess of bending stiffness that causes a warning: 1 % of frequency
 constexpr double Smooth = 0.939693;  // cosine of 20°: beams at a larger angle meet in a knot
 
 /** k of LockingElements.h. **/
@@ -218,8 +218,8 @@ public:
         for (const ThinElement& element : thin) m_thinNumbers.insert(element.number);
     }
 
-    /** The solids that CalculiX makes of shells of first order: C3D6 locks whatever the mesh, C3D8I
-    and C3D8R where they are not rectangular or coarse. **/
+    /** Warns of CalculiX's solids for linear shells: C3D6 always locks, C3D8I and C3D8R lock if
+    they are not rectangular or coarse. **/
     void warnOfLinearShells() {
         std::map<std::string, size_t> counts;
         const ThinElement* first = nullptr;
@@ -355,8 +355,8 @@ private:
 
     const Vec3d& at(int node) const { return m_nodes.at(node); }
 
-    /** Of a beam across its axis, of a shell along its normal [m]. @param direction  of length 1
-     * **/
+    /** Returns the thickness across the axis of a beam, or along the normal of a shell [m]. @param
+    direction  unit vector **/
     static double calcThickness(const ThinElement& element, const Vec3d& along,
                                 const Vec3d& direction) {
         if (!findThinType(element.type)->isBeam) return element.thickness[0];
@@ -368,8 +368,8 @@ private:
                std::sqrt(std::max(0.0, 1 - share * share)) * element.thickness[1];
     }
 
-    /** By the edge that is curved most: a middle node at a distance s from its chord makes
-    h²/R = 8 s. **/
+    /** Returns the excess of the most curved edge: a mid-edge node at a distance s from its chord
+    gives h²/R = 8 s. **/
     double calcExcess(const ThinElement& element) const {
         const double factor = getArcFactor(element, m_use);
         const size_t corners = element.nodes.size() / 2;  // of shells
@@ -401,7 +401,7 @@ private:
         return factor * most * most;
     }
 
-    /** By the sharpest of its smooth kinks. **/
+    /** Returns the excess of the sharpest smooth kink. **/
     double calcExcessOfKinks(const ThinElement& element,
                              const std::map<int, std::vector<const ThinElement*>>& beamsAt) const {
         const Vec3d chord = minus(at(element.nodes[1]), at(element.nodes[0]));

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Elements of a deck that are too stiff in bending, whatever its numbers say. Internal to fe. **/
+Detects elements of a deck that are inherently too stiff in bending. Internal to fe. **/
 
 #include <array>
 #include <map>
@@ -27,7 +27,7 @@ by 0.07 (h²/Rt)² with C3D20, 0.25 (θ² h/t)² with C3D8I, as above, and in n 
 0.385 (h/t)², the shear of its straight edges (G/E at ν = 0.3), and 0.23/n², its constant strain
 across.
 @param deck  with its mesh
-@param thin, nodes  of the deck, by its own numbers **/
+@param thin, nodes  of the deck, by deck numbers **/
 void warnOfLockingElements(const std::vector<ThinElement>& thin,
                            const std::map<int, std::array<double, 3>>& nodes, ShellUse use,
                            DeckModel& deck);

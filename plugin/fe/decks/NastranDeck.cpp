@@ -20,17 +20,17 @@
 namespace simflex {
 namespace {
 
-/** A modulus of shear may differ so much from E/2(1+ν). **/
+/** Largest relative difference of a shear modulus from E/2(1+ν). **/
 constexpr double SameShear = 0.01;
 
-/** An element of Nastran: what it becomes, and where CalculiX has its nodes. **/
+/** CalculiX type and node order of a Nastran element. **/
 struct BulkElement {
     const char* type;
     std::vector<size_t> order;  ///< grid of each node
     bool isShell;
 };
 
-/** 0 … count−1. **/
+/** Returns 0 … count−1. **/
 std::vector<size_t> inOrder(size_t count) {
     std::vector<size_t> order(count);
     for (size_t k = 0; k < count; ++k) order[k] = k;
@@ -56,7 +56,7 @@ const std::map<std::pair<std::string, size_t>, BulkElement>& getBulkElements() {
     return Elements;
 }
 
-/** Places of the grids' fields; of shells they are as many as the element has. **/
+/** Number of grid fields; shells have as many as the element has grids. **/
 size_t getMostGrids(const std::string& name) {
     size_t most = 0;
     for (const auto& entry : getBulkElements())
@@ -64,7 +64,7 @@ size_t getMostGrids(const std::string& name) {
     return most;
 }
 
-/** Left out: supports, loads, output, control. **/
+/** Ignored entries: supports, loads, output, control. **/
 const std::set<std::string> LeftOutEntries = {
     "SPC",     "SPC1",    "SPCADD", "SPCD",    "LOAD",   "FORCE",  "FORCE1", "FORCE2", "MOMENT",
     "MOMENT1", "MOMENT2", "PLOAD",  "PLOAD1",  "PLOAD2", "PLOAD4", "GRAV",   "RFORCE", "TEMP",
@@ -79,7 +79,7 @@ constexpr const char* Beams =
     "with *BEAM SECTION, SECTION=RECT, CIRC, PIPE or BOX, or mesh it by "
     "solids or shells";
 
-/** Refused, and what to do. **/
+/** Refused entries and the remedy. **/
 const std::map<std::string, const char*> RefusedEntries = {
     {"CPYRAM", "CalculiX has no pyramids; mesh with tetrahedra, wedges and hexahedra"},
     {"CBAR", Beams},
@@ -133,7 +133,7 @@ struct CoordinateSystem {
     }
 };
 
-/** One file's entries, and those of the files it includes. **/
+/** An entry of a file or of those it includes. **/
 struct BulkEntry {
     BulkCard card;
     std::string path;
@@ -213,7 +213,7 @@ private:
                                              ": cannot read '" + beside.string() + "'");
                 readFile(beside.string(), depth + 1);
             } else if (card.name.compare(0, 5, "BEGIN") == 0) {
-                m_entries.clear();  // of what stands before the bulk data
+                m_entries.clear();  // drop everything before the bulk data
             } else {
                 m_entries.push_back({std::move(card), path});
             }
@@ -228,7 +228,7 @@ private:
                    "is given twice, also in line " + std::to_string(found->second->card.line));
     }
 
-    /** Puts an entry where it belongs. **/
+    /** Dispatches an entry by its name. **/
     void sort(const BulkEntry& entry) {
         const std::string& name = entry.card.name;
         if (name == "GRID") {
@@ -270,7 +270,7 @@ private:
         }
     }
 
-    /** CORD1x may define two. **/
+    /** CORD1x may define two systems. **/
     void addSystem(const BulkEntry& entry) {
         const std::string& name = entry.card.name;
         if ((name[4] != '1' && name[4] != '2') ||
@@ -317,7 +317,7 @@ private:
         return m_systems.emplace(system, made).first->second.toBasic(x);
     }
 
-    /** Position system of a grid, or with place 5 its displacement system. **/
+    /** Returns the position system of a grid, or its displacement system (field 5). **/
     int systemOf(const BulkEntry& grid, size_t place) const {
         if (!grid.card.field(place).empty()) return integer(grid, place, place == 1 ? "CP" : "CD");
         return m_gridDefaults ? integer(*m_gridDefaults, place, "a system of GRDSET") : 0;
@@ -425,7 +425,7 @@ private:
         return entry.card.name == "CROD" || entry.card.name == "CONROD";
     }
 
-    /** Trusses: CROD with its PROD, CONROD with all in itself. **/
+    /** Writes trusses: CROD with its PROD, and the self-contained CONROD. **/
     void writeRods() {
         std::set<std::string> written;
         for (const auto& [id, entry] : m_elements) {
@@ -467,9 +467,9 @@ private:
         }
     }
 
-    /** What else a shell may say. @returns its offset [m] **/
+    /** Reads the optional fields of a shell. @returns its offset [m] **/
     double readShell(const BulkEntry& entry, const std::vector<int>& grids) {
-        // EID, PID, grids, THETA, ZOFFS, …; of eight grids THETA and ZOFFS come last.
+        // EID, PID, grids, THETA, ZOFFS, …; with eight grids THETA and ZOFFS come last.
         constexpr size_t FirstThickness = 10;
         const size_t corners = grids.size() % 3 == 0 ? 3 : 4,
                      offset = grids.size() == 8 ? 15 : 3 + grids.size();
@@ -487,18 +487,18 @@ private:
         return name == "PSHELL" || name == "PCOMP" || name == "PCOMPG";
     }
 
-    /** A layer of a shell; PSHELL has one. **/
+    /** A layer of a shell; PSHELL has a single one. **/
     struct Ply {
         int material = 0;
-        double thickness = 0, angle = 0;  ///< [m], [°] from the axes of the element's material
+        double thickness = 0, angle = 0;  ///< [m], [°] from the material axes of the element
     };
 
-    /** From below. **/
+    /** Reads the layers, from below. **/
     std::vector<Ply> readPlies(const BulkEntry& entry) const {
         if (entry.card.name == "PSHELL")
             return {{positive(entry, 1, "its material"), number(entry, 2, "T"), 0}};
-        // PID, Z0, NSM, SB, FT, TREF, GE, LAM, then MID, T, THETA, SOUT of each layer; PCOMPG has
-        // lines of their own for them, which begin with a number.
+        // PID, Z0, NSM, SB, FT, TREF, GE, LAM, then MID, T, THETA, SOUT of each layer. PCOMPG has a
+        // separate line for each layer, which begins with a number.
         const bool isGlobal = entry.card.name == "PCOMPG";
         const size_t step = isGlobal ? 8 : 4, first = isGlobal ? 9 : 8;
         std::vector<Ply> plies;
@@ -527,7 +527,7 @@ private:
         return plies;
     }
 
-    /** Whether directions in the shell matter to the property. **/
+    /** Returns whether the property depends on directions in the shell. **/
     bool hasDirections(const BulkEntry& property) const {
         for (const Ply& ply : readPlies(property)) {
             const auto found = m_materials.find(ply.material);
@@ -536,7 +536,7 @@ private:
         return false;
     }
 
-    /** A direction whose part in the shell is the first axis of its material, and another one:
+    /** Returns a vector whose component in the shell is the first material axis, and a second one:
     THETA degrees from the side from the first grid to the second, or x of the system MCID. **/
     std::array<Vec3d, 2> readMaterialAxes(const BulkEntry& entry, const std::vector<int>& grids) {
         const size_t place = grids.size() == 8 ? 14 : 2 + grids.size();
@@ -572,11 +572,11 @@ private:
 
     struct Material {
         double E = 0, nu = 0, rho = 0;
-        std::vector<double> engineering;  ///< constants of an orthotropic one, as in *ELASTIC
+        std::vector<double> engineering;  ///< constants of an orthotropic material, as in *ELASTIC
     };
 
-    /** Of shells alone: without Poisson's effect across them, in which the others do not matter.
-     * **/
+    /** For shells only: without Poisson's effect in the thickness direction, so the other constants
+    are irrelevant. **/
     Material readOrthotropicMaterial(const BulkEntry& entry) {
         const double E1 = number(entry, 1, "E1"), E2 = number(entry, 2, "E2"),
                      nu12 = number(entry, 3, "NU12"), G12 = number(entry, 4, "G12");
@@ -673,8 +673,8 @@ private:
         }
     }
 
-    /** The section of the elements in `set`, the material of a PSHELL by the property's name, those
-    of layers as PID_7_MID_3.
+    /** Writes the section of the elements in `set`. The material of a PSHELL is named after the
+    property, those of layers PID_7_MID_3.
     @param offset  ZOFFS of the elements **/
     void writeShellSection(const BulkEntry& entry, const std::string& name, const std::string& set,
                            double offset, bool isNew) {
@@ -721,7 +721,7 @@ private:
         }
     }
 
-    /** Axes of each element. **/
+    /** Writes the axes of each element. **/
     void writeDirections(const BulkEntry& entry, const std::string& name,
                          const std::vector<std::pair<int, std::array<Vec3d, 2>>>& axesOf) {
         DeckCard& card =
@@ -778,7 +778,7 @@ private:
             refuse(entry, "has a material MID4, which simflex does not support");
     }
 
-    /** Components of degrees of freedom as a set of digits. **/
+    /** Degree-of-freedom components as a set of digits. **/
     static bool hasTranslations(std::string_view components) {
         return components.find('1') != std::string_view::npos &&
                components.find('2') != std::string_view::npos &&
@@ -846,7 +846,7 @@ private:
             DeckCard& nodes = addCard(entry, "*NSET", {{"NSET", set}});
             for (const int grid : dependent) addLine(nodes, {std::to_string(grid)});
             const Vec3d x = positionOf(*entry, reference);
-            // What is tied beside them is no part of the interface that the set stands for.
+            // Grids tied for other reasons are not part of the interface that the set represents.
             std::string tied = set;
             const bool isShell = m_shellGrids.count(reference) > 0;
             if (isShell || hangsMass(reference) ||
@@ -901,7 +901,7 @@ private:
         return false;
     }
 
-    /** Whether a mass beside this grid follows its rigid body. **/
+    /** Returns whether an offset mass at this grid follows its rigid body. **/
     bool hangsMass(int grid) const {
         return std::any_of(m_masses.begin(), m_masses.end(), [&](const auto& mass) {
             return positive(*mass.second, 1, "its grid") == grid &&
@@ -909,7 +909,7 @@ private:
         });
     }
 
-    /** A node at the offset of a mass, which follows the rigid body of its grid. **/
+    /** Adds a node at the offset of a mass, which follows the rigid body of its grid. **/
     int hangMass(const BulkEntry& entry, int grid) {
         const auto rigid = m_rigidSets.find(grid);
         if (rigid == m_rigidSets.end())
@@ -921,7 +921,7 @@ private:
         for (size_t a = 0; a < 3; ++a) x[a] = number(entry, 4 + a, "an offset");
         const Vec3d at = positionOf(entry, grid);
         if (system < 0) {
-            x = minus(x, at);  // the centre of mass itself
+            x = minus(x, at);  // position of the centre of mass itself
         } else if (system > 0) {
             x = minus(toBasic(entry, system, x), toBasic(entry, system, {0, 0, 0}));
         }
@@ -973,9 +973,9 @@ private:
     std::map<int, std::pair<const BulkEntry*, size_t>> m_systemEntries;
     std::map<int, CoordinateSystem> m_systems;
     std::set<int> m_systemsAtWork;
-    std::map<std::pair<int, double>, std::string> m_sets;  ///< of property and offset
+    std::map<std::pair<int, double>, std::string> m_sets;  ///< by property and offset
     std::set<int> m_elementGrids, m_shellGrids;
-    /** Axes of the elements of a set. **/
+    /** Axes of the elements in each set. **/
     std::map<std::string, std::vector<std::pair<int, std::array<Vec3d, 2>>>> m_directions;
     std::set<const BulkEntry*> m_noted;
     std::map<int, const BulkEntry*> m_averaged;

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Nastran bulk data as the cards of a deck. Internal to fe.
+Converts Nastran bulk data to the cards of a deck. Internal to fe.
 
     GRID, CORD1R/C/S, CORD2R/C/S, GRDSET                 nodes
     CTETRA, CPENTA, CHEXA; PSOLID                        C3D4, C3D10, C3D6, C3D15, C3D8I, C3D20R
@@ -11,9 +11,9 @@ Nastran bulk data as the cards of a deck. Internal to fe.
     RBE2, RBAR; RBE3                                     rigid bodies, by GN; stiffens nothing
     CONM2                                                point masses
 
-Each RBE2 also is a node set RBE2_17 of its dependent grids, each property one of its nodes, PID_3.
-Supports, loads, output and parameters that are neither stiffness nor mass are left out; all else is
-refused with file and line. **/
+Each RBE2 also defines a node set RBE2_17 of its dependent grids, each property one of its nodes,
+PID_3. Supports, loads, output and parameters irrelevant to stiffness and mass are left out;
+everything else is refused with file and line. **/
 
 #include <string>
 #include <vector>
@@ -23,7 +23,7 @@ refused with file and line. **/
 namespace simflex {
 
 /** @throws std::runtime_error if a file cannot be read.
-@throws std::invalid_argument for what is not handled. **/
+@throws std::invalid_argument for unsupported features. **/
 std::vector<DeckCard> readNastranCards(const std::string& path);
 
 }  // namespace simflex

@@ -20,14 +20,13 @@ namespace {
 
 using Sets = std::map<std::string, std::vector<int>>;
 
-/** A node as listed: its number, position and where it stands. **/
 struct ListedNode {
     int number = 0;
     std::array<double, 3> position{};
 };
 
-/** Sorts the nodes by number, remembering their order.
-@throws std::invalid_argument if a number comes twice. **/
+/** Sorts the nodes by number and keeps their original order.
+@throws std::invalid_argument if a number is repeated. **/
 NodeTable sortNodes(const std::string& path, const std::vector<ListedNode>& listed) {
     if (listed.empty()) throw std::invalid_argument(path + ": there are no nodes in it");
     std::vector<int> byNumber(listed.size());
@@ -108,8 +107,7 @@ NodeTable readGrids(const std::string& path) {
     return sortNodes(path, listed);
 }
 
-/** What a deck of Abaqus or CalculiX says of nodes, solids and node sets; all else is passed over.
- **/
+/** Reads nodes, solids and node sets of an Abaqus or CalculiX deck; everything else is ignored. **/
 class DeckNodes {
 public:
     explicit DeckNodes(const std::string& path) : m_path(path), m_cards(readDeckCards(path)) {}
@@ -122,7 +120,7 @@ public:
                        "matrices; write a deck without parts and instances");
             if (card.keyword == "INSTANCE") checkInstance(card);
         }
-        std::vector<std::string> notes;  // of several instances alone
+        std::vector<std::string> notes;  // only used with several instances
         for (const DeckCard& card : flattenAssembly(std::move(m_cards), notes)) {
             if (card.keyword == "STEP") break;
             if (card.keyword == "NODE") addNodes(card);
@@ -227,7 +225,7 @@ private:
                                      ? parseDeckInteger(data.fields[2], where)
                                      : 1;
                 if (step < 1) refuse(card, data.line, "the step of GENERATE must be positive");
-                // Only nodes that are there: a range may be wider than memory.
+                // Existing nodes only: a range may exceed the memory.
                 for (const ListedNode& node : m_listed)
                     if (node.number >= first && node.number <= last &&
                         (long(node.number) - first) % step == 0)
@@ -273,8 +271,7 @@ private:
     int m_numParts = 0, m_numInstances = 0;
 };
 
-/** Keeps the marked nodes, the elements all of whose nodes are marked and what is left of node
-sets.
+/** Keeps the marked nodes, the elements whose nodes are all marked and the remaining node sets.
 @returns the new index of each node, −1 if left out. **/
 std::vector<int> keepNodes(NodeTable& table, const std::vector<char>& used) {
     const Mesh old = std::move(table.mesh);

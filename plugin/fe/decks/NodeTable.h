@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Where the nodes are of a model whose matrices come from a file of their own. Internal to fe. **/
+Node positions of a model whose matrices are in separate files. Internal to fe. **/
 
 #include <string>
 #include <unordered_map>
@@ -19,23 +19,25 @@ struct NodeTable {
     std::vector<std::string> notes;
 };
 
-/** Reads nodes by the kind of file, told by its name:
-- .inp: a CalculiX or Abaqus deck, of which only nodes, solid elements and node sets matter; one
-  part and one instance at the most;
+/** Reads nodes from a file, whose format is determined by its suffix:
+
+- .inp: a CalculiX or Abaqus deck, of which only nodes, solid elements and node sets are used; at
+  most one part and one instance;
 - .bdf, .nas, .dat, .blk, .pch: Nastran bulk data, GRID entries in the basic system;
 - anything else: a table `number x y z`, separated by blanks, commas or semicolons. Lines that begin
   with # % ! * or $ are comments; the first line may be a header.
+
 @throws std::runtime_error if the file cannot be read. @throws std::invalid_argument naming file and
 line. **/
 NodeTable readNodeTable(const std::string& path);
 
-/** Entries of a matrix as files name them: by node number and direction. **/
+/** Matrix entries by node number and direction. **/
 class NodalEntries {
 public:
     explicit NodalEntries(const NodeTable& nodes);
 
-    /** Adds an entry of the line at hand. Zero entries of rotations (4 to 6) are left out.
-    @throws std::invalid_argument for a node that the table lacks, or a rotation. **/
+    /** Adds an entry of the current line. Zero entries of rotations (4 to 6) are ignored.
+    @throws std::invalid_argument for a node that the table lacks, or a non-zero rotation entry. **/
     void add(const TextLines& at, int node1, int direction1, int node2, int direction2,
              double value);
 
@@ -47,15 +49,15 @@ private:
     std::unordered_map<int, int> m_indexOf;
 };
 
-/** A matrix and what its file says of its form. **/
+/** A matrix and the form stated by its file. **/
 struct MatrixFile {
     std::string what;  ///< "K.mtx: the stiffness matrix"
     MatrixEntries entries;
     MatrixForm form = MatrixForm::General;
 };
 
-/** Puts together the model: nodes without stiffness or mass are left out (with a note), the
-matrices made symmetric, m taken out of M, everything validated.
+/** Assembles the model: removes nodes without stiffness or mass (with a note), makes the matrices
+symmetric, extracts m from M and validates the result.
 @throws std::invalid_argument. **/
 FeModel assembleModel(const std::string& source, const std::string& program, NodeTable nodes,
                       MatrixFile K, MatrixFile M, const ProgressCallback& progress);

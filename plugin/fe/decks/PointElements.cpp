@@ -24,9 +24,9 @@ const std::map<std::string, PointType> PointTypes = {
     {"DASHPOT1", {1, "DASHPOT"}}, {"DASHPOT2", {2, "DASHPOT"}},
     {"GAPUNI", {2, "GAP"}},       {"DCOUP3D", {1, "DISTRIBUTINGCOUPLING"}}};
 
-/** Sine of the angle between a spring and the line of its nodes that still counts as none. **/
+/** Sine of the largest angle between a spring and the line of its nodes. **/
 constexpr double Aligned = 1e-6;
-/** Of a tensor of inertia: moments may break the triangle inequality by so much. **/
+/** Relative tolerance of the triangle inequality of moments of inertia. **/
 constexpr double InertiaDigits = 1e-6;
 
 int readTranslation(const DeckCard& card, size_t field) {
@@ -125,7 +125,7 @@ std::vector<PointMass> spreadInertia(const DeckCard& card, double mass, double s
     const double reach = mass > 0 ? std::sqrt(trace / (2 * mass)) : size;
     std::vector<PointMass> masses;
     for (Eigen::Index k = 0; k < 3; ++k) {
-        // Each of a pair along axis k has (J_i + J_j − J_k)/4r².
+        // Each mass of a pair along axis k is (J_i + J_j − J_k)/4r².
         const double value = (0.5 * trace - principal.values[k]) / (2 * reach * reach);
         for (const double side : {-reach, reach}) {
             PointMass point{{}, value > 0 ? value : 0};

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Springs and inertias of points in a deck. Internal to fe.
+Springs and point inertias of a deck. Internal to fe.
 
     *ELEMENT, TYPE=SPRINGA, ELSET=A     *SPRING, ELSET=A     along the line of its nodes
     1, 10, 20                           1e6
@@ -8,8 +8,8 @@ Springs and inertias of points in a deck. Internal to fe.
     2, 10, 20                           3, 3
                                         1e6
 
-Both are k (d·(u₁ − u₂))²/2. What would hold the part to the ground (SPRING1) or damp it (DASHPOTA,
-DASHPOT1, DASHPOT2) is no part of it. **/
+Both have the energy k (d·(u₁ − u₂))²/2. Springs to the ground (SPRING1) and dashpots (DASHPOTA,
+DASHPOT1, DASHPOT2) are not part of it. **/
 
 #include <array>
 #include <string>
@@ -24,18 +24,18 @@ namespace simflex {
 
 struct DeckModel;
 
-/** An element of points as *ELEMENT gives it. **/
+/** An element of one or two points as given by *ELEMENT. **/
 struct PointElement {
     std::string type;
     std::vector<int> nodes;  ///< deck numbers
     std::string where;       ///< "FILE:LINE: "
 };
 
-/** Number of nodes of a mass, inertia, spring, dashpot, gap or distributing coupling; 0 for others.
- * **/
+/** Returns the number of nodes of a mass, inertia, spring, dashpot, gap or distributing coupling; 0
+for others. **/
 int numPointNodesOf(const std::string& type);
 
-/** The card that says what elements of the type are: "SPRING". **/
+/** Returns the card that defines elements of the type: "SPRING". **/
 const std::string& getPointCard(const std::string& type);
 
 struct DeckSpring {
@@ -44,23 +44,23 @@ struct DeckSpring {
     double stiffness = 0;        ///< k [N/m]
 };
 
-/** The spring that a *SPRING card makes of a SPRINGA or SPRING2 between two places.
+/** Returns the spring defined by a *SPRING card for a SPRINGA or SPRING2 between two positions.
 @param axes  of its ORIENTATION; null: the deck's
-@throws std::invalid_argument naming file and line, also for one that resists a turn of the part.
-**/
+@throws std::invalid_argument naming file and line, also for a spring that resists a rotation of the
+part. **/
 DeckSpring readSpring(const DeckCard& card, const PointElement& element,
                       const std::array<Vec3d, 2>& places, const Axes* axes);
 
-/** A mass at a place that moves with its node. **/
+/** A mass at an offset that moves rigidly with its node. **/
 struct PointMass {
     Vec3d arm{};      ///< from the node [m]
     double mass = 0;  ///< [kg]
 };
 
-/** Six masses in pairs that have the inertia of a *ROTARY INERTIA card about their middle and
-together the mass of the point, which takes nothing but their places; without a mass the node's own
-makes up for them, and they are `size` from it.
-@throws std::invalid_argument naming file and line for what no body has. **/
+/** Returns six masses in pairs with the inertia of a *ROTARY INERTIA card about their middle.
+Together they have the mass of the point, which determines their distances. Without a point mass, a
+negative mass at the node itself compensates theirs, and they are at a distance `size`.
+@throws std::invalid_argument naming file and line for a physically impossible inertia. **/
 std::vector<PointMass> spreadInertia(const DeckCard& card, double mass, double size,
                                      const Axes* axes);
 

@@ -14,12 +14,12 @@
 namespace simflex {
 namespace {
 
-constexpr double SameNormal = 0.939693;    // cosine of 20°, CalculiX's digits
-constexpr double SameAsGiven = 0.999962;   // of half a degree, from a *NORMAL
-constexpr double SameThickness = 1e-10;    // thicknesses [m] and offsets, CalculiX's too
+constexpr double SameNormal = 0.939693;    // cosine of 20°, with CalculiX's digits
+constexpr double SameAsGiven = 0.999962;   // cosine of half a degree, from a *NORMAL
+constexpr double SameThickness = 1e-10;    // thicknesses [m] and offsets, as in CalculiX
 constexpr double NearlyParallel = 0.0087;  // sine of half a degree between normals of a knot
-constexpr double SameSurface = 0.05;       // smallest share of a direction in a surface's fit
-constexpr double Flat = 1e-8;              // share of the largest moment that counts as none
+constexpr double SameSurface = 0.05;       // smallest relative pivot of a surface's fit
+constexpr double Flat = 1e-8;              // share of the largest moment that counts as zero
 
 const std::map<std::string, ThinType> Thin = {
     {"S3", {false, 3, ShellWedge, "C3D6"}},   {"S4", {false, 4, ShellHex, "C3D8I"}},
@@ -28,12 +28,12 @@ const std::map<std::string, ThinType> Thin = {
     {"B31", {true, 2, BeamSolid, "C3D8I"}},   {"B32", {true, 3, BeamSolid, "C3D20"}},
     {"B32R", {true, 3, BeamSolid, BeamSolid}}};
 
-/** Places of a beam's expanded nodes in its section, ξ along n₁ and η along n₂ of −1…1: corners,
+/** Positions of a beam's expanded nodes in its section, ξ along n₁ and η along n₂ in −1…1: corners,
 then the middles of the sides. **/
 constexpr double Section[8][2] = {{-1, 1}, {-1, -1}, {1, -1}, {1, 1},
                                   {-1, 0}, {0, -1},  {1, 0},  {0, 1}};
 
-/** Of a quadratic beam's hexahedron: section place and node along the beam. **/
+/** Hexahedron of a quadratic beam: index in Section and node along the beam. **/
 constexpr int BeamHex[20][2] = {{0, 0}, {0, 2}, {1, 2}, {1, 0}, {3, 0}, {3, 2}, {2, 2},
                                 {2, 0}, {0, 1}, {4, 2}, {1, 1}, {4, 0}, {3, 1}, {6, 2},
                                 {2, 1}, {6, 0}, {7, 0}, {7, 2}, {5, 2}, {5, 0}};
@@ -42,18 +42,18 @@ Vec3d unit(const Vec3d& a) {
     return sumOf({0, 0, 0}, 1 / normOf(a), a);
 }
 
-/** One element at one node: its directions there and the expansion it takes part in. **/
+/** An element at a node: its directions there and its expansion. **/
 struct Corner {
     const ThinElement* element;
     int local;
     Vec3d normal{};   ///< shell: normal; beam: n₂
     Vec3d tangent{};  ///< beams
     std::array<double, 2> thickness{};
-    bool isGiven = false;  ///< by a *NORMAL
+    bool isGiven = false;  ///< from a *NORMAL
     int expansion = -1;
 };
 
-/** The expansion of one node for one group of elements. **/
+/** Expansion of a node for a group of elements. **/
 struct Expansion {
     Vec3d normal{};  ///< shell: normal; beam: n₂
     Vec3d first{};   ///< beam: n₁
@@ -61,7 +61,7 @@ struct Expansion {
     std::array<double, 2> offset{};
     BeamSection section = BeamSection::Rectangle;
     bool isBeam = false;
-    std::array<int, 8> numbers{};  ///< of expanded nodes: shell bottom, middle, top; 0: none yet
+    std::array<int, 8> numbers{};  ///< of expanded nodes: shell bottom, middle, top; 0: not created
 };
 
 class Expander {
@@ -170,7 +170,7 @@ private:
                                     "; do its nodes coincide?");
     }
 
-    /** Indices of the corners, those with a *NORMAL first. **/
+    /** Returns the indices of the corners, those with a *NORMAL first. **/
     static std::vector<size_t> listLeads(const std::vector<Corner>& corners) {
         std::vector<size_t> leads;
         for (const bool isGiven : {true, false})
@@ -181,7 +181,7 @@ private:
 
     static bool isSame(double a, double b) { return std::abs(a - b) < SameThickness; }
 
-    /** Groups of shells with nearly the same normal; corners come by element number. **/
+    /** Groups shells with nearly equal normals; corners are ordered by element number. **/
     void groupShells(int node, std::vector<Corner>& corners) {
         for (const size_t first : listLeads(corners)) {
             const Corner& lead = corners[first];
@@ -202,8 +202,8 @@ private:
             expansion.normal = lead.isGiven ? lead.normal : unit(expansion.normal);
             expansion.thickness = lead.thickness;
             expansion.offset = lead.element->offset;
-            // A knot whose nodes lie nearly on a line has them on it: a step in thickness of what
-            // else is smooth, as in CalculiX.
+            // If a knot's nodes are nearly collinear, they become exactly collinear: a thickness
+            // step in an otherwise smooth shell, as in CalculiX.
             if (index > 0) {
                 const Vec3d& other = m_expansions[node][0].normal;
                 if (normOf(cross(expansion.normal, other)) < NearlyParallel)
@@ -213,7 +213,7 @@ private:
         }
     }
 
-    /** The same for beams: axes and sections must agree. **/
+    /** As above for beams: axes and sections must agree. **/
     void groupBeams(int node, std::vector<Corner>& corners) {
         for (const size_t first : listLeads(corners)) {
             const Corner& lead = corners[first];
@@ -253,7 +253,7 @@ private:
         }
     }
 
-    /** Neighbours whose nodes go around the other way, where that matters. **/
+    /** Warns of neighbours with opposite node order where this matters. **/
     void warnOfOtherSides() {
         const auto hasSides = [](const Corner& corner) {
             return !isBeam(*corner.element) &&
@@ -285,9 +285,9 @@ private:
                              [&](const Corner& corner) { return corner.element == &element; });
     }
 
-    /** Normals of linear shells: those of the surface through the nodes around. The mean of the
-    facets' is off by their size, on skew meshes and at borders, and thin shells resist bending by
-    as much. **/
+    /** Computes the normals of linear shells from a surface fitted through the surrounding nodes.
+    The mean of the facets' normals is wrong by an amount proportional to their size on skew meshes
+    and at boundaries, which makes thin shells too stiff in bending. **/
     void fitNormals() {
         std::map<int, Vec3d> fitted;
         for (const auto& [node, corners] : m_corners) {
@@ -304,10 +304,11 @@ private:
         for (const auto& [node, normal] : fitted) m_expansions.at(node)[0].normal = normal;
     }
 
-    /** Adds the nodes of the elements about one that are smooth there, itself among them.
-    @returns whether they go all around it **/
+    /** Adds the nodes of the elements around a node that are smoothly connected there, including
+    itself.
+    @returns whether they surround it completely **/
     bool addRing(int node, int expansion, std::set<int>& ring) const {
-        std::map<int, int> numEdges;  // by the node at their other end
+        std::map<int, int> numEdges;  // by the node at the other end
         for (const Corner& corner : m_corners.at(node)) {
             if (corner.expansion != expansion || isBeam(*corner.element)) continue;
             const auto& nodes = corner.element->nodes;
@@ -319,8 +320,8 @@ private:
                            [](const auto& edge) { return edge.second == 2; });
     }
 
-    /** z = a x² + b xy + c y² + d x + e y over the tangent plane to a first guess; none where the
-    nodes do not show it. **/
+    /** Fits z = a x² + b xy + c y² + d x + e y over the tangent plane of a first guess; nothing if
+    the nodes do not determine it. **/
     std::optional<Vec3d> fitNormal(int node, const Vec3d& guess) const {
         std::set<int> ring;
         const bool isInside = addRing(node, 0, ring);
@@ -356,7 +357,7 @@ private:
         return Vec3d{normal.x(), normal.y(), normal.z()};
     }
 
-    /** Place of an expanded node from its deck node. **/
+    /** Returns the position of an expanded node relative to its deck node. **/
     static Vec3d armOf(const Expansion& e, int place) {
         if (!e.isBeam)
             return sumOf({0, 0, 0}, e.thickness[0] * (0.5 * (place - 1) - e.offset[0]), e.normal);
@@ -369,7 +370,7 @@ private:
         return sumOf(first, e.thickness[1] * (reach * at[1] - e.offset[1]), e.normal);
     }
 
-    /** Number of an expanded node, made when first asked for. **/
+    /** Returns the number of an expanded node, creating it if necessary. **/
     int numberOf(int node, int expansion, int place) {
         Expansion& e = m_expansions[node][size_t(expansion)];
         int& number = e.numbers[size_t(place)];
@@ -432,7 +433,7 @@ private:
         ThinExpansion::Knot knot;
         knot.node = node;
         knot.members = m_result.expandedOf[node];
-        // Scatter of all places, also of those that no solid needs.
+        // Scatter of all positions, including those that no solid needs.
         bool hasBeam = false;
         Eigen::Matrix3d about = Eigen::Matrix3d::Zero();  // Σ r rᵀ about the node
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -461,7 +462,7 @@ private:
             addStretch(knot, Eigen::Matrix3d::Identity());
         }
 
-        // Moments about the node: no turn about a line on which all lie.
+        // Moments about the node: exclude rotation about a line through all positions.
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> moments(
             about.trace() * Eigen::Matrix3d::Identity() - about);
         for (Eigen::Index k = 0; k < 3; ++k)

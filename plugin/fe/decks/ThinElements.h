@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Shells and beams as the solids that CalculiX makes of them; linear shells are elements of our own
+Expands shells and beams to the solids used by CalculiX; linear shells are elements of our own
 between the same nodes. Internal to fe.
 
 A shell of thickness t and offset o (share of t) becomes a solid between x − (½+o) t n and
@@ -14,14 +14,14 @@ CalculiX. A
 *NORMAL stands as it is given for its element, and for those whose normals are within half a degree
 (of beams CalculiX 2.20 then loses n₁, and with it mass; here it is what the others have).
 
-Where the elements of one node need several normals, thicknesses or offsets, or beams and shells
-meet, the node is a *knot*: its expanded nodes move with it as one,
+Where the elements at a node need several normals, thicknesses or offsets, or beams and shells meet,
+the node is a *knot*: its expanded nodes move together,
 
     u = u_node + θ × r + α r,    r from the node
 
-with one stretch α, or where a beam is among them and all lie in a plane, one stretch along each
-principal axis of their places (as CalculiX does, so that Poisson's effect is not locked).
-Elsewhere the node itself is the place between its expanded nodes: u_node = Σ w u. **/
+with one stretch α, or, if there is a beam among them and all lie in a plane, one stretch along each
+principal axis of their positions (as in CalculiX, so that Poisson's effect does not lock).
+Elsewhere the node itself is a point between its expanded nodes: u_node = Σ w u. **/
 
 #include <array>
 #include <map>
@@ -38,36 +38,36 @@ enum class BeamSection { Rectangle, Circle, Pipe, Box };
 /** A shell or beam of the deck. **/
 struct ThinElement {
     int number = 0;
-    std::string type;        ///< of CalculiX: S8R
+    std::string type;        ///< CalculiX type: S8R
     std::vector<int> nodes;  ///< deck numbers
     std::string where;       ///< "FILE:LINE: "
     bool hasSection = false;
-    bool hasNodalThickness = false;     ///< else `thickness` holds
+    bool hasNodalThickness = false;     ///< otherwise `thickness` applies
     std::array<double, 2> thickness{};  ///< [m]; of beams along n₁ and n₂
     std::array<double, 2> offset{};     ///< shares of the thickness
     BeamSection section = BeamSection::Rectangle;
-    std::array<double, 4> walls{};  ///< [m]; of a box at +n₁, +n₂, −n₁, −n₂, of a pipe its one
-    Vec3d n1{0, 0, -1};             ///< of beams, as given
-    bool isLayered = false;         ///< of S8R and S6
-    std::map<int, Vec3d> normals;  ///< *NORMAL, by deck node; of beams n₂
+    std::array<double, 4> walls{};  ///< [m]; of a box at +n₁, +n₂, −n₁, −n₂, of a pipe a single one
+    Vec3d n1{0, 0, -1};            ///< for beams, as given
+    bool isLayered = false;        ///< S8R and S6 only
+    std::map<int, Vec3d> normals;  ///< *NORMAL, by deck node; for beams n₂
 };
 
-/** What a shell or beam type of CalculiX becomes. **/
+/** Expansion of a shell or beam type of CalculiX. **/
 struct ThinType {
     bool isBeam;
     int numNodes;
     const char* solid;     ///< "C3D20R"; "B32R" for the hexahedron of B32R, see FeElements.h
-    const char* calculix;  ///< CalculiX's own
+    const char* calculix;  ///< CalculiX's own solid
 };
 
 /** What linear shells and all beams become. **/
 enum class ShellUse { Shells, CalculixSolids };
 
-/** Null if it is none that simflex expands. **/
+/** Returns null for unsupported types. **/
 const ThinType* findThinType(const std::string& type);
 std::vector<std::string> listThinTypes();
 
-/** The solids and what ties their nodes to those of the deck. **/
+/** The solids and the relations of their nodes to those of the deck. **/
 struct ThinExpansion {
     struct Solid {
         int number;
@@ -77,9 +77,9 @@ struct ThinExpansion {
     struct Knot {
         int node;                                      ///< deck number
         std::vector<int> members;                      ///< expanded nodes
-        std::vector<std::array<double, 9>> stretches;  ///< u = A r of each stretch, by rows
-        std::vector<Vec3d> turns;                      ///< axes about which members turn
-        double size;                                   ///< a length of the knot [m], > 0
+        std::vector<std::array<double, 9>> stretches;  ///< u = A r of each stretch, row-major
+        std::vector<Vec3d> turns;                      ///< axes about which members rotate
+        double size;                                   ///< characteristic length [m], > 0
     };
     struct Between {
         int node;
@@ -89,7 +89,7 @@ struct ThinExpansion {
     std::vector<Solid> solids;
     std::vector<Knot> knots;
     std::vector<Between> betweens;
-    std::map<int, std::vector<int>> expandedOf;  ///< deck node → its expanded nodes
+    std::map<int, std::vector<int>> expandedOf;  ///< expanded nodes of each deck node
     std::vector<std::string> warnings;
 };
 

@@ -13,7 +13,7 @@ const std::map<std::string, BeamSection> BeamShapes = {{"RECT", BeamSection::Rec
                                                        {"PIPE", BeamSection::Pipe},
                                                        {"BOX", BeamSection::Box}};
 
-/** Of a pipe: radius, wall; of a box: two sides and four walls. **/
+/** Reads a pipe's radius and wall, or a box's two sides and four walls. **/
 void readWalls(const DeckCard& card, ThinElement& section) {
     const DeckLine& data = card.data[0];
     const bool isPipe = section.section == BeamSection::Pipe;
@@ -112,7 +112,7 @@ std::vector<SectionPoint> makeBoxPoints(const ThinElement& section) {
 }  // namespace
 
 const BeamSection* findBeamSection(const std::string& name) {
-    const auto found = BeamShapes.find(name.substr(0, 4));  // as ccx: RECTANGULAR too
+    const auto found = BeamShapes.find(name.substr(0, 4));  // as in ccx: also RECTANGULAR
     return found == BeamShapes.end() ? nullptr : &found->second;
 }
 
@@ -178,7 +178,7 @@ ThinElement readThinSection(const DeckCard& card) {
                            data.line);
             section.thickness[0] += thickness;
         }
-        // One layer turned by an angle stays one, too.
+        // A single rotated layer is layered, too.
         section.isLayered = card.data.size() > 1 || (card.data[0].fields.size() > 3 &&
                                                      isDeckNumber(card.data[0].fields[3]));
         return section;

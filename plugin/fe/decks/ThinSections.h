@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-What a *SHELL SECTION or *BEAM SECTION says of its elements. Internal to fe. **/
+Reads *SHELL SECTION and *BEAM SECTION cards. Internal to fe. **/
 
 #include <vector>
 
@@ -10,14 +10,16 @@ What a *SHELL SECTION or *BEAM SECTION says of its elements. Internal to fe. **/
 
 namespace simflex {
 
-/** The shape that SECTION= names, null for one that CalculiX has no geometry of. **/
+/** Returns the shape named by SECTION=, null for one without geometry in CalculiX. **/
 const BeamSection* findBeamSection(const std::string& name);
 
-/** Thickness (of layers together), offset, section and axes; number, type and nodes are left empty.
-@throws std::invalid_argument naming file and line for what simflex does not know or do. **/
+/** Reads thickness (total of layers), offset, section and axes; number, type and nodes are left
+empty.
+@throws std::invalid_argument naming file and line for unsupported input. **/
 ThinElement readThinSection(const DeckCard& card);
 
-/** A CIRC of one number, which is its radius, as in Abaqus; CalculiX has two diameters. **/
+/** Returns whether a CIRC has a single number, its radius, as in Abaqus; CalculiX has two
+diameters. **/
 bool hasRadius(const DeckCard& card, const ThinElement& section);
 
 /** How the section of a beam is integrated: a pipe at 8 points on the circle of its radius of

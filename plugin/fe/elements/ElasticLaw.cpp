@@ -35,14 +35,14 @@ Axes Orientation::calcAxes(const Vec3d& point) const {
     constexpr double OnAxis = 1e-10;
     const Vec3d line = minus(m_b, m_a), e3 = scaled(line, 1 / normOf(line));
     Vec3d radial = across(minus(point, m_a), e3);
-    if (normOf(radial) < OnAxis)  // any direction will do
+    if (normOf(radial) < OnAxis)  // any direction is valid
         radial = across(std::abs(e3[0]) > 0.5 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}, e3);
     const Vec3d e1 = scaled(radial, 1 / normOf(radial));
     return toAxes(e1, cross(e3, e1), e3);
 }
 
 ElasticMatrix turnElasticLaw(const ElasticMatrix& D, const Axes& axes) {
-    double T[6][6];  // local strain of the deck's
+    double T[6][6];  // transforms strain from the deck's axes to the local ones
     for (size_t k = 0; k < 6; ++k)
         for (size_t l = 0; l < 6; ++l) {
             const auto [a, b] = TensorPairs[k];

@@ -1,8 +1,8 @@
 #pragma once
 /** @file
-Linear elastic laws and the axes they are given in. Internal to fe.
+Linear elastic laws and their material axes. Internal to fe.
 
-    σ = D ε,    ε = (ε_xx, ε_yy, ε_zz, 2ε_xy, 2ε_xz, 2ε_yz) **/
+    σ = D ε,    ε = (ε_xx, ε_yy, ε_zz, 2ε_xy, 2ε_xz, 2ε_yz)  **/
 
 #include <array>
 
@@ -14,18 +14,18 @@ using ElasticMatrix = std::array<std::array<double, 6>, 6>;
 /** Columns are the local axes. **/
 using Axes = std::array<std::array<double, 3>, 3>;
 
-/** The axes of a material at every point. **/
+/** Material axes at every point. **/
 class Orientation {
 public:
-    /** The same everywhere: e₁, e₂, e₃. **/
+    /** Uniform axes e₁, e₂, e₃. **/
     Orientation(const std::array<double, 3>& e1, const std::array<double, 3>& e2,
                 const std::array<double, 3>& e3);
 
-    /** Radial, tangential, axial about the line from a to b. @pre a ≠ b **/
+    /** Radial, tangential and axial axes about the line from a to b. @pre a ≠ b **/
     static Orientation makeCylindrical(const std::array<double, 3>& a,
                                        const std::array<double, 3>& b);
 
-    /** Whether they differ from point to point. **/
+    /** Returns whether the axes differ from point to point. **/
     bool isCylindrical() const { return m_isCylindrical; }
     Axes calcAxes(const std::array<double, 3>& point) const;
 
@@ -37,7 +37,7 @@ private:
     Axes m_axes{};  ///< if not cylindrical
 };
 
-/** D in the deck's axes of a material whose own axes are given. **/
+/** Returns D in the deck's axes for a material with the given axes. **/
 ElasticMatrix turnElasticLaw(const ElasticMatrix& D, const Axes& axes);
 
 }  // namespace simflex

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int ChunkSize = 64;
 
-/** Index of a tensor's component among xx yy zz xy xz yz. **/
+/** Index of a tensor component in xx yy zz xy xz yz. **/
 constexpr int ComponentOf[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
 
 /** K_ij[a,b] = Σ C[a,c,b,d] W_ij[c,d]: entry (a + 3b, c + 3d). **/
@@ -28,7 +28,7 @@ Eigen::Matrix<double, 9, 9> unfoldLaw(const ElasticMatrix& D) {
     return C;
 }
 
-/** One law: W = Σ v g gᵀ does not know it. **/
+/** For a uniform law, W = Σ v g gᵀ is independent of it. **/
 void integrateByPairs(ElementWork& work) {
     const auto& points = work.points.points;
     const Eigen::Index n = points[0].G.cols();
@@ -61,7 +61,7 @@ void integrateByPoints(ElementWork& work) {
     }
 }
 
-/** Leaves exact zeros out, but on the diagonal. **/
+/** Removes exact zeros, except on the diagonal. **/
 void dropZeros(SymmetricMatrix& A) {
     size_t to = 0;
     for (int column = 0; column < A.size; ++column) {
@@ -86,7 +86,7 @@ ElementAssembly::ElementAssembly(const FeElements& elements, int numNodes) : m_e
     colorChunks(numNodes);
 }
 
-/** Of each node those of the same elements with no smaller index, ascending. **/
+/** Finds for each node those of common elements with an index not smaller, ascending. **/
 void ElementAssembly::findNeighbours(int numNodes) {
     std::vector<std::int64_t> starts(size_t(numNodes) + 1, 0);
     for (int e = 0; e < m_elements.size(); ++e)
@@ -108,7 +108,7 @@ void ElementAssembly::findNeighbours(int numNodes) {
         const int end = std::min(numNodes, (block + 1) * Block);
         for (int node = block * Block; node < end; ++node) {
             const size_t first = own.size();
-            own.push_back(node);  // a diagonal, also of nodes that no element has
+            own.push_back(node);  // a diagonal entry, also for nodes without elements
             for (auto k = starts[size_t(node)]; k < starts[size_t(node) + 1]; ++k) {
                 const int e = elementsOf[size_t(k)];
                 const int* nodes = m_elements.nodesOf(e);
@@ -126,7 +126,7 @@ void ElementAssembly::findNeighbours(int numNodes) {
 }
 
 void ElementAssembly::colorChunks(int numNodes) {
-    constexpr int NumShared = 64;  // colours of more than one chunk
+    constexpr int NumShared = 64;  // colours with several chunks
     std::vector<std::uint64_t> usedAt(size_t(numNodes), 0);
     const int numChunks = (m_elements.size() + ChunkSize - 1) / ChunkSize;
     std::vector<std::vector<int>> alone;
@@ -161,10 +161,10 @@ void ElementAssembly::addElement(int element, const ElementWork& work, Symmetric
             const auto first = m_rows.begin() + m_starts[size_t(column)],
                        end = m_rows.begin() + m_starts[size_t(column) + 1];
             const auto at = std::lower_bound(first, end, row);
-            const bool isTwice = row == column && i != j;  // the element has the node twice
+            const bool isTwice = row == column && i != j;  // the element contains the node twice
             if (m) m->values[size_t(at - m_rows.begin())] += (isTwice ? 2 : 1) * work.m(i, j);
             if (!K) continue;
-            const std::int64_t below = 3 * (at - first);  // rows of the nodes before
+            const std::int64_t below = 3 * (at - first);  // rows of preceding nodes
             for (int b = 0; b < 3; ++b)
                 for (int a = row == column ? b : 0; a < 3; ++a) {
                     double& to =

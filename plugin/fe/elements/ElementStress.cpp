@@ -8,7 +8,7 @@
 namespace simflex {
 namespace {
 
-constexpr int Group = 8;  // fields side by side
+constexpr int Group = 8;  // fields processed together
 using Lanes = std::array<double, Group>;
 
 const FeElements& takeElements(const FeModel& model) {
@@ -106,7 +106,8 @@ void ElementStress::calcAtNodes(const std::vector<int>& nodes, const double* fie
     }
     const size_t numDofs = 3 * size_t(m_model.mesh.numNodes()), numRows = nodes.size();
     const int numGroups = (count + Group - 1) / Group;
-    const double mostRoom = 1 << 30, room = double(12 * sizeof(Lanes) * numRows);  // of a thread
+    const double mostRoom = 1 << 30,
+                 room = double(12 * sizeof(Lanes) * numRows);  // bytes per thread
     const int threads =
         std::max(1, std::min(omp_get_max_threads(), int(std::min(1e3, mostRoom / (1 + room)))));
     for (int first = 0; first < numGroups; first += threads) {

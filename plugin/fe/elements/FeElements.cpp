@@ -26,7 +26,7 @@ const Eigen::Matrix<double, 8, 4>& getHourglassModes() {
     return modes;
 }
 
-/** Nodes by columns. **/
+/** Returns node positions, one per column. **/
 Eigen::Matrix3Xd takePositions(const Mesh& mesh, const int* nodes, int count) {
     Eigen::Matrix3Xd x(3, count);
     for (int k = 0; k < count; ++k)
@@ -329,7 +329,7 @@ void FeElements::calcShell(int element, const Mesh& mesh, ElementPoints& points)
     }
 }
 
-/** On the faces below and above, so that nothing is carried through the thickness. **/
+/** On the lower and upper faces, so that nothing is extrapolated through the thickness. **/
 void FeElements::calcShellStress(int element, const Mesh& mesh, ElementPoints& points) const {
     const Eigen::Matrix3Xd x = takePositions(mesh, nodesOf(element), numNodesOf(element));
     const std::vector<ShellLayer> layers = makeShellLayers(element, x);

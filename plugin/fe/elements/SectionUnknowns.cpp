@@ -8,7 +8,7 @@
 namespace simflex {
 namespace {
 
-/** Of each node of the mesh the number of the one that it was expanded from, −1: none. **/
+/** Returns for each node the number of the node it was expanded from, −1: none. **/
 std::vector<int> listOrigins(const Mesh& mesh) {
     std::vector<int> origins(size_t(mesh.numNodes()), -1);
     for (const auto& [number, nodes] : mesh.expandedNodes)
@@ -31,7 +31,7 @@ SectionUnknowns::SectionUnknowns(const FeElements& elements, const Mesh& mesh,
                                  const std::vector<int>& tieOf) {
     if (mesh.expandedNodes.empty()) return;
     const std::vector<int> origins = listOrigins(mesh);
-    // Sections: what elements have of one origin, joined.
+    // Sections: nodes with the same origin in an element, merged.
     std::vector<int> parents(size_t(mesh.numNodes()));
     std::iota(parents.begin(), parents.end(), 0);
     for (int e = 0; e < elements.size(); ++e) {
@@ -59,14 +59,14 @@ SectionUnknowns::SectionUnknowns(const FeElements& elements, const Mesh& mesh,
         const int n = elements.numNodesOf(e), *nodes = elements.nodesOf(e);
         for (int k = 0; k < n; ++k)
             if (nodes[k] >= firstInternal) std::copy_n(nodes, 8, m_cornersOf[nodes[k]].begin());
-            // Where nodes of one place are shared out among elements, some lack the base.
+            // If nodes at one position are divided among elements, some elements lack the base.
             else if (std::find(nodes, nodes + n, m_baseOf[size_t(nodes[k])]) == nodes + n)
                 m_baseOf[size_t(nodes[k])] = -1;
     }
 }
 
 void SectionUnknowns::combine(const int* nodes, int numNodes, ElementPoints& points) const {
-    for (int k = numNodes - 1; k >= 0; --k)  // internal nodes come last, and first here
+    for (int k = numNodes - 1; k >= 0; --k)  // internal nodes are last, and must be processed first
         forOrigins(nodes[k], [&](int node, double weight) {
             const auto to = Eigen::Index(std::find(nodes, nodes + numNodes, node) - nodes);
             for (ElementPoint& point : points.points) {
@@ -102,7 +102,7 @@ SymmetricMatrix assembleStiffness(const FeElements& elements, const Mesh& mesh,
              k < beside.columnStarts[size_t(column) + 1]; ++k) {
             const int row = beside.rows[size_t(k)];
             const double value = beside.values[size_t(k)];
-            // Both places, and their bases.
+            // Both nodes and their bases.
             const auto ofBase = [&](int dof) {
                 const int base = unknowns.baseOf(dof / 3);
                 return base < 0 ? -1 : 3 * base + dof % 3;

@@ -18,15 +18,15 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 const double Gauss2 = 1 / std::sqrt(3.0), Gauss3 = std::sqrt(0.6);
 /** Distance of the inner tying points of MITC3+ from the centroid, as published. **/
 constexpr double InnerTying = 1e-4;
-/** A quadrilateral with c₁² + c₂² above this is nearly a triangle, or concave; MITC4+ divides by
-1 − c₁² − c₂². **/
+/** Limit of c₁² + c₂², above which a quadrilateral is nearly triangular or concave; MITC4+ divides
+by 1 − c₁² − c₂². **/
 constexpr double NearlyTriangular = 0.8;
 
 Matrix6d toLawMatrix(const ElasticMatrix& law) {
     return Eigen::Map<const Matrix6d>(law[0].data());  // symmetric
 }
 
-/** Engineering strain of the tensor ½(a bᵀ + b aᵀ). **/
+/** Returns the engineering strain of the tensor ½(a bᵀ + b aᵀ). **/
 Vector6d calcDyad(const Vector3d& a, const Vector3d& b) {
     Vector6d v;
     v << a[0] * b[0], a[1] * b[1], a[2] * b[2], a[0] * b[1] + a[1] * b[0],
@@ -34,14 +34,13 @@ Vector6d calcDyad(const Vector3d& a, const Vector3d& b) {
     return v;
 }
 
-/** Transverse shear strain over its mean in the sense of energy, ∫G f² = ∫G f: a parabola in each
-layer. **/
+/** Transverse shear strain relative to its energy mean, ∫G f² = ∫G f: a parabola in each layer. **/
 class ShearProfile {
 public:
-    /** @param n  normal; a, b span the plane with it (orthonormal) **/
+    /** @param n  normal; a, b: orthonormal basis of the plane **/
     ShearProfile(const std::vector<ShellLayer>& layers, const Vector3d& n, const Vector3d& a,
                  const Vector3d& b) {
-        // Means over the directions in the plane, which do not depend on a.
+        // Means over the directions in the plane, independent of a.
         double stiffness = 0, moment = 0;
         for (const ShellLayer& layer : layers) {
             const Matrix6d D = toLawMatrix(layer.law);
@@ -71,7 +70,7 @@ public:
 
     double calc(size_t layer, double zeta) const { return calcAt(m_parts[layer], zeta) * m_scale; }
 
-    /** √ of the mean of f² over a layer. **/
+    /** Returns the root mean square of f over a layer. **/
     double calcMean(size_t layer) const {
         const Part& part = m_parts[layer];
         return m_scale * std::sqrt(integrate(part, 2) / (part.to - part.from));
@@ -119,7 +118,7 @@ struct PlaneShapes {
     }
 };
 
-/** One element. Covariant strains come in the order e₁₁, e₂₂, 2e₁₂, 2e₁₃, 2e₂₃. **/
+/** An element. Covariant strains are ordered e₁₁, e₂₂, 2e₁₂, 2e₁₃, 2e₂₃. **/
 template <int Corners>
 class Shell {
 public:
@@ -142,7 +141,7 @@ public:
         m_fromInner = -m_Kaa.ldlt().solve(m_Kau);
     }
 
-    /** In middles and directors. **/
+    /** Returns the points in terms of midpoints and directors. **/
     std::vector<ElementPoint> makePoints() const {
         std::vector<ElementPoint> points;
         points.reserve(m_points.size() + m_columns.size());
@@ -189,7 +188,7 @@ private:
     using Row = Eigen::Matrix<double, 1, Dofs>;
     using InnerRow = Eigen::Matrix<double, 1, Inner>;
 
-    /** What points above each other share. **/
+    /** Quantities common to all points at one (ξ, η). **/
     struct Plane {
         Plane(const Shell& shell, double atXi, double atEta)
             : xi(atXi), eta(atEta), shapes(atXi, atEta) {
@@ -217,7 +216,7 @@ private:
         Eigen::Matrix<double, 6, 5> map;  ///< covariant strain → deck's axes
     };
 
-    /** A column of points: where a director's stretch is measured. **/
+    /** A column of points, at which a director's stretch is measured. **/
     struct Column {
         double xi, eta, volume;
         Vector3d normal;
@@ -231,7 +230,7 @@ private:
         J << g1, g2, 0.5 * d;
         m_centerVolume = J.determinant();
         m_centerDual = J.inverse().transpose();
-        // Directions of the bubble, across the director.
+        // Directions of the bubble, normal to the director.
         const Vector3d a = g1.normalized(), n = g1.cross(g2).normalized(), b = n.cross(a);
         m_bubble.col(0) = d.norm() * (a - d * d.dot(a) / d.squaredNorm()).normalized();
         m_bubble.col(1) = d.cross(m_bubble.col(0)) / d.norm();
@@ -240,8 +239,8 @@ private:
             m_shearOfLayers.push_back(m_shearProfile->calcMean(k));
     }
 
-    /** ℓ·Δℓ + k Δk/12 of the arc from node i to node j. A fold, where one end alone is inclined to
-    the line, is no arc: the end that is inclined less decides. **/
+    /** Returns ℓ·Δℓ + k Δk/12 of the arc from node i to node j. A fold, where only one end is
+    inclined to the line, is no arc: the less inclined end decides. **/
     Row calcStretch(int i, int j) const {
         const Vector3d l = m_middles.col(j) - m_middles.col(i);
         const double di = m_directors.col(i).norm(), dj = m_directors.col(j).norm();
@@ -258,7 +257,7 @@ private:
         return row;
     }
 
-    /** 2e_α3 at ζ = 0 from displacements, α = 0 or 1. **/
+    /** Returns 2e_α3 at ζ = 0 from displacements, α = 0 or 1. **/
     Row calcShear(double xi, double eta, int alpha, InnerRow& inner) const {
         const PlaneShapes<Corners> s(xi, eta);
         const auto& slope = alpha == 0 ? s.N1 : s.N2;
@@ -273,7 +272,7 @@ private:
         return row;
     }
 
-    /** Strains at the tying points. **/
+    /** Computes the strains at the tying points. **/
     void setTies() {
         m_innerTies.setZero();
         if constexpr (Corners == 4) {
@@ -296,8 +295,8 @@ private:
         }
     }
 
-    /** The term in ξη of the membrane strain, from the five others: in a plane element the same as
-    from displacements. **/
+    /** Computes the ξη term of the membrane strain from the five others: in a plane element the
+    same as from displacements. **/
     void setBilinear() {
         const Vector3d warp =
             0.25 * (m_middles.col(0) - m_middles.col(1) + m_middles.col(2) - m_middles.col(3));
@@ -319,7 +318,7 @@ private:
                         (2 * (c.squaredNorm() - 1));
     }
 
-    /** Constant parts of 2e₁₃ and 2e₂₃ and their common linear part. **/
+    /** Computes the constant parts of 2e₁₃ and 2e₂₃ and their common linear part. **/
     void setTriangleShear() {
         constexpr double Third = 1.0 / 3, Sixth = 1.0 / 6, D = InnerTying;
         constexpr struct {
@@ -390,7 +389,7 @@ private:
             }
         setInner(p, plane, g1, g2);
 
-        // To the deck's axes, without normal stress.
+        // Transform to the deck's axes, without normal stress.
         const Vector3d a = p.dual.col(0), b = p.dual.col(1), c = p.dual.col(2);
         Eigen::Matrix<double, 6, 5> map;
         map << calcDyad(a, a), calcDyad(b, b), calcDyad(a, b), shear * calcDyad(a, c),
@@ -400,8 +399,8 @@ private:
         p.map = map - nn * (Dn.transpose() * map / Dn.dot(nn));
     }
 
-    /** Enhanced modes ξ in e₁₁, η in e₂₂, ξ and η in 2e₁₂, carried from the axes at the centre; or
-    the bubble 27 ξη(1−ξ−η). **/
+    /** Enhanced modes ξ in e₁₁, η in e₂₂, ξ and η in 2e₁₂, transformed from the axes at the centre;
+    or the bubble 27 ξη(1−ξ−η). **/
     void setInner(Point& p, const Plane& plane, const Vector3d& g1, const Vector3d& g2) const {
         p.inner = plane.inner;
         const double xi = p.xi, eta = p.eta;
@@ -424,7 +423,7 @@ private:
         }
     }
 
-    /** All points above a place, and their share of what is condensed. **/
+    /** Adds all points at one (ξ, η) and their contribution to the condensed terms. **/
     void addPoints(double xi, double eta, double weight) {
         const Plane plane(*this, xi, eta);
         Column& column = m_columns.emplace_back();
@@ -452,7 +451,7 @@ private:
         return p.map * strain;
     }
 
-    /** d·Δd/d² of the nodes, carried by their shape functions: exactly 0 in bending. **/
+    /** Adds d·Δd/d² of the nodes, interpolated by their shape functions: exactly 0 in bending. **/
     void addStretches(std::vector<ElementPoint>& points) const {
         Matrix6d D = Matrix6d::Zero();
         for (const ShellLayer& layer : m_layers)
@@ -490,14 +489,15 @@ private:
     Eigen::Matrix<double, Inner, Dofs> m_fromInner;
 };
 
-/** Of an element between expanded nodes. **/
+/** Makes an element between expanded nodes. **/
 template <int Corners>
 Shell<Corners> makeShell(const Eigen::Matrix3Xd& x, const std::vector<ShellLayer>& layers) {
     const auto low = x.leftCols<Corners>(), top = x.rightCols<Corners>();
     return {0.5 * (low + top), top - low, layers};
 }
 
-/** Columns for (Δm, Δd) become those for low and top nodes: Δm = (low + top)/2, Δd = top − low. **/
+/** Transforms columns for (Δm, Δd) to those for low and top nodes: Δm = (low + top)/2, Δd = top −
+low. **/
 template <typename Matrix>
 void toExpanded(Matrix& columns) {
     const Eigen::Index half = columns.cols() / 2;

@@ -45,7 +45,7 @@ constexpr int HexEdges[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
 constexpr int TetEdges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
 constexpr int TriangleEdges[3][2] = {{0, 1}, {1, 2}, {2, 0}};
 
-/** Values of the shape functions. **/
+/** Returns the values of the shape functions. **/
 std::vector<Complex> calcShapes(ElementType type, const Point& x) {
     std::vector<Complex> N;
     switch (type) {
@@ -98,7 +98,7 @@ std::vector<Complex> calcShapes(ElementType type, const Point& x) {
     return N;
 }
 
-/** Products of a line rule, x fastest. **/
+/** Returns the tensor product of a line rule, x fastest. **/
 std::vector<WeightedPoint> makeHexRule(const std::vector<std::pair<double, double>>& line) {
     std::vector<WeightedPoint> rule;
     for (const auto& [z, wz] : line)
@@ -152,7 +152,7 @@ ElementType findLinear(ElementType type) {
     }
 }
 
-/** Natural coordinates of a node, and the corners that the middle of an edge lies between. **/
+/** Natural coordinates of a node, and the corners adjacent to a mid-edge node. **/
 struct Node {
     Vec3d xi{};
     std::array<int, 2> ends{};
@@ -191,7 +191,7 @@ std::vector<Node> getNodes(ElementType type) {
 }
 
 std::vector<IntegrationPoint> makePoints(const std::vector<WeightedPoint>& rule, ElementType type) {
-    constexpr double Step = 1e-30;  // derivatives by a complex step are exact
+    constexpr double Step = 1e-30;  // derivatives by complex step are exact
     std::vector<IntegrationPoint> points;
     for (const WeightedPoint& at : rule) {
         IntegrationPoint point;
@@ -238,7 +238,7 @@ std::vector<IntegrationPoint> makeIntegrationPoints(const std::string& calculixT
 }
 
 std::vector<SectionPoint> makeFullSection() {
-    // Kronrod's five points about Gauss's two.
+    // Kronrod's five-point extension of the two-point Gauss rule.
     const double inner = 1 / std::sqrt(3.0), outer = std::sqrt(6.0 / 7);
     const std::pair<double, double> line[5] = {{-outer, 98.0 / 495},
                                                {-inner, 27.0 / 55},
@@ -283,7 +283,7 @@ std::vector<std::array<double, 2>> listShellStressPlaces(const std::string& type
     return {{-g, -g}, {g, -g}, {-g, g}, {g, g}};
 }
 
-/** Faces below and above by themselves. **/
+/** Lower and upper faces separately. **/
 std::vector<double> makeShellExtrapolation(const std::string& type) {
     const auto places = listShellStressPlaces(type);
     const size_t count = places.size(), numCorners = type == ShellWedge ? 3 : 4;
@@ -373,7 +373,7 @@ std::vector<double> makeRoundExtrapolation() {
 
 std::array<Vec3d, 3> calcTangents(const std::vector<Vec3d>& positions,
                                   const IntegrationPoint& point) {
-    Vec3d first{}, second{}, third{};  // by themselves: in registers
+    Vec3d first{}, second{}, third{};  // separate variables stay in registers
     for (size_t k = 0; k < point.gradients.size(); ++k) {
         const Vec3d &x = positions[k], &g = point.gradients[k];
         for (size_t a = 0; a < 3; ++a) {
