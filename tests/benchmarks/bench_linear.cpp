@@ -67,8 +67,7 @@ Seconds measureResponse(const std::shared_ptr<const ReducedBody>& part, int numL
     const Signal tip =
         Signal::displacement(Attachment(model.matter.Ground()),
                              Attachment::onInterface(model.links.back(), "eye"), SimTK::YAxis);
-    const Signal::Slopes slopes =
-        tip.calcSlopes(model.flexible, response.getPoint().state).value();
+    const Signal::Slopes slopes = tip.calcSlopes(model.flexible, response.getPoint().state).value();
     LinearOutputs outputs{SimTK::Matrix(1, n), SimTK::Matrix(1, n), SimTK::Matrix(1, n, 0.0),
                           SimTK::Matrix(1, m, 0.0), SimTK::Matrix(1, 0)};
     outputs.byQ[0] = ~slopes.byQ;

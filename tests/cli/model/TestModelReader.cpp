@@ -89,11 +89,11 @@ TEST(ModelReader, SettingsReplaceAndAdd) {
     const std::string text =
         "simflex: 1\nsolver: {accuracy: 1e-4}\njoints:\n  a: {type: pin, between: [ground, b], "
         "axis: x}\n"
-        "gravity: [0, 0, -9.81]\nparameters: {speed: 1}\nmotions: {m: {joint: a, position: speed*t}}\n";
-    const ModelValue model =
-        readModelText(text, {"solver.accuracy=1e-5", "joints.a.axis=[0,0,1]", "output.csv=true",
-                             "joints.a.between.1=c", "parameters.speed=7", "gravity.x=2",
-                             "gravity.1=3"});
+        "gravity: [0, 0, -9.81]\nparameters: {speed: 1}\nmotions: {m: {joint: a, position: "
+        "speed*t}}\n";
+    const ModelValue model = readModelText(
+        text, {"solver.accuracy=1e-5", "joints.a.axis=[0,0,1]", "output.csv=true",
+               "joints.a.between.1=c", "parameters.speed=7", "gravity.x=2", "gravity.1=3"});
     EXPECT_EQ(model.get("gravity").getVec3(), SimTK::Vec3(2, 3, -9.81));
     EXPECT_EQ(model.get("solver").get("accuracy").getNumber(), 1e-5);
     EXPECT_EQ(model.get("joints").get("a").get("axis").getVec3(), SimTK::Vec3(0, 0, 1));
@@ -126,8 +126,9 @@ TEST(ModelReader, MistakesInSettingsNameTheSetting) {
     EXPECT_THAT(refuseRest("", {"solver..accuracy=3"}), HasSubstr("empty name"));
     EXPECT_THAT(refuseRest("title: x\n", {"title.size=3"}),
                 HasSubstr("title is a single value and has no 'size'"));
-    EXPECT_THAT(refuseRest("gravity: [0, 0, 0]\n", {"gravity.3=1"}),
-                HasSubstr("gravity is a list: give the number of an item, 0 to 2, or x, y, z, not '3'"));
+    EXPECT_THAT(
+        refuseRest("gravity: [0, 0, 0]\n", {"gravity.3=1"}),
+        HasSubstr("gravity is a list: give the number of an item, 0 to 2, or x, y, z, not '3'"));
     EXPECT_THAT(refuseRest("", {"solver.accuracy=[1"}), StartsWith("setting 'solver.accuracy=[1'"));
 }
 
