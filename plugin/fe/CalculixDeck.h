@@ -18,8 +18,8 @@ connects their nodes.
   (DeckGenerators.h).
 - Shells S3, S4, S4R, S6, S8, S8R with *SHELL SECTION (OFFSET, NODAL THICKNESS, *NODAL THICKNESS,
   COMPOSITE but of S8), *NORMAL, and beams B31, B32, B32R with *BEAM SECTION (RECT, CIRC, PIPE,
-  BOX, by *BEAM GENERAL SECTION, too; OFFSET1, OFFSET2) become solids as ccx expands
-  them (ThinElements.h), with new nodes that have numbers behind the deck's.
+  BOX, by *BEAM GENERAL SECTION, too; OFFSET1, OFFSET2) become solids as ccx expands them
+  (ThinElements.h), with new nodes that have numbers behind the deck's.
   The deck's own node stays as a place between its expanded nodes; node sets take both in, so that
   an interface on the edge of a shell holds rotation too. Where normals, thicknesses or kinds
   differ, the node is a knot. A shell or beam that shares one row of nodes with solids is hinged
@@ -42,11 +42,11 @@ connects their nodes.
   springs to the ground (SPRING1), dashpots, *DISTRIBUTING COUPLING and *MPC of MEANROT (which
   stiffen nothing), surface and line elements that Gmsh writes, nodes of no element that nothing
   ties.
-- Refused, with file and line: what makes K or M other than that of free solids, such as
-  contact, springs that are not linear, equations of rotations, other beam sections, and B31R (in
-ccx without inertia about its axis); keywords and parameters that are not known; elements without
-material, materials without *ELASTIC or *DENSITY; nodes given twice at different places; elements
-with swapped nodes. DeckVocabulary.h decides on every keyword of CalculiX 2.20.
+- Refused, with file and line: what makes K or M other than that of free solids, such as contact,
+  springs that are not linear, equations of rotations, other beam sections, and B31R (in ccx without
+  inertia about its axis); keywords and parameters that are not known; elements without material,
+  materials without *ELASTIC or *DENSITY; nodes given twice at different places; elements with
+  swapped nodes. DeckVocabulary.h decides on every keyword of CalculiX 2.20.
 
     CalculixOptions options;
     options.note = [](const std::string& text) { std::cerr << text << "\n"; };
