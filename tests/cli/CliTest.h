@@ -16,7 +16,11 @@ namespace simflex {
 
 class CliTest : public ::testing::Test {
 protected:
-    void SetUp() override { testing::writeText(folder / "brick.inp", testing::Brick().text()); }
+    void SetUp() override {
+        testing::Brick brick;
+        brick.type = "C3D8I";  // which does not lock
+        testing::writeText(folder / "brick.inp", brick.text());
+    }
 
     /** Runs simflex with these arguments in the folder and stores its output. @returns exit
     status. **/

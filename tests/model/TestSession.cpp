@@ -632,7 +632,7 @@ probes:
         expectNear(transfer(0, 1), -gyro / determinant, 1e-7);
     }
     try {
-        session.linearize({"loads.push.torque.y"}, {"mark.z"});
+        session.linearize({"loads.push.torque.y"}, {"mark.x"});
         ADD_FAILURE() << "no exception";
     } catch (const std::runtime_error& error) {
         EXPECT_THAT(error.what(), HasSubstr("rotated by a radian"));

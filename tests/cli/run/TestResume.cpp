@@ -252,6 +252,7 @@ analyses:
     }
     void writeBar(double density, const std::string& remark = "") {
         testing::Brick bar;
+        bar.type = "C3D8I";
         bar.rho = density;
         testing::writeText(folder / "bar.inp", remark + bar.text());
     }
