@@ -72,6 +72,7 @@ TEST(SignalSlopes, AreThoseOfDifferences) {
             }
         }
     const OperatingPoint point{tree.state, Vector(tree.state.getNU(), Real(0)), Vector()};
+    tree.system.realize(point.state, Stage::Velocity);
     const LinearOutputs outputs = differentiateOutputs(
         tree.system, point, [&](const State& state, const Vector&, const Vector&) {
             std::vector<double> values;

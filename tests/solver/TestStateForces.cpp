@@ -108,8 +108,8 @@ class StateForces : public ::testing::Test {};
 using Integrators = ::testing::Types<BdfIntegrator, GeneralizedAlphaIntegrator, RadauIntegrator>;
 TYPED_TEST_SUITE(StateForces, Integrators);
 
-TYPED_ /** Two masses of 1 kg: ẍ + 0.2 ẋ + K x = 0. **/
-    struct CoupledSlides : Slides {
+/** Two masses of 1 kg: ẍ + 0.2 ẋ + K x = 0. **/
+struct CoupledSlides : Slides {
     explicit CoupledSlides(const Mat22& K) : Slides(2) {
         for (int i = 0; i < 2; ++i)
             push(i, sum({position(0), position(1), speed(i)}, {-K(i, 0), -K(i, 1), -0.2}));
@@ -123,7 +123,7 @@ TYPED_ /** Two masses of 1 kg: ẍ + 0.2 ẋ + K x = 0. **/
     State state;
 };
 
-TEST(StateForces, ForcesWithoutPotentialAreJudgedByTheMotionsThatGrow) {
+TEST(StateForce, ForcesWithoutPotentialAreJudgedByTheMotionsThatGrow) {
     // ẍ + c ẋ + (ω² ± ik) x = 0 grows if k > cω.
     EXPECT_TRUE(CoupledSlides({100, 1.9, -1.9, 100}).listUnstableMotions().empty());
     const auto flutter = CoupledSlides({100, 2.1, -2.1, 100}).listUnstableMotions();
@@ -136,7 +136,7 @@ TEST(StateForces, ForcesWithoutPotentialAreJudgedByTheMotionsThatGrow) {
     EXPECT_NE(falling[0].find("falls away"), std::string::npos);
 }
 
-TEST(StateForces, ControllerFollowsTheLinearSolution) {
+TYPED_TEST(StateForces, ControllerFollowsTheLinearSolution) {
     const ControlledSlide model;
     for (const Real accuracy : {1e-5, 1e-7}) {
         TypeParam integrator(model.system);
