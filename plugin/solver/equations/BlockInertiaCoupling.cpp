@@ -1,4 +1,4 @@
-// The exact accelerations of a native Simbody run, by block elimination:
+// Exact accelerations of a native Simbody run, by block elimination:
 //
 //     M u̇ + Gᵀλ = f − b,   G u̇ = −Ġu − …        (J = M)
 //
@@ -17,8 +17,8 @@ namespace {
 
 using namespace SimTK;
 
-/** What the equations' structure depends on in a State: enabled constraints, locks and Motions,
- * Euler angles, geometric stiffening. **/
+/** Settings of a State that determine the structure of the equations: enabled constraints, locks
+ * and Motions, Euler angles, geometric stiffening. **/
 std::vector<char> findConfiguration(const MultibodySystem& system, const State& state) {
     const SimbodyMatterSubsystem& matter = system.getMatterSubsystem();
     std::vector<char> configuration{char(matter.getUseEulerAngles(state))};
@@ -50,7 +50,7 @@ public:
           m_u(size_t(m_equations.getTopology().numU)),
           m_uDot(m_u.size()),
           m_lambda(size_t(m_equations.getTopology().numMultipliers), 0) {
-        // Simbody's own part takes far longer: threads would gain nothing.
+        // Simbody's own part takes far longer, so that threads would gain nothing.
         m_equations.updBlocks().chooseNumThreads(1);
         m_solver.setNumThreads(1);
     }
@@ -93,7 +93,7 @@ private:
     std::vector<double> m_q, m_u, m_uDot, m_lambda;
 };
 
-/** Keeps workspaces for the next evaluation; one that is in use belongs to its thread. **/
+/** Keeps idle workspaces for later evaluations; one in use belongs to its thread. **/
 class BlockInertiaCoupling : public InertiaCoupling {
 public:
     explicit BlockInertiaCoupling(const MultibodySystem& system) : m_system(system) {}
@@ -124,7 +124,7 @@ private:
 
     void giveBack(std::unique_ptr<Workspace> workspace) {
         const std::lock_guard<std::mutex> lock(m_mutex);
-        if (m_idle.size() == MostKept) m_idle.erase(m_idle.begin());  // the one unused for longest
+        if (m_idle.size() == MostKept) m_idle.erase(m_idle.begin());  // unused for longest
         m_idle.push_back(std::move(workspace));
     }
 

@@ -37,7 +37,7 @@ ErrorNorm::ErrorNorm(const Blocks& blocks, const State& state)
 }
 
 void ErrorNorm::setReference(const double* q, const double* u, const double* z) {
-    // A value counts as such where it is larger than its unit, 1/weight.
+    // Errors are relative to values larger than the unit 1/weight, and to the unit otherwise.
     const auto calcScale = [](double value, double weight) {
         return std::abs(value) * weight > 1 ? 1 / std::abs(value) : weight;
     };
@@ -86,7 +86,7 @@ double ErrorNorm::calcPartSize(const Part& part, const double* deltaQ, const dou
 double ErrorNorm::calcSize(const double* deltaQ, const double* deltaU, double h, int* worst) {
     weigh(deltaQ, m_weighed);
     if (m_kind == Kind::RootMeanSquare) {
-        // The mean is taken over all there is; the worst of it is named by part.
+        // The mean is over all values; `worst` is found by comparing parts.
         int worstPart = 0;
         double largest = 0;
         for (int k = 0; worst && k < int(m_parts.size()); ++k) {

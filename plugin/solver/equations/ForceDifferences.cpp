@@ -21,7 +21,7 @@ namespace {
 /** Springs and contacts between two bodies need 12. **/
 constexpr int MostTerms = 24;
 
-/** The force as a cable; null if it is none. **/
+/** The force as a cable; null if it is not one. **/
 const CableSpring* asCable(const Force& force) {
     return !force.isEmptyHandle() && CableSpring::isInstanceOf(force)
                ? &CableSpring::downcast(force)
@@ -65,12 +65,12 @@ void ForceDifferences::findSpeeds(const std::vector<Speed>& candidates) {
         if (named < GroundIndex || named >= matter.getNumBodies())
             throw std::invalid_argument("addForceJacobian(): there is no mobilized body " +
                                         std::to_string(int(named)));
-        // A body moves with those that it is mobilized on.
+        // A body moves with its inboard bodies.
         for (MobilizedBodyIndex i = named; i != GroundIndex;
              i = matter.getMobilizedBody(i).getParentMobilizedBody().getMobilizedBodyIndex())
             bodies.insert(i);
     }
-    // A slack cable responds to nothing: its path is known.
+    // A slack cable does not respond to small motions: take the bodies from its path.
     if (m_selection.bodies.empty() && asCable(m_selection.force)) {
         const CablePath& path = asCable(m_selection.force)->getCablePath();
         for (CableObstacleIndex i(0); i < path.getNumObstacles(); ++i)
@@ -156,7 +156,7 @@ const MatrixXd& ForceDifferences::calcMatrix(const State& state, double gamma) {
 void ForceDifferences::calcTerms(const State& state, double gamma) {
     const int n = int(m_speeds.size());
     calcMatrix(state, gamma);
-    // Ordered and cut off by what the terms do to displacements.
+    // Scaled to displacements [m]: terms are sorted and truncated by their effect on these.
     for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i)
             m_matrix(i, j) /= m_speeds[size_t(i)].metres * m_speeds[size_t(j)].metres;

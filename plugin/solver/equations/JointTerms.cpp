@@ -39,7 +39,7 @@ JointTerms::JointTerms(const Topology& topology, const Blocks& blocks,
     for (const FrameMotion& motion : m_accelerated) m_acceleratedFrames.push_back(&motion);
 }
 
-/** Calls visit(joint, its equations, its drive, its motions) for each, in parallel. **/
+/** Calls visit(joint, equations, drive, motions) for each joint, in parallel. **/
 template <class Visit>
 void JointTerms::visitAll(Visit visit) const {
     parallelFor(int(m_workspaces.size()), m_blocks.numThreads, [&](int k) {

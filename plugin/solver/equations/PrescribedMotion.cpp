@@ -122,7 +122,7 @@ void PrescribedMotion::updateFromSimbody(State& state) {
 }
 
 void PrescribedMotion::updateAccelerations(const State& state) {
-    // Free accelerations come along without applied forces and are not looked at.
+    // This omits applied forces: only prescribed accelerations are right and used.
     Vector uDot;
     Vector_<SpatialVec> accelerations;
     const Vector mobilityForces(state.getNU(), Real(0));
@@ -148,7 +148,7 @@ void PrescribedMotion::apply(double gamma, const double* uHist, double* q, doubl
     for (const Entry& entry : m_entries) {
         const Mobilizer& mobilizer = entry.mobilizer;
         if (entry.level == MotionLevel::Position) {
-            // A quaternion keeps its sign: q and −q are one rotation.
+            // Keep the sign of a quaternion: q and −q are the same rotation.
             double* own = q + mobilizer.q0;
             const bool hasQuaternion = mobilizer.nq > mobilizer.nu && mobilizer.nq >= 4;
             double product = 0;
@@ -212,7 +212,7 @@ void PrescribedMotion::mask(MotionLevel level, int firstU, NewtonSystem::Block& 
         for (size_t j = 0; j < size && i < size; ++j)
             matrix[i + j * size] = matrix[j + i * size] = i == j ? 1 : 0;
         if (!isArrow) continue;
-        // Rotation rows of the coupling, or the mode's.
+        // The coupling is (n − 6)×3: clear the column of a rotation, or the row of a mode.
         for (size_t mode = 0; mode < n - 6 && i < 3; ++mode) block.coupling[mode + i * (n - 6)] = 0;
         for (size_t a = 0; a < 3 && i >= 6; ++a) block.coupling[i - 6 + a * (n - 6)] = 0;
     }

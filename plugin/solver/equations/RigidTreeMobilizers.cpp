@@ -1,4 +1,4 @@
-// What a rigid tree is made of: which mobilizers it evaluates itself, and whether Simbody agrees.
+// Bodies and mobilizers of a rigid tree: which it evaluates itself, compared with Simbody.
 #include <algorithm>
 #include <cmath>
 
@@ -34,7 +34,7 @@ void RigidTree::checkVelocities(const SimbodyMatterSubsystem& matter, const Stat
         const Mat33 spin = crossMat(V[0]) * mobod.getBodyTransform(now).R().asMat33();
         const Real linear = ((b.p() - a.p()) / (2 * Step) - V[1]).norm();
         const Real difference = std::max(linear, (turned - spin).norm());
-        // Not a number or large: a singular position, about which nothing can be said.
+        // NaN or a large velocity means a singular position, where this check says nothing.
         if (!(difference > Allowed * (1 + V.norm()) && V.norm() < 1e3)) continue;
         throw std::invalid_argument(
             "the velocities of " + describeBody(matter, body.index, "mobilized body") +
@@ -50,7 +50,7 @@ void RigidTree::classifyTurning(const SimbodyMatterSubsystem& matter, const Stat
     for (int i = 0; i < numU; ++i) u[size_t(i)] = 0.3 + 0.1 * i;
     getFromState(state, q.data(), u.data());
     for (int i = 0; i < numU; ++i) u[size_t(i)] = std::cos(0.3 + 1.1 * i);
-    // Off any symmetric position, and quaternions of length 1.
+    // Away from symmetric positions, with unit quaternions.
     for (int i = 0; i < numQ; ++i) q[size_t(i)] += 0.1 + 0.02 * std::sin(i);
     for (const RigidBody& body : m_bodies)
         if (body.nq > body.nu && body.nq >= 4) Map<Vector4d>(q.data() + body.q0).normalize();
@@ -130,8 +130,8 @@ void RigidTree::addBody(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex
 }
 
 bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const State& state) {
-    // A reversed mobilizer looks like a plain one from outside: compare near the given state, where
-    // nothing is special. The matter alone is asked: others need not be defined there.
+    // A reversed mobilizer has the same type as a plain one: compare motions near the given State,
+    // away from special positions. Realize only the matter: others may be undefined there.
     const bool isOwn = std::none_of(m_bodies.begin(), m_bodies.end(), [](const RigidBody& body) {
         return body.mobilizer == Mobilizer::Other;
     });
@@ -164,7 +164,7 @@ bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const St
                          1e-9 * (1 + body.biasA.norm());
         }
     }
-    // Leave the Jacobians of the given state behind for the weights.
+    // Leave the Jacobians at the given State for the weights.
     getFromState(state, q.data(), u.data());
     for (RigidBody& body : m_bodies) {
         if (agrees)

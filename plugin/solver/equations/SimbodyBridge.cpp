@@ -110,7 +110,7 @@ void SimbodyBridge::updatePrescribed(double time, const double* q, const double*
         m_prescribed->updateAccelerations(m_private);
     }
     m_prescribedTime = time;
-    m_placedTime = NaN;  // values of Motions stand there now
+    m_placedTime = NaN;  // m_private now holds values of Motions
     m_seconds += std::chrono::duration<double>(Clock::now() - start).count();
 }
 
@@ -196,7 +196,7 @@ void SimbodyBridge::formColumns(MotionLevel level, NewtonSystem& system) const {
                 const bool takesPart = own == MotionLevel::Position ||
                                        level == MotionLevel::Acceleration || own == level;
                 if (!takesPart) continue;
-                // Constraint forces stand left of the equations' sign.
+                // Gᵀλ is on the left of the equations of motion, hence the sign.
                 const SimbodyConstraints::RowForces& forces = rows[size_t(row)];
                 for (const auto& [body, force] : forces.bodies) bodyForces[body] -= force;
                 for (const auto& [speed, force] : forces.speeds) mobilityForces[speed] -= force;
@@ -278,7 +278,7 @@ void SimbodyBridge::addInDifferencedMatrices(const NewtonFactors& factors, Newto
 void SimbodyBridge::takeVariables(const std::vector<DiscreteVarKey>& keys, const State& from) {
     for (State* state : {&m_private, &m_zState})
         if (state->getNumSubsystems() > 0) copyVariables(keys, from, *state);
-    // Forces that a contact subsystem keeps would outlive the contacts that they belong to.
+    // Place the point again: forces cached by a contact subsystem would outlive their contacts.
     m_placedTime = NaN;
     for (ForceDifferences& differences : m_differences) differences.takeVariables(keys, from);
     updateKnownForces(from);

@@ -22,7 +22,7 @@ struct CustomConstraint : Constraint::Custom {
     }
 };
 
-/** Couplers are custom constraints, but their functions are of coordinates alone. **/
+/** Couplers are custom constraints, but their functions depend on coordinates and speeds only. **/
 bool mayDependOnTime(const Constraint& constraint) {
     if (!Constraint::Custom::isInstanceOf(constraint)) return false;
     const char* type = CustomConstraint::getTypeName(constraint);
@@ -74,7 +74,7 @@ void TimedLoads::calc(double time, const NewtonFactors& factors, const double* q
     std::fill_n(r, m_topology.numU, 0.0);
     std::fill_n(g, m_topology.numMultipliers, 0.0);
     const TimeValues& values = m_functions.calc(time);
-    // A step's end, where the equations have been evaluated last, is known.
+    // At the end of a step the private State is usually at this point already.
     const bool isKnown = m_simbody.isPlaced(time, q, u) && !m_topology.hasForeignZ() &&
                          m_simbody.m_private.getSystemStage() >= Stage::Velocity;
     const State& state = isKnown ? m_simbody.m_private : m_state;

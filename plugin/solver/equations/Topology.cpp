@@ -49,7 +49,7 @@ NewtonSystem Topology::makeNewtonSystem() const {
             sides.push_back({side.partFrame, frictions[size_t(side.owner)].numRows()});
         for (const BlockSide& side : elementSides[b])
             sides.push_back({side.partFrame, elements[size_t(side.owner)].numRows()});
-        // Differenced forces act on the body's rigid motion: the frame's shapes get no coefficient.
+        // Differenced forces act on rigid motions only: the frame's shapes get no coefficients.
         for (const DifferencedForce& forces : differenced)
             for (const DifferencedForce::Side& side : forces.sides)
                 if (side.block == int(b)) sides.push_back({sides.front().frame, forces.numTerms});
@@ -128,7 +128,7 @@ std::string Topology::describeRow(int row) const {
 }
 
 bool Topology::mayLoseCount(const double* g, double scale) const {
-    // Errors grow by 2³ = 8 where order 2 doubles its step, by 1.5⁶ = 11 at order 5.
+    // Errors grow by 2³ = 8 when order 2 doubles its step, and by 1.5⁶ = 11 at order 5.
     constexpr double LargestPart = 1.0 / 24;
     for (const auto& [row, period] : periods)
         if (std::abs(scale * g[row]) > LargestPart * period) return true;

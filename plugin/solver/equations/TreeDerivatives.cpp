@@ -13,7 +13,7 @@ namespace simflex {
 using namespace SimTK;
 
 TreeDerivatives::TreeDerivatives(const Topology& topology, const Blocks& blocks) {
-    // Joints alone need none, and pass their singular positions best with a symmetric matrix.
+    // Joints alone need no derivatives, and pass singular positions best with a symmetric matrix.
     const bool mayBeStiff = topology.hasSimbodyForces() || topology.numMultipliers == 0;
     m_areWanted = topology.setting == Topology::Setting::Implicit && topology.numFlexible == 0 &&
                   topology.numU > 0 && mayBeStiff;
@@ -46,7 +46,7 @@ BlockDerivatives TreeDerivatives::choose(bool dense) const {
 
 bool TreeDerivatives::calc(Evaluation& equations, const double* q, const double* u,
                            const double* uDot) {
-    // Small against contacts' depths and the speeds at which friction turns round.
+    // Small compared with contact depths and with the speeds at which friction reverses.
     constexpr double Shift = 1e-8, Speed = 1e-7;  // [m], [m/s]
     const Topology& topology = equations.getTopology();
     const double time = equations.updFunctions().get().time;
@@ -54,7 +54,7 @@ bool TreeDerivatives::calc(Evaluation& equations, const double* q, const double*
     std::vector<double> r0(numU), r(numU), movedQ(q, q + topology.numQ), movedU(u, u + numU),
         delta(numU);
     bool isFinite = true;
-    // Elements with terms of their own have them already.
+    // Elements with matrix terms of their own are left out.
     const auto evaluate = [&](const double* atQ, const double* atU, double* residual) {
         equations.realize(time, atQ, atU);
         equations.updLoads().clearStiffForces();
