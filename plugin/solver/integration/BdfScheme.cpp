@@ -29,7 +29,7 @@ double BdfScheme::calcCoefficients(const SolutionHistory& history, int order, do
     if (isDouble) alpha0 += 1 / (tNew - times[oldest]);
     const double gamma = 1 / alpha0;
 
-    // The node polynomial of tNew and all nodes, differentiated at tNew.
+    // Derivatives at tNew of the Lagrange polynomials through tNew and all nodes.
     for (int j = 0; j < points; ++j) {
         double alpha = 1 / (times[j] - tNew);
         for (int i = 0; i < points; ++i)
@@ -38,7 +38,8 @@ double BdfScheme::calcCoefficients(const SolutionHistory& history, int order, do
         past.value[j] = -gamma * alpha;
     }
     if (isDouble) {
-        // With R(t) = (t − t_new)Π_{i≠0}(t − t_i)/(t_new − …): derivative weight (t_new − t₀)R'.
+        // Hermite, with R(t) = (t − t_new)Π_{i≠0}(t − t_i) scaled to R(t₀) = 1: value
+        // R(t)(1 − (t − t₀)R'(t₀)), derivative (t − t₀)R(t).
         double slope = 1 / (times[oldest] - tNew);
         for (int i = 0; i < oldest; ++i) slope += 1 / (times[oldest] - times[i]);
         const double span = tNew - times[oldest], weight = past.value[oldest];

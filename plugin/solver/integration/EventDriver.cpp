@@ -50,7 +50,7 @@ void EventDriver::findNextReport(const State& state) {
 Real EventDriver::calcNextReportTime(const State& state) {
     findNextReport(state);
     if (m_reportTime <= m_lastReport) {
-        // It was made already, with a handler that was due earlier by round-off.
+        // This report was already made, at the time of a handler that was earlier by round-off.
         State later = copyState(state);
         later.setTime(m_lastReport);
         findNextReport(later);
@@ -96,8 +96,8 @@ EventDriver::Outcome EventDriver::handle(State& state, Event::Cause cause,
     if (results.getExitStatus() == HandleEventsResults::Failed)
         throw std::runtime_error("an event handler failed at t = " +
                                  std::to_string(state.getTime()) + " s: " + results.getMessage());
-    // Subsystems with events of their own, such as cables, do not all say what they change;
-    // versions of stages tell it of variables that belong to stages realized.
+    // Some subsystems with events of their own, such as cables, do not report their changes. Stage
+    // versions show those of variables that belong to realized stages.
     const Stage said = results.getLowestModifiedStage(),
                 found = state.getLowestSystemStageDifference(versions);
     const Stage lowest = said < found ? said : found;

@@ -155,7 +155,7 @@ void ImplicitIntegrator::Implementation::continueFromHandlersState() {
                    : ImplicitStep::Imbalance();
         if (imbalance.positionError > settings.constraintTolerance ||
             imbalance.speedError > ImplicitStep::LargestSpeedError) {
-            // Motions have changed, not forces alone.
+            // Motions have changed, not only forces.
             startFromHandlersState();
             return false;
         }
@@ -387,7 +387,7 @@ void ImplicitIntegrator::Implementation::handle(const std::function<bool(State&)
             EventDriver::Outcome outcome;
             outcome.shouldTerminate = handler(m_state);
             outcome.lowestChange = m_state.getLowestSystemStageDifference(versions);
-            outcome.hasChangedState = true;  // versions tell of stages realized
+            outcome.hasChangedState = true;  // versions show only realized stages
             m_system.realize(m_state, Stage::Velocity);
             if (!keepsEquations(outcome) || !continueWithOtherZ()) takeOver(outcome);
             m_isTerminated = outcome.shouldTerminate;

@@ -12,7 +12,7 @@ namespace simflex {
 std::string FailureDiagnosis::listErrors(const std::vector<double>& errors,
                                          double tolerance) const {
     constexpr size_t Most = 3;
-    // The largest error of every joint.
+    // Largest error of each joint.
     std::vector<std::pair<double, std::string>> worst;
     for (size_t row = 0; row < errors.size(); ++row) {
         const double error = std::abs(errors[row]);
@@ -212,7 +212,7 @@ std::string FailureDiagnosis::findSingularity(const FailedStep& step) const {
         ". Start beside it, drive another joint, keep motions within reach, or let a part bend";
     if (int(step.redundancies.size()) > step.numRedundantAtStart)
         return ". This is a singular position: " + explainRedundancies(step.redundancies) + Advice;
-    // Smallest eigenvalue of G M⁻¹Gᵀ with a diagonal of ones, those of redundancies left out.
+    // Smallest eigenvalue of G M⁻¹Gᵀ, scaled to a unit diagonal, after those of redundancies.
     constexpr int MostRows = 500;
     constexpr double Redundant = 1e-12, Singular = 1e-6, Involved = 0.1;
     NewtonSystem system = m_equations.getTopology().makeNewtonSystem();
@@ -272,7 +272,7 @@ std::string FailureDiagnosis::explainNoConvergence(const FailedStep& step) const
     std::ostringstream text;
     text << "worst body '" << block.name << "' moves by " << outcome.displacementChange
          << " m in the last iteration";
-    // Rows beyond the multipliers are force elements'.
+    // Rows beyond the multipliers belong to force elements.
     const int row = outcome.worstRow;
     if (row >= 0 && row < m_equations.getTopology().numMultipliers)
         text << ", " << m_equations.getTopology().describeConstraint(row) << " has residual "

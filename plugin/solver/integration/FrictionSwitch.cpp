@@ -1,4 +1,4 @@
-// Where joint contacts switch between sticking and sliding, or reverse.
+// Location of switches of joint contacts: between sticking and sliding, or a reversal.
 
 #include <algorithm>
 #include <cmath>
@@ -9,11 +9,11 @@ namespace simflex {
 
 namespace {
 
-/** First zero of a margin that is negative at `high`; infinite if it is not negative there.
-Illinois method; a contact at rest at `low`, without a margin yet, is assumed to have one shortly
-after. **/
+/** First zero of a margin that is negative at `high`, by the Illinois method; infinite if it is not
+negative there. If no sample is positive, as for a contact at rest at `low`, the zero is assumed
+shortly after `low`. **/
 double findSwitch(const std::function<double(double)>& calcMargin, double low, double high) {
-    constexpr double Window = 1e-9, Soon = 1e-3;  // of the step
+    constexpr double Window = 1e-9, Soon = 1e-3;  // relative to the step
     constexpr int Samples = 8, MostTrials = 100;
     double atHigh = calcMargin(high), atLow = 0;
     if (!(atHigh < 0)) return SimTK::Infinity;
@@ -43,10 +43,10 @@ double Stepper::calcSwitchError(double h) {
     const double phase = std::min(m_equations->getFrictions().calcEndedPhase(),
                                   double(m_system.getDefaultTimeScale()));
     if (m_settings.fixedStep > 0 || phase <= h) return 0;
-    // A method of high order would resolve, step by step, the vibrations of flexible bodies that a
-    // located switch starts.
+    // A located switch excites vibrations of flexible bodies, which a method of high order would
+    // resolve step by step.
     if (!m_formulas && m_equations->getTopology().hasModes()) return 0;
-    // At most, as accelerations may jump anywhere in the step.
+    // Upper bound: accelerations may jump anywhere in the step.
     std::fill(m_error.q.begin(), m_error.q.end(), 0.0);
     for (size_t i = 0; i < m_error.u.size(); ++i)
         m_error.u[i] = h * (m_new.uDot[i] - m_history[0].uDot[i]);
@@ -54,7 +54,7 @@ double Stepper::calcSwitchError(double h) {
 }
 
 void Stepper::endAtSwitch() {
-    constexpr double Rest = 1e-4;  // of the speed before
+    constexpr double Rest = 1e-4;  // relative to the speed before
     FrictionTerms& frictions = m_equations->updFrictions();
     const double start = getLastStart();
     double end = m_history[0].t;
@@ -84,7 +84,7 @@ void Stepper::endAtSwitch() {
 
 void Stepper::passSwitch() {
     restart();
-    m_speedTime = 0;  // nothing jumps within the steps to come
+    m_speedTime = 0;  // no jump inside the following steps
     m_nextLength = chooseFirstLength(m_history[0], m_nextLength);
 }
 

@@ -366,7 +366,7 @@ int ImplicitIntegrator::getNumQProjections() const {
     return updImpl().count(&IntegratorStatistics::projections);
 }
 int ImplicitIntegrator::getNumUProjections() const {
-    return 0;  // the equations of a step hold the speeds
+    return 0;  // speeds follow from the equations of a step
 }
 int ImplicitIntegrator::getNumErrorTestFailures() const {
     return updImpl().count(&IntegratorStatistics::errorTestFailures);

@@ -31,7 +31,7 @@ void visitStatistics(Checkpoint& c, IntegratorStatistics& s) {
             s.simbodySeconds, s.outputSeconds, s.totalSeconds);
 }
 
-/** Values of the model's triggers, or none. **/
+/** Values of all triggers of the model, or none. **/
 void visitTriggers(Checkpoint& c, Vector& values, int numTriggers) {
     const std::size_t size = c.visitSize(std::size_t(values.size()), sizeof(Real));
     if (size != 0 && size != std::size_t(numTriggers))
@@ -41,7 +41,7 @@ void visitTriggers(Checkpoint& c, Vector& values, int numTriggers) {
     if (size > 0) c.visitBytes(&values[0], size * sizeof(Real));
 }
 
-/** Compares a number of the model with that of the checkpoint. **/
+/** Compares a count of the model with that in the checkpoint. **/
 void visitCount(Checkpoint& c, int count, const std::string& what) {
     int written = count;
     c.visit(written);
@@ -181,7 +181,7 @@ void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
     c.visitWithin(pending, 0, int(Pending::HandledTrigger), "what is to be returned");
     m_pending = Pending(pending);
     c.visit(m_triggered.window[0], m_triggered.window[1]);
-    // Those before are known from the start on, those after at an event alone.
+    // Values before are known from the start, values after only at an event.
     if (m_events.getNumTriggers() > 0 &&
         (m_triggersBefore.size() == 0 || (m_hasTriggered && m_triggersAfter.size() == 0)))
         Checkpoint::refuse("it holds no values of this model's " +

@@ -1,4 +1,4 @@
-// An integrator is made, and what may be set when.
+// Construction of an integrator; its settings and when they may change.
 #include <utility>
 
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"

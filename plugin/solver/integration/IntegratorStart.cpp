@@ -1,4 +1,4 @@
-// An integration begins: equations, a consistent point.
+// Start of an integration: equations, consistent initial point.
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/body/LinearRangeReporter.h"
 #include "simflex/body/StateCopy.h"
@@ -138,7 +138,7 @@ bool ImplicitIntegrator::Implementation::projectStateByWeights(Occasion occasion
         m_system.realize(m_state, Stage::Time);
         m_system.prescribeQ(m_state);
         m_system.realize(m_state, Stage::Position);
-        // Simbody 3.7 crashes where nothing is free.
+        // Simbody 3.7 crashes if nothing is free.
         if (!matter.getFreeQIndex(m_state).empty())
             m_system.projectQ(m_state, noErrors, options, results);
         if (occasion == Occasion::Start) {
@@ -158,7 +158,7 @@ bool ImplicitIntegrator::Implementation::projectStateByWeights(Occasion occasion
 }
 
 void ImplicitIntegrator::Implementation::takeSpeedsBeforeLocks(std::vector<double>& u) const {
-    // Simbody's lock() writes what it holds into the State at once.
+    // Simbody's lock() writes the locked values into the State immediately.
     std::vector<double> q(m_visible.q.size()), moving(u.size());
     getEquations().getBlocks().getFromState(m_kept, q.data(), moving.data());
     for (size_t i = 0; i < u.size(); ++i)
@@ -166,8 +166,8 @@ void ImplicitIntegrator::Implementation::takeSpeedsBeforeLocks(std::vector<doubl
 }
 
 void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool forced) {
-    // What the start leaves open the first step closes, and counts as its error.
-    constexpr Real Closest = 1e-13;  // [m, rad] that round-off allows
+    // The first step closes the gaps that a start leaves, and counts them as its own error.
+    constexpr Real Closest = 1e-13;  // [m, rad], limited by round-off
     const Real tolerance =
         std::min(m_waiting.constraintTolerance, std::max(settings.constraintTolerance, Closest));
     const bool project = occasion == Occasion::Event || projectInitialState;
@@ -180,7 +180,7 @@ void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool force
     getEquations().getBlocks().getFromState(m_state, point.q.data(), point.u.data());
     for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = m_state.getZ()[int(i)];
     updEquations().setZ(point.z.data());
-    // What begins to be prescribed by an event stops what moves; a run begins with it.
+    // An event that prescribes speeds causes an impact. A run begins with its prescribed speeds.
     std::vector<double> before = point.u;
     updEquations().prescribe(point.t, 0, nullptr, point.q.data(), point.u.data());
     if (project && hasJoints &&

@@ -12,7 +12,7 @@ namespace simflex {
 void PointBalance::calc(const NewtonFactors& factors, const Options& options,
                         SolutionPoint& point) {
     const FlushDenormals flush;
-    // Sliding friction follows multipliers; without it one is exact.
+    // Sliding friction depends on the multipliers; without friction one iteration is exact.
     constexpr int MostIterations = 10;
     constexpr double Accuracy = 1e-10;
     if (!m_matrices)

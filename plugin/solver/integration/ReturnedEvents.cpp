@@ -1,5 +1,5 @@
-// Steps that return what is due to the caller, as SimTK::Integrator does, and States that the
-// caller changes.
+// Steps that return reports and events to the caller, as SimTK::Integrator does, and States changed
+// by the caller.
 #include "simflex/body/FlexibleBodySubsystem.h"
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"
 
@@ -149,7 +149,7 @@ State& ImplicitIntegrator::Implementation::updAdvancedState() {
         m_advanced = std::make_unique<State>();
         refreshAdvancedState();
     }
-    // So far are Simbody's; with flexible bodies that takes long.
+    // Simbody's integrators realize it this far; with flexible bodies that is expensive.
     const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system);
     if (!flexible || flexible->getNumBodies() == 0)
         m_system.realize(*m_advanced, Stage::Acceleration);

@@ -1,4 +1,4 @@
-// What is seen of a solution: States, accelerations and multipliers at a time.
+// States, accelerations and multipliers of the solution at a time.
 #include "simflex/base/FlushDenormals.h"
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"
 
@@ -14,7 +14,7 @@ void ImplicitIntegrator::Implementation::writeState(const SolutionPoint& point,
     getEquations().getBlocks().putIntoState(point.t, point.q.data(), point.u.data(), state);
     if (!point.z.empty()) std::copy(point.z.begin(), point.z.end(), &state.updZ()[0]);
     if (const auto* guts = getEquations().getTopology().guts) guts->setShown(state);
-    // Of a system that has changed the coordinates and speeds can still be had.
+    // After the system has changed, only coordinates, speeds and z are available.
     if (hasSameSystem()) m_system.realize(state, Stage::Velocity);
 }
 
@@ -34,7 +34,7 @@ void ImplicitIntegrator::Implementation::balanceVisible() {
     m_isBalanced = true;
     const double seconds = secondsSince(start_);
     statistics.outputSeconds += seconds;
-    if (!m_isRunning) statistics.totalSeconds += seconds;  // else it is booked with what runs
+    if (!m_isRunning) statistics.totalSeconds += seconds;  // otherwise runTimed() counts them
 }
 
 const State& ImplicitIntegrator::Implementation::getState() {
@@ -96,7 +96,8 @@ void ImplicitIntegrator::Implementation::updateDiscreteVariables(const SolutionP
 void ImplicitIntegrator::Implementation::updateDiscreteVariablesAtStart() {
     if (!m_events.hasAutoUpdates()) return;
     updateDiscreteVariables(m_visible);
-    // What was swapped out was never computed: compute it anew, as Simbody's integrators do.
+    // The swap put initial values into the cache, which were never computed. Simbody's integrators
+    // recompute them, too.
     m_state.invalidateAllCacheAtOrAbove(Stage::Instance);
 }
 

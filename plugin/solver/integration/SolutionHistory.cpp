@@ -82,7 +82,7 @@ SolutionHistory::Weights SolutionHistory::calcDerivative(int nodes, double t) co
     Weights weights;
     weights.numPoints = collectNodes(nodes, times, isDouble);
     const int points = weights.numPoints, oldest = points - 1;
-    // d/dt Π f_i = Σ_k f_k' Π_{i≠k} f_i, with no division: t may be one of the nodes.
+    // d/dt Π f_i = Σ_k f_k' Π_{i≠k} f_i, without division, because t may be a node.
     const auto productRule = [&](int skip, bool withExtra, double extraValue, double extraSlope) {
         double value = 1, slope = 0;
         for (int i = 0; i < points; ++i) {
@@ -151,7 +151,8 @@ void SolutionHistory::combineU(const Weights& weights, std::vector<double>& u) c
     combine(weights, &SolutionPoint::u, &SolutionPoint::uDot, u);
 }
 void SolutionHistory::combineZ(const Weights& weights, std::vector<double>& z) const {
-    // The weights add up to 1: of differences from the newest point, zeros make no round-off.
+    // The weights of values add up to 1, so that differences from the newest point can be combined.
+    // Equal values then cause no round-off.
     const SolutionPoint &newest = (*this)[0], &oldest = (*this)[weights.numPoints - 1];
     for (size_t i = 0; i < z.size(); ++i) {
         double difference = weights.derivative * oldest.zDot[i];

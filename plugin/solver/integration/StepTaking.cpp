@@ -52,7 +52,7 @@ bool Stepper::attemptStep(double h, int order, double* error) {
     m_new.t = t;
     const SolutionHistory::Weights prediction =
         m_history.calcInterpolation(std::min(order + 1, m_history.numNodes()), t);
-    // Only what asks Simbody begins at q, which follows from u.
+    // q follows from u; only evaluations by Simbody need its prediction.
     if (!m_equations->canEvaluateByBlocks()) m_history.combineQ(prediction, m_new.q);
     m_history.combineU(prediction, m_new.u);
     m_history.combineZ(prediction, m_new.z);
@@ -94,8 +94,8 @@ bool Stepper::attemptStep(double h, int order, double* error) {
 double Stepper::calcWork(int order) const {
     // Where the points resolve the power, it is integrated as the polynomial through them, since no
     // error test covers the method's own formula at prescribed motions. Where power decays within a
-    // step, as of stiff dampers, the method's formula is consistent with its solution.
-    constexpr double Shown = 0.1;  // largest error of trapezoids, relative to a step's work
+    // step, as with stiff dampers, the method's formula is consistent with its solution.
+    constexpr double Shown = 0.1;  // largest error of trapezoids, relative to h·max|P|
     const double usual = m_formula.workHist + m_formula.quadrature * m_new.power;
     if (m_history.size() < 2) return usual;
     const int count = std::min(std::max(order, 3), m_history.size()) + 1;
@@ -167,10 +167,10 @@ bool Stepper::attemptStages(double h, double* error) {
     if (!step.completeStages(start, h)) return false;
     m_new = step.updStage(radau::NumStages - 1);
     m_formula.factors = RadauStep::calcFactors(h);
-    // Lengths of quaternions are no errors.
+    // Lengths of quaternions do not count as errors.
     m_equations->getBlocks().normalizeQ(m_new.q.data());
     m_error.q = m_new.q;
-    // Without joints nothing is projected, and the error is evaluated there again.
+    // Without joints nothing is projected, and the error test evaluates this point anyway.
     const bool isEvaluated =
         m_equations->getTopology().numMultipliers > 0 || m_settings.fixedStep > 0;
     if (isEvaluated && !projectNew(ImplicitStep::Start::Elsewhere)) return false;
@@ -332,13 +332,13 @@ void Stepper::acceptStep(double h, int order) {
         ++m_statistics.stepRatios;
     }
     if (solvesStages()) {
-        // Whole points are copied: every array has its size already.
+        // Copies of whole points allocate nothing: every array already has its size.
         for (int i = 0; i + 1 < radau::NumStages; ++i) m_history.push() = updStages().updStage(i);
         updStages().keepError();
     } else if (!m_formulas) {
         updStages().forgetError();
     }
-    std::swap(m_history.push(), m_new);  // the next step writes all of it anew
+    std::swap(m_history.push(), m_new);  // the next step overwrites all of it
     m_equations->updBlocks().followPose();
     m_equations->updFrictions().keep(h);
     ++m_statistics.stepsTaken;
@@ -393,7 +393,7 @@ void Stepper::stepWithin(double limit) {
             continue;
         }
         if (isSolved && error <= 1) {
-            // m_history still lacks the new point: the estimates of other orders need it so.
+            // Estimates of other orders need m_history without the new point.
             chooseNextStep(error, h, order);
             if (isCut && failures == 0 && m_nextLength < wanted)
                 m_nextLength = std::max(m_nextLength, std::min(wanted, 2 * h));
@@ -445,7 +445,7 @@ void Stepper::stepWithin(double limit) {
                                            : Failure::Convergence,
                      error);
         if (failures == 3) {
-            // History is no guide: something jumped here.
+            // Something jumped here, so that the history misleads.
             restart();
             order = m_order;
         }

@@ -33,8 +33,8 @@ Stepper::Stepper(std::string name, const SimTK::MultibodySystem& system, const S
         m_step = std::make_unique<ImplicitStep>(*m_equations, m_statistics);
     else
         m_step = std::make_unique<RadauStep>(*m_equations, m_statistics);
-    // Anything updated at ends of steps only needs short steps. Trackers of contacts and cables are
-    // exempt, because they only find again what they have found.
+    // Variables that change only at ends of steps need short steps. Trackers of contacts and cables
+    // are exempt, because they only repeat a search.
     for (const SimTK::DiscreteVarKey& key : listAutoUpdates(state)) {
         const SimTK::Subsystem& subsystem = m_system.getSubsystem(key.first);
         m_hasMemory = m_hasMemory || !(SimTK::ContactTrackerSubsystem::isInstanceOf(subsystem) ||
@@ -43,8 +43,8 @@ Stepper::Stepper(std::string name, const SimTK::MultibodySystem& system, const S
     chooseSettings();
     m_step->blockForm = m_settings.blockForm;
     m_step->accuracy = m_settings.accuracy;
-    // The step's error is a fraction of the correction by the iteration: where that exceeds the
-    // accuracy by so much, the step would be rejected anyway.
+    // The step's error is a fraction of the iteration's correction. If that exceeds the accuracy by
+    // this factor, the step would be rejected anyway.
     constexpr Real BeyondSense = 1e12;
     if (m_settings.fixedStep == 0) m_step->largestChange = BeyondSense * m_settings.accuracy;
     m_step->forceFullNewton = m_settings.forceFullNewton;
@@ -104,7 +104,7 @@ void Stepper::chooseSettings() {
         m_step->tolerances.multiplier = 1e-4;
         return;
     }
-    // Errors of speeds count directly there, not by their effect in a step.
+    // In relative norms errors of speeds count directly, not by their effect in a step.
     if (!isRelative || !hasHighOrder) return;
     m_step->tolerances.displacement = 0.1;
     m_step->tolerances.multiplier = 1e-4;
@@ -188,7 +188,7 @@ void Stepper::enterSmoothSpan(double time) {
 double Stepper::chooseFirstLength(const SolutionPoint& point, double longest) {
     if (m_settings.fixedStep > 0) return m_settings.fixedStep;
     if (m_settings.initialStep > 0) return std::min(m_settings.initialStep, calcLongestLength());
-    // How fast u̇ changes, from accelerations a short way along the Taylor series.
+    // Rate of change of u̇, from accelerations a short way along the Taylor series.
     const double acceleration = m_equations->getBlocks().calcDisplacement(point.uDot.data());
     double delta = 1e-2 * longest;
     if (acceleration > 0)

@@ -1,4 +1,4 @@
-// What loads and motions do inside of a step.
+// Errors of loads and motions inside a step.
 
 #include "simflex/solver/integration/Stepper.h"
 
@@ -6,7 +6,7 @@ namespace simflex {
 
 namespace {
 
-/** With both ends Lobatto's points of order 6, as fractions of a step. **/
+/** Inner nodes of Lobatto's rule with 6 points, as fractions of a step. **/
 constexpr double Inside[] = {0.1174723380352676, 0.3573842417596774, 0.6426157582403226,
                              0.8825276619647324};
 
@@ -40,11 +40,11 @@ double Stepper::calcUnseenLoads(int order) {
     }
     if (isSteady) return 0;
 
-    // Nodes in front of a break belong to another course.
+    // Loads before a break follow another polynomial.
     double nodes[6] = {end};
     int count = 1;
     if (solvesStages()) {
-        order = 1;  // the step's own points
+        order = 1;  // only points of this step
         for (int i = radau::NumStages - 1; i-- > 0; ++count) {
             nodes[count] = updStages().updStage(i).t;
             evaluate(nodes[count], m_samples.atNodes[count]);
