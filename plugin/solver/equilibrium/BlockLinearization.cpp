@@ -154,7 +154,8 @@ void BlockLinearization::linearize(Instant& instant) {
                    all = instant.mass->multiply(Map<const VectorXd>(point.uDot.data(), n));
     if (instant.moreUDot.dot(missing) >
         square(Steadiness::Settled) * all.dot(Map<const VectorXd>(point.uDot.data(), n))) {
-        // Forces that the motion has yet to spread through the bodies: those that it will have.
+        // The motion has not yet deformed the bodies: takes the constraint forces that it will
+        // cause, and the stiffness that these add.
         const std::vector<double> lambda = point.lambda;
         Map<VectorXd>(point.uDot.data(), n) -= instant.moreUDot;
         motion.dropAccelerationsBesides();
@@ -192,7 +193,7 @@ void BlockLinearization::calcDeparture(const Instant& instant, VectorXd& delta,
     const double inertia = square(instant.motion.getRate());
     TangentElimination<double> elimination(*m_graph, *instant.mass);
     elimination.setNumThreads(getNumThreads());
-    // Springs resist and inertia, however the motion softens the springs.
+    // Springs and inertia resist; more inertia makes up for springs that the motion softens.
     double held = inertia;
     for (;; held *= 4) {
         BlockMatrix<double> A = *instant.K;

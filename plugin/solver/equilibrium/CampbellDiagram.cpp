@@ -13,22 +13,22 @@ using namespace SimTK;
 
 namespace {
 
-constexpr Real SameRate = 1e-6;  // of e^λt and e^−λt, relative
+constexpr Real SameRate = 1e-6;  // relative difference of the rates of e^λt and e^−λt
 
-/** A mode of a branch. Of a conjugate pair either may be told; in axes that turn, a whirl becomes
-the other one as the speed passes its frequency. **/
+/** A mode of a branch, or its conjugate: in co-rotating axes, a whirl continues as the conjugate
+when the speed passes its frequency. **/
 struct BranchMode {
     Eigenmode mode;
     bool isConjugate = false;
     Real assurance = 1;
-    Real slope = 0;  ///< of its frequency over the speed, as far as it is known
+    Real slope = 0;  ///< of its signed frequency over speed; 0: unknown
 
-    /** With the direction of the whirl. **/
+    /** Frequency with the sign of the whirl. **/
     Real getSigned() const { return isConjugate ? -mode.frequency : mode.frequency; }
     Complex getShape(int i) const { return isConjugate ? std::conj(mode.shape[i]) : mode.shape[i]; }
 };
 
-/** Shapes have modal mass 1. **/
+/** @pre shapes have modal mass 1 **/
 Real calcModalAssurance(const BranchMode& before, const Eigenmode& now, bool isConjugate) {
     Complex product = 0;
     for (int i = 0; i < now.momentum.size(); ++i)
@@ -37,13 +37,14 @@ Real calcModalAssurance(const BranchMode& before, const Eigenmode& now, bool isC
     return std::min(Real(1), std::norm(product));
 }
 
-/** Among which those that continue some are sought. **/
+/** Number of slowest modes among which continuations are sought. **/
 size_t countConsidered(size_t numModes) {
     return 3 * numModes + 4;
 }
 
-/** The modes that continue those of the speed before, which is `step` back: the surest pairs first,
-among equals those nearer to where their frequencies lead. **/
+/** Returns the modes that continue those of the previous speed, `step` before: pairs of highest
+assurance first, among equal ones (to 0.01) those closest to the extrapolated frequency.
+@throws std::runtime_error if there are fewer than `numModes` modes **/
 std::vector<BranchMode> follow(std::vector<Eigenmode> modes, const std::vector<BranchMode>& last,
                                Real step, size_t numModes) {
     modes.erase(std::remove_if(modes.begin(), modes.end(),
@@ -91,7 +92,7 @@ std::vector<BranchMode> follow(std::vector<Eigenmode> modes, const std::vector<B
         branch.slope =
             step != 0 ? (branch.getSigned() - last[candidate.branch].getSigned()) / step : 0;
     }
-    // Of two motions that differ only in whether they die away or grow, the one that counts.
+    // Of a decaying and a growing motion of the same rate, the growing one decides stability.
     for (BranchMode& branch : branches) {
         if (branch.mode.oscillates() || branch.mode.dampingRatio < 0) continue;
         for (size_t i = 0; i < considered; ++i)

@@ -16,21 +16,21 @@ namespace {
 constexpr Eigen::Index BlockSize = 4;
 constexpr int MostBlocks = 6;
 constexpr size_t MostMotions = 8;
-/** Of θ: what may be left of a motion's equation; it is off by the square of that. **/
+/** Residual of a converged motion, relative to θ; the relative error of θ is its square. **/
 constexpr double Convergence = 1e-4;
-/** Of a vector: what is left of it beside others that it depends on. **/
+/** Part of a vector left by orthogonalisation below which it counts as dependent. **/
 constexpr double DependentPart = 1e-9;
-/** |xᵀM x| of what counts as the same motion at two places; two of the same κ may be mixed. **/
+/** Least |xᵀM x| of the same motion at two points; motions of equal κ may be mixed. **/
 constexpr double LeastLikeness = 0.5;
-/** By how much κ may change otherwise than the slopes at both ends say, of what the steeper one
-alone does; how much farther than the slope says it may reach; and how near zero, of the smaller end
-value, its cubic may come. **/
+/** Largest deviation of the change of κ from that by the mean end slope, relative to that by the
+steeper one; factor by which κ may change more than by its slope; least value of its cubic, relative
+to the smaller end value. **/
 constexpr double LargestBend = 0.2, Margin = 1.5, LeastLeft = 0.05;
 constexpr int NumLooks = 32, NumHalvings = 60;
-/** Of two places: how far aside the third one of a parabola is at least. **/
+/** Least distance of a parabola's third sample, relative to that between the other two. **/
 constexpr double LeastAside = 0.5, Unbounded = std::numeric_limits<double>::infinity();
 
-/** Hermite's, from 0 to 1. **/
+/** Hermite cubic on [0, 1]. **/
 struct Cubic {
     double start, startSlope, end, endSlope;
     double operator()(double t) const {
@@ -48,7 +48,7 @@ bool reachesZero(double value, double slope) {
     return (slope < 0) == (value > 0) && std::abs(value) < Margin * std::abs(slope);
 }
 
-/** Where f has the sign of its end value for good; it differs from that at its start. **/
+/** Bisects for a zero of f, which has different signs at both ends. **/
 double halveToZero(const std::function<double(double)>& f, double start, double end) {
     const bool isPositive = f(end) > 0;
     for (int k = 0; k < NumHalvings; ++k) {
@@ -126,7 +126,7 @@ std::optional<std::vector<StabilityChange>> findStabilityChanges(
     const std::vector<CriticalMotion>& start, const std::vector<CriticalMotion>& end, double width,
     int change) {
     std::vector<StabilityChange> changes;
-    // Each goes on as what it is most like; of two that are mixed, neither takes both.
+    // Pairs the most similar motions first, each only once, since mixed ones resemble several.
     struct Pair {
         double likeness;
         size_t i, j;
@@ -151,7 +151,7 @@ std::optional<std::vector<StabilityChange>> findStabilityChanges(
             change -= changes.back().getSign();
         } else if (reachesZero(cubic.start, cubic.startSlope) ||
                    reachesZero(cubic.end, -cubic.endSlope)) {
-            // Nothing may hide between both ends: there and back again.
+            // κ must not pass zero and return between the ends.
             if (!cubic.isTrusted()) return std::nullopt;
             const double sign = a.stiffness > 0 ? 1 : -1,
                          least = LeastLeft * std::min(std::abs(a.stiffness), std::abs(b.stiffness));
@@ -175,7 +175,7 @@ double interpolateZero(const std::vector<std::pair<double, double>>& sorted, siz
     while ((sorted[first].second > 0) == (sorted[first + 1].second > 0)) ++first;
     const double start = sorted[first].first, end = sorted[first + 1].first;
     std::vector<size_t> nodes{first, first + 1};
-    // Not the very next one if it is so close that round-off would tell the parabola.
+    // A third sample too close to the others would let round-off determine the parabola.
     double nearest = Unbounded;
     size_t third = first;
     for (size_t k = 0; k < sorted.size(); ++k) {

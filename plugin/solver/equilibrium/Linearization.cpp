@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** The rank of constraints that share what forces are missing. **/
+/** Relative rank tolerance of the constraints that carry missing forces. **/
 constexpr double SettlingRank = 1e-10;
 
 /** The equations at one moment of the motion, in the solver's numbering. **/
@@ -35,7 +35,7 @@ struct Instant : SteadyMotion::Balance {
     StateTangent states;
 };
 
-/** Whether bodies do not yet bend as the motion will bend them. **/
+/** Whether the motion has not yet deformed the bodies as it will. **/
 bool isUnsettled(const Instant& instant) {
     if (instant.motion.isAtRest()) return false;
     const VectorXd uDot = Map<const VectorXd>(instant.point.uDot.data(), instant.M.rows());
@@ -43,7 +43,7 @@ bool isUnsettled(const Instant& instant) {
     return more.dot(instant.M * more) > square(Steadiness::Settled) * uDot.dot(instant.M * uDot);
 }
 
-/** Accelerations and matrices at a point's t, q, u and z. **/
+/** Computes accelerations and matrices at a point's t, q, u and z. **/
 void linearize(Evaluation& equations, const CoordinateScales& scales, const State& state,
                const std::function<void()>& observer, Instant& instant) {
     SolutionPoint& point = instant.point;
@@ -85,7 +85,8 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
     };
     instant.K = calcStiffness();
     if (isUnsettled(instant)) {
-        // Forces that the motion has yet to spread through the bodies: those that it will have.
+        // The motion has not yet deformed the bodies: takes the constraint forces that it will
+        // cause, and the stiffness that these add.
         const VectorXd lambda = Map<const VectorXd>(point.lambda.data(), instant.G.rows()),
                        missing = instant.M * instant.moreUDot;
         Map<VectorXd>(point.uDot.data(), missing.size()) -= instant.moreUDot;
@@ -132,7 +133,7 @@ void linearize(Evaluation& equations, const CoordinateScales& scales, const Stat
     instant.D += instant.M * instant.accelerationsByU;
 }
 
-/** Writes M, D, K and G into a result, with zeroes for what is held. **/
+/** Writes all matrices into a result, with zeros in D, K, B, C and E for held speeds. **/
 void putMatrices(const Instant& instant, const MatrixXd& T, Linearization& result) {
     MatrixXd D = T * instant.D * T.transpose(), K = T * instant.K * T.transpose(),
              B = T * instant.states.B, C = instant.states.C * T.transpose(),
@@ -161,7 +162,7 @@ void putMatrices(const Instant& instant, const MatrixXd& T, Linearization& resul
     result.accelerationsByU = toSimbody(T * instant.accelerationsByU * T.transpose());
 }
 
-/** Small displacements of the motion, as the motion carries them to where it is later. **/
+/** Returns small displacements as the motion carries them to a later instant. **/
 MatrixXd calcCarried(Evaluation& equations, const CoordinateScales& scales, const Instant& now,
                      const Instant& later, double duration) {
     const int n = equations.getTopology().numU;
@@ -179,7 +180,7 @@ MatrixXd calcCarried(Evaluation& equations, const CoordinateScales& scales, cons
     return carried;
 }
 
-/** Frequencies of what moves back and forth, the highest first. **/
+/** Frequencies above `lowest` [Hz], the highest first. **/
 std::vector<Real> listFrequencies(const Linearization& linear, Real lowest) {
     std::vector<Real> frequencies;
     for (const Eigenmode& mode : calcEigenmodes(linear))
@@ -187,7 +188,7 @@ std::vector<Real> listFrequencies(const Linearization& linear, Real lowest) {
     return frequencies;
 }
 
-/** Compares with the matrices a radian later. **/
+/** Compares with the matrices a radian later; returns what differs, empty if nothing does. **/
 std::string findUnsteadiness(Evaluation& equations, const CoordinateScales& scales,
                              const Instant& now, const MatrixXd& T, const Linearization& result,
                              const std::function<void()>& observer) {
@@ -286,7 +287,7 @@ Linearization calcLinearization(const MultibodySystem& system, const State& stat
     const VectorXd uDot = T * Map<const VectorXd>(point.uDot.data(), n);
     for (int i = 0; i < n; ++i) {
         Eigen::Index own;
-        T.row(i).cwiseAbs().maxCoeff(&own);  // one of its own mobilizer, held as a whole
+        T.row(i).cwiseAbs().maxCoeff(&own);  // of the same mobilizer, which is held as a whole
         result.metres[i] = scales.metres[size_t(own)];
         result.uDot[i] = uDot[i];
         result.isModal[unsigned(i)] = isModal[size_t(own)];

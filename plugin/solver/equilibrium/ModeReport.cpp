@@ -17,7 +17,7 @@ Eigenmode makeEigenmode(Complex lambda, const Eigen::VectorXcd& x, const Eigen::
     double largest = 0;
     Complex phase = 1;
     for (Eigen::Index i = 0; i < x.size(); ++i) {
-        // A hair's breadth, so that equal ones do not swap by round-off.
+        // The margin keeps equal displacements from swapping by round-off.
         const double displacement = std::abs(x[i]) * metres[int(i)];
         if (displacement <= 1.0001 * largest) continue;
         largest = displacement;

@@ -12,7 +12,7 @@ using Eigen::MatrixXd;
 
 namespace {
 
-/** |μ| of what has no mass, and does not move. **/
+/** |μ| below which a pair has no mass, so that ν is infinite. **/
 constexpr double NoMass = 1e-14;
 
 }  // namespace

@@ -14,12 +14,13 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** Of rows of G in scaled equations; and what of GᵀG is added to A, so that a block that little
-else holds, eliminated alone, leaves of redundant rows less than their compliance by round-off. **/
+/** Compliance of rows of G, in scaled equations; and the factor of GᵀG added to A. With it, a
+weakly held block that is eliminated alone leaves round-off in redundant rows below their
+compliance. **/
 constexpr double Compliance = 1e-10, Penalty = 1e-4;
 constexpr double GmresTolerance = 1e-11;
 
-/** How many negative eigenvalues Λ has on what U does not see.
+/** Number of negative eigenvalues of Λ on the orthogonal complement of U.
 @param inverse  Λ⁻¹
 @param compliance  UᵀΛ⁻¹U **/
 int countNegativeParts(const VectorXd& inverse, const MatrixXd& compliance) {
@@ -74,7 +75,7 @@ CliquePattern TangentElimination<Scalar>::makePattern() {
     for (const auto& [blocks, rows] : together) {
         for (size_t i = 0; i < rows.size(); ++i) place[size_t(rows[i])] = int(i);
         Bond bond{blocks, int(rows.size()), {}};
-        // In two of a row's places, if it acts on a block twice.
+        // A row that acts on a block twice lists it twice.
         bond.blocks.erase(std::unique(bond.blocks.begin(), bond.blocks.end()), bond.blocks.end());
         pattern.cliques.emplace_back();
         for (const int b : bond.blocks) {
@@ -102,7 +103,7 @@ void TangentElimination<Scalar>::condense(const BlockMatrix<Scalar>& A, size_t b
     const Eigen::Index n = modes.diagonal.size(), count = modes.shapes.cols();
     const auto ofModes = scale.tail(n);
     MatrixXd shapes = ofModes.asDiagonal() * modes.shapes;
-    // With another shift they are the same.
+    // A new shift leaves them unchanged.
     if (condensed.shapes.rows() != n || condensed.shapes.cols() != count ||
         condensed.shapes != shapes) {
         condensed.shapes = std::move(shapes);
@@ -238,7 +239,7 @@ void TangentElimination<Scalar>::solveScaled(Scalar* columns, int count) {
             (condensed.inverseU.transpose() * Y.middleRows(first + rest, numModes));
     });
     m_fronts->solve(kept.data(), count, m_numThreads);
-    // What the penalty has borne is theirs, too.
+    // The multipliers include the penalty's part, Penalty·g.
     Y.bottomRows(m_mass.numMultipliers) *= Penalty;
     Y.bottomRows(m_mass.numMultipliers) += kept.bottomRows(m_mass.numMultipliers);
     parallelFor(numBlocks, m_numThreads, [&](int i) {
@@ -298,7 +299,7 @@ VectorXd solveByGmres(const std::function<VectorXd(const VectorXd&)>& multiply,
                       const std::function<VectorXd(const VectorXd&)>& precondition,
                       const VectorXd& b, int maxSteps) {
     const double size = b.norm();
-    if (!(size > 0)) return precondition(b);  // or too small to be squared
+    if (!(size > 0)) return precondition(b);  // also if b underflows when squared
     MatrixXd V(b.size(), maxSteps + 1), H = MatrixXd::Zero(maxSteps + 1, maxSteps);
     V.col(0) = b / size;
     VectorXd y;
