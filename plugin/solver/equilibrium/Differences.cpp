@@ -14,23 +14,24 @@ using Eigen::VectorXd;
 
 namespace {
 
-/** Ratio of successive steps, number of levels, and the level beyond the first that is sampled
-where a function seems smooth. **/
+/** Ratio of successive steps, number of levels, and the level at which all columns are tested for
+smoothness. **/
 constexpr double StepRefinement = 1.0 / 16;
 constexpr int NumLevels = 7, ProbedLevel = 4;
 /** Relative to a function's change over a step: largest higher differences, and difference of
 slopes at two steps, of a smooth function. **/
 constexpr double SmoothShare = 1e-6;
-/** Round-off relative to a function's terms; round-off of a slope, relative to it, up to which it
-can be compared with others. **/
+/** Round-off relative to a function's terms; largest round-off of a usable slope, relative to the
+steepest. **/
 constexpr double RoundOffShare = 4 * std::numeric_limits<double>::epsilon(), KnownSlope = 0.01;
 /** Relative change below which a value is constant. **/
 constexpr double SameValue = 64 * std::numeric_limits<double>::epsilon();
 /** A kink is a change of slope by more than SeenKink, relative to the steepest, that is the same at
-three levels within the factor AlikeKink. At a jump the change of value is the same. **/
+three levels within the factor AlikeKink. At a jump the change of value at the last level is at
+least AlikeJump of that at the second. **/
 constexpr double SeenKink = 1e-3, AlikeKink = 3, AlikeJump = 0.1;
-/** Least jump, relative to the change of the value over a step of any column, and to the change of
-any value: stiff springs may act across a coordinate. **/
+/** Least jump, relative to the change of the value over a step of any column, and to the largest of
+all values and changes: stiff springs may act across a coordinate. **/
 constexpr double LeastJump = 1e-5, AnyNoise = 1e-9;
 
 /** Samples and slopes of one column. **/
@@ -46,30 +47,31 @@ public:
     double calcStep(int level) const { return m_firstStep * std::pow(StepRefinement, level); }
     int getNumLevels() const { return int(m_levels.size()); }
     void addLevel(const Samples& samples);
-    /** Of each value, what it changes over the first step. **/
+    /** Change of each value over the first step. **/
     const VectorXd& getFirstRange() const { return m_levels[0].range; }
-    /** @param largest  change over the first steps of all columns; `mostChange`: of any value
-    @param ofAll  the largest value
-    @param terms  what terms of each value may change over a first step
-    @param originDistance  of places, in sizes of a body **/
+    /** @param largest  change of each value over the first steps of all columns
+    @param mostChange  the largest of these
+    @param ofAll  largest value or change
+    @param terms  possible change of each value's terms over a first step
+    @param originDistance  distance from Ground's origin, in sizes of a body **/
     void setNoise(const VectorXd& largest, double mostChange, double ofAll, const VectorXd& terms,
                   double originDistance) {
         m_noise = 8 * RoundOffShare *
                   (m_largest + std::max(1.0, originDistance) * largest.cwiseMax(terms) /
                                    CoordinateScales::StepFraction);
-        // Terms that cancel may change as much as another value does. Without any, values may be of
-        // different kinds, such as stresses and displacements, and say nothing of each other.
+        // Terms that cancel may change as much as another value does. Without terms, values may be
+        // of different kinds, such as stresses and displacements, and are not comparable.
         m_slopeNoise = 8 * RoundOffShare / m_firstStep * terms;
         if (!terms.isZero(0))
             m_slopeNoise = m_slopeNoise.cwiseMax(8 * RoundOffShare / m_firstStep * mostChange);
         m_leastJump = (LeastJump * largest).cwiseMax(AnyNoise * ofAll).cwiseMax(m_noise);
     }
-    /** Whether the first step's slopes are those next to the middle, by samples at ±2h of a much
-    finer level. **/
+    /** Whether the first step's slopes hold close to the middle.
+    @param before, after  samples at ∓2h of level ProbedLevel **/
     bool isSmooth(const VectorXd& before, const VectorXd& after) const;
-    /** Slopes of the longest steps that do. **/
+    /** Finds kinks, and the slopes of the longest steps that are smooth. **/
     void choose() {
-        // At the finest levels what is rough is round-off, or a kink at the middle.
+        // At the two finest levels roughness is round-off, or a kink at the middle.
         for (size_t k = m_levels.size() - 2; k < m_levels.size(); ++k)
             for (Index i = 0; i < m_middle.size(); ++i)
                 if (isFinite(i, m_levels[k]))
@@ -92,7 +94,7 @@ private:
         double h;
         VectorXd slope;
         VectorXd range;          ///< largest change from the middle
-        VectorXd roughness;      ///< a slope's, by higher differences
+        VectorXd roughness;      ///< of the slope, by higher differences
         VectorXd before, after;  ///< slopes on both sides; not of the first level
 
         double calcSteepness(Index i) const { return range[i] / h; }

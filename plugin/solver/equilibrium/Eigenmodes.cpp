@@ -26,7 +26,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double RoundOff = 1e-11;  // of scaled matrices, whose entries are of order 1
-constexpr double ZeroRate = 1e-12;  // the same, of ν
+constexpr double ZeroRate = 1e-12;  // |ν| that counts as zero
 /** |ν| of zero eigenvalues, which are defective: roots of round-off. **/
 constexpr double NearestZero = 1e-6;
 /** Least number of speeds, in total and per mode, for block elimination. **/
@@ -39,9 +39,9 @@ States follow as coordinates without mass: λz = C δ + λE δ + F z. **/
 struct ReducedPencil {
     MatrixXd M, D, K;
     MatrixXd basis;  ///< δ = basis·y, all speeds
-    MatrixXd fullK;  ///< all speeds; nothing for held ones
+    MatrixXd fullK;  ///< all speeds; zero for held ones
     double rate;     ///< s [1/s]
-    double zero;     ///< ν² that is as good as none
+    double zero;     ///< ν² that counts as zero
     int numStates = 0;
 };
 
@@ -53,7 +53,7 @@ MatrixXd select(const Matrix& from, const std::vector<int>& rows, const std::vec
 }
 
 /** Squared rate of reference for the modes of interest: of the softest mode of a flexible part, or
-of a rigid system's stiffest or fastest coordinate. **/
+of a rigid system's largest ratio of stiffness or damping to inertia. **/
 double chooseReference(const MatrixXd& M, const MatrixXd& D, const MatrixXd& K,
                        const std::vector<char>& isModal) {
     double lowest = 0, largest = 0;
@@ -67,8 +67,8 @@ double chooseReference(const MatrixXd& M, const MatrixXd& D, const MatrixXd& K,
     return lowest > 0 ? lowest : largest > 0 ? largest : 1;
 }
 
-/** Units of states: those whose effect on the motion is of order 1; of a state that moves others
-only, whose effect on these is; of one that nothing follows, that the motion drives by as much. **/
+/** Units of states, chosen for an effect of order 1: on the motion; for a state that affects only
+other states, on these; for one without effect, of the motion on it. **/
 VectorXd chooseStateUnits(const MatrixXd& B, const MatrixXd& C, const MatrixXd& F, double rate) {
     const Eigen::Index count = F.rows();
     VectorXd units = VectorXd::Zero(count);
@@ -131,7 +131,7 @@ ReducedPencil reducePencil(const Linearization& linear) {
                    K = select(linear.K, free, free), G = select(linear.G, rows, free);
 
     ReducedPencil pencil;
-    // Not the very rate of an eigenvalue: a shift by it would be singular.
+    // The factor avoids an eigenvalue, at which the shift would be singular.
     const double reference = 0.37 * chooseReference(M, D, K, isModal);
     pencil.rate = std::sqrt(reference);
     pencil.zero = std::max(square(ZeroRate),
@@ -154,7 +154,7 @@ ReducedPencil reducePencil(const Linearization& linear) {
 }
 
 /** ν² = −ω² from (K + M)⁻¹M, whose largest eigenvalues 1/(1 + ω²) belong to the slowest modes:
-these come out sharpest. @returns false if a mode grows too fast for K + M to be positive. **/
+these are the most accurate. @returns false if a mode grows too fast for K + M to be positive. **/
 bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
     const MatrixXd K = 0.5 * (pencil.K + pencil.K.transpose());
     const MatrixXd M = 0.5 * (pencil.M + pencil.M.transpose());
@@ -163,9 +163,9 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs)
     if (!eigen.hasConverged) return false;
     for (Eigen::Index k = K.rows(); k-- > 0;) {
         const double mu = eigen.values[k];
-        if (!(mu > 0)) continue;  // no mass, no motion
+        if (!(mu > 0)) continue;  // no mass
         const VectorXd y = eigen.vectors.col(k);
-        // Rayleigh's quotient in graded coordinates: a pendulum's 10 1/s² is not lost beside 1e12.
+        // The Rayleigh quotient over all speeds resolves a pendulum's 10 1/s² beside 1e12 1/s².
         const VectorXd x = pencil.basis * y;
         const double modalMass = y.dot(M * y), work = x.dot(pencil.fullK * x);
         const double parts = x.cwiseAbs().dot(pencil.fullK.cwiseAbs() * x.cwiseAbs());
@@ -184,7 +184,7 @@ bool solveSymmetric(const ReducedPencil& pencil, std::vector<PencilMode>& pairs)
 /** Whether only round-off restores a motion. **/
 bool isFree(const ReducedPencil& pencil, const VectorXcd& y) {
     if (pencil.numStates > 0) {
-        // Nor may states change: all equations are looked at.
+        // States must not change either, so all equations are checked.
         const double parts = (pencil.K.cwiseAbs() * y.cwiseAbs()).maxCoeff();
         return (pencil.K * y).cwiseAbs().maxCoeff() <= RoundOffOfSum * parts;
     }
@@ -203,7 +203,7 @@ MatrixXd findSoftDirections(const ReducedPencil& pencil) {
                        : MatrixXd::Identity(pencil.K.rows(), pencil.K.rows());
 }
 
-/** Free motions: of the softest directions, those of least stiffness over mass. **/
+/** Finds free motions: in the softest directions, those of least stiffness over mass. **/
 std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
     std::vector<VectorXcd> motions;
     const MatrixXd V = findSoftDirections(pencil);
@@ -228,8 +228,8 @@ std::vector<VectorXcd> findFreeMotions(const ReducedPencil& pencil) {
     return motions;
 }
 
-/** Of first order in coordinates, states, speeds (y, z, v): as many eigenvalues as there are of
-these, none of which is infinite. **/
+/** First-order equations of coordinates, states and speeds (y, z, v), with one eigenvalue for each,
+none of which is infinite. **/
 InvertedPencil invertFirstOrder(const ReducedPencil& pencil) {
     const Eigen::Index s = pencil.numStates, c = pencil.M.rows(), n = c - s;
     MatrixXd rates = MatrixXd::Zero(c + n, c + n), inertia = MatrixXd::Zero(c + n, c + n);
@@ -263,7 +263,7 @@ void solveGeneral(const ReducedPencil& pencil, std::vector<PencilMode>& pairs) {
     }
 }
 
-/** Of the motions that would be without states: a filter may be as fast as it likes. **/
+/** Fastest rate of the motions without states, because filters may be arbitrarily fast. **/
 double calcStiffestRate(const ReducedPencil& pencil) {
     const Eigen::Index n = pencil.M.rows() - pencil.numStates;
     const MatrixXd K = pencil.K.topLeftCorner(n, n);
@@ -360,7 +360,7 @@ std::vector<Eigenmode> calcSlowestEigenmodes(const MultibodySystem& system, cons
 std::vector<Eigenmode> calcGrowingModes(const MultibodySystem& system, const State& state,
                                         const std::function<void()>& observer) {
     constexpr int MostSpeeds = 500, FewModes = 30;
-    constexpr double LeastGrowth = 1e-6;  // as a part of |λ|: less is round-off
+    constexpr double LeastGrowth = 1e-6;  // relative to |λ|; less is round-off
     const bool isLarge = state.getNU() > MostSpeeds;
     if (const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(system);
         isLarge && flexible)

@@ -32,13 +32,13 @@ constexpr double SharpestResonance = 1e7;
 /** Growth of free motions, relative to the softest vibration's ω², that counts as round-off. **/
 constexpr double LeastFall = 1e-9;
 constexpr double LeastSize = 1e-300;
-/** Scaled motion, as a part of the scaled forces, below which it is no more than their round-off:
-constraints carry a load alone. **/
+/** Scaled motion, relative to the scaled forces, below which it is round-off: constraints alone
+carry the load. **/
 constexpr double LeastMotion = 1e-6;
-/** Of scaled entries, what differences leave of symmetry and of what is not coupled; and what may
-couple modes of a part that are eliminated one by one: corrections see to it. **/
+/** Of scaled entries: noise of differences in asymmetry and coupling; largest coupling of modes that
+are eliminated one by one, which corrections make up for. **/
 constexpr double SmallSkew = 1e-9, SmallModeCoupling = 1e-3;
-/** In scaled equations. **/
+/** Compliance of constraints and least pivot of a mode, in scaled equations. **/
 constexpr double MultiplierCompliance = 1e-12, LeastTailPivot = 1e-12;
 /** Least inertia for a pivot, relative to the softest vibration's ω²; corrections remove the
 excess. **/
@@ -55,7 +55,7 @@ tail, uncoupled except by preloads. Other bodies have a head only. **/
 struct ArrowMatrix {
     MatrixXd head, right, below;  ///< h×h, h×f, f×h
     VectorXd tail;                ///< f: of the diagonal
-    MatrixXd rest;                ///< f×f: beside it; 0×0 if there is nothing
+    MatrixXd rest;                ///< f×f: off the diagonal; 0×0 if zero
 
     ArrowMatrix(const MatrixXd& A, Eigen::Index numHead)
         : head(A.topLeftCorner(numHead, numHead)),
@@ -98,7 +98,7 @@ struct FrequencyResponse::Contents {
     std::vector<CoupledPair> pairs;
     VectorXd diagonalK, diagonalM;
     std::vector<char> isHeld;
-    double softest = 0;  ///< ω² of the softest vibration, about
+    double softest = 0;  ///< approximate ω² of the softest vibration
     bool isSymmetric = false;
     int numUnstable = 0;
 
@@ -113,7 +113,7 @@ struct FrequencyResponse::Contents {
     VectorXcd multiplyGt(const VectorXcd& y) const {
         return mass->multiplyGt(y.real()) + Complex(0, 1) * mass->multiplyGt(y.imag());
     }
-    /** In the solver's numbering, nothing where speeds are held. **/
+    /** In the solver's numbering, zero where speeds are held. **/
     std::vector<VectorXd> takeColumns(const Matrix& columns) const;
     std::vector<VectorXd> takeRows(const Matrix& rows) const { return takeColumns(~rows); }
 
@@ -197,11 +197,11 @@ FrequencyResponse::Contents::Contents(const MultibodySystem& system, const State
     equations.realize(now.t, now.q.data(), now.u.data());
     if (kinks.any()) throw NoLinearForces(describeKinks(equations, scales, kinks));
     if (stiffness.findSkew(calcScale(softest)) > LargestSkewOfPotential) {
-        // Without a potential, negative eigenvalues of the stiffness say nothing of stability.
+        // Without a potential, negative eigenvalues of the stiffness do not decide stability.
         try {
             numUnstable = int(calcGrowingModes(system, point.state, observer).size());
         } catch (const NoEquilibrium&) {
-            // It is told by describeImbalance().
+            // describeImbalance() reports it.
         }
         return;
     }
@@ -234,7 +234,7 @@ void FrequencyResponse::Contents::takeMatrices(const BlockGraph& graph,
     isSymmetric =
         stiffness.findSkew(scale) <= SmallSkew && rate * damping.findSkew(scale) <= SmallSkew;
 
-    // Modes that are coupled among themselves or with neighbours stay among the head.
+    // Modes coupled among themselves or to neighbours belong to the head.
     const auto isNothing = [&](size_t column, size_t k) {
         const auto isZero = [&](const BlockMatrix<double>& A) {
             const MatrixXd& values = A.columns[column][k];
@@ -333,7 +333,7 @@ public:
         m_tails.resize(contents.sizes.size());
     }
 
-    /** @param hold  times M is added: what holds free motions where ω = 0 **/
+    /** @param hold  factor of M that restrains free motions at ω = 0 [1/s²] **/
     void setFrequency(double omega, double hold = 0) {
         const Contents& c = m_contents;
         m_omega = omega;
@@ -360,7 +360,7 @@ public:
         if (c.numSpeeds() > 0) m_fronts.factor(pointers, 1);
     }
 
-    /** In place of the right-hand side. **/
+    /** Solves in place. @throws std::runtime_error near an undamped resonance **/
     void solve(VectorXcd& f, VectorXcd& g) {
         const VectorXcd rightF = f, rightG = g;
         const auto measure = [&](const VectorXcd& forces) {
@@ -383,7 +383,7 @@ public:
             lambda += g;
             f = rightF - m_contents.multiply(x, lambda, m_omega, m_hold);
             g = rightG - m_contents.multiplyG(x);
-            // Forces that a drive calls for count, too.
+            // Includes the forces that a drive needs.
             if (pass == 0) size = std::max(measure(rightF), measure(m_contents.multiplyGt(lambda)));
             left = std::max(size > 0 ? measure(f) / size : 0,
                             calcOpening(g) / std::max({calcSize(), LeastMotion * size, LeastSize}));
@@ -404,7 +404,7 @@ public:
         g = lambda;
     }
 
-    /** ω |∂x/∂ω| / |x|: of a resonance, the inverse of its width. @param f, g  scratch **/
+    /** ω |∂x/∂ω| / |x|: at a resonance, the inverse of its width. @param f, g  scratch **/
     double calcSharpness(const VectorXcd& x, double leastSize, VectorXcd& f, VectorXcd& g) {
         constexpr double Change = 1e-3;
         const VectorXcd none = VectorXcd::Zero(g.size());
@@ -424,7 +424,7 @@ public:
     }
 
 private:
-    /** Of a body: what it takes to divide its tail out. **/
+    /** Factors that eliminate a body's tail. **/
     struct Tail {
         VectorXcd inverse;                     ///< f
         Eigen::MatrixXcd rightRows, leftRows;  ///< (h + m)×f: A₁ᵤ, Aᵤ₁ᵀ
@@ -498,7 +498,7 @@ private:
         for (Eigen::Index i = 0; i < f; ++i) {
             const Complex pivot = tailScale[i] * tailScale[i] *
                                   Complex(K.tail[i] + m_inertia * M.tail[i], m_omega * D.tail[i]);
-            // Of a part that resonates by itself, without damping: its joints decide what it does.
+            // The joints of a part in undamped resonance determine its motion.
             tail.inverse[i] = tailScale[i] == 0                  ? 0
                               : std::abs(pivot) > LeastTailPivot ? 1.0 / pivot
                                                                  : 1.0 / LeastTailPivot;

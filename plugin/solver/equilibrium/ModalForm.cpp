@@ -25,15 +25,16 @@ namespace {
 constexpr double PoleRoundOff = std::numeric_limits<double>::epsilon();
 /** Relative distance below which poles are not separated. **/
 constexpr double SamePole = 1e-6;
-/** The same for real or nearly real poles: of a nearly critically damped mode, one alone is
-meaningless. **/
+/** The same for real poles and those with |Im λ| below NearReal·|λ|: near critical damping, one
+pole alone is meaningless. **/
 constexpr double NearRealPole = 0.5, NearReal = 0.01;
 /** Least relative part of a mode that is controllable or observable. **/
 constexpr double ReachedPart = 1e-8;
 /** Growth rate, relative to a pole, above which it is unstable. **/
 constexpr double SlowGrowth = 1e-7;
 
-/** Scales, powers of two, by which rows and columns of S⁻¹A S have like sums. **/
+/** Replaces A by S⁻¹A S, whose rows and columns have similar sums; returns the diagonal of S,
+powers of two. **/
 VectorXd balanceMatrix(MatrixXd& A) {
     constexpr int mostPasses = 100;
     constexpr double enough = 0.95;
@@ -63,7 +64,7 @@ VectorXd balanceMatrix(MatrixXd& A) {
 struct OrderedSchur {
     MatrixXcd T, U;
 
-    /** Poles k and k + 1 change places. **/
+    /** Swaps poles k and k + 1. **/
     void exchange(Eigen::Index k) {
         const Eigen::Index n = T.rows();
         const Complex first = T(k, k), second = T(k + 1, k + 1), f = T(k, k + 1),
@@ -95,12 +96,13 @@ struct OrderedSchur {
 /** Poles that are not separated, from `begin` on along the diagonal. **/
 struct PoleCluster {
     Eigen::Index begin = 0, size = 0;
-    bool isReal = false;  ///< together with each pole its conjugate is in it
+    bool isReal = false;  ///< contains the conjugate of each of its poles
     Complex pole;         ///< their mean
 };
 
-/** Numbers of poles in each cluster, for clusters of poles that are real or of positive imaginary
-part; the others are their conjugates, and come last. **/
+/** Returns the indices of each cluster's poles: first for `clusters`, which are real or have a
+positive imaginary part, then for their conjugates.
+@throws std::runtime_error if poles come in no conjugate pairs **/
 std::vector<std::vector<Eigen::Index>> gatherPoles(const VectorXcd& poles, double zero,
                                                    double noise,
                                                    std::vector<PoleCluster>& clusters) {
@@ -167,7 +169,7 @@ struct ModeBlock {
     Complex pole;
 };
 
-/** Orthonormal columns that span those of a matrix, without what is less than `least` of it. **/
+/** Orthonormal basis of a matrix's columns, without parts below `least` of its norm. **/
 MatrixXd spanColumns(const MatrixXd& columns, double least) {
     MatrixXd basis(columns.rows(), 0), rest = columns;
     const double size = columns.norm();
@@ -184,7 +186,7 @@ MatrixXd spanColumns(const MatrixXd& columns, double least) {
     return basis;
 }
 
-/** The smallest space that holds B and, with each vector, A times it. **/
+/** Basis of the smallest space that contains B and is invariant under A. **/
 MatrixXd reachSpace(const MatrixXd& A, const MatrixXd& B) {
     const double size = A.norm();
     MatrixXd space = spanColumns(B, ReachedPart);
@@ -198,8 +200,8 @@ MatrixXd reachSpace(const MatrixXd& A, const MatrixXd& B) {
     return space;
 }
 
-/** Removes uncontrollable and unobservable parts. @param B, C  of size 1 where an input or output
-is entirely in this mode. **/
+/** Removes uncontrollable and unobservable parts.
+@param reached, seen  B and C, of size 1 where an input or output is entirely in this mode **/
 void keepReached(ModeBlock& mode, const MatrixXd& reached, const MatrixXd& seen) {
     const auto restrict = [](ModeBlock& whole, const MatrixXd& space) {
         whole.A = (space.transpose() * whole.A * space).eval();
@@ -211,7 +213,7 @@ void keepReached(ModeBlock& mode, const MatrixXd& reached, const MatrixXd& seen)
         restrict(mode, MatrixXd(mode.A.rows(), none));
         return;
     }
-    if (mode.A.rows() <= 2 && mode.pole.imag() > 0) return;  // a pair is reached as a whole
+    if (mode.A.rows() <= 2 && mode.pole.imag() > 0) return;  // a pair cannot be divided
     const MatrixXd space = reachSpace(mode.A, reached);
     restrict(mode, space);
     restrict(mode, reachSpace(mode.A.transpose(), (seen * space).transpose()));
@@ -229,12 +231,12 @@ std::vector<ModeBlock> divideIntoModes(const MatrixXd& givenA, const MatrixXd& g
     if (found.info() != Eigen::Success)
         throw std::runtime_error("the poles of the linear model are not found");
     OrderedSchur schur{found.matrixT(), found.matrixU()};
-    // Two zeros of one vector are seen as the root of round-off.
+    // Double zeros with one eigenvector appear as the square root of round-off.
     const double size = A.norm(), noise = 100 * PoleRoundOff * size,
                  zero = 10 * std::sqrt(PoleRoundOff * size);
     std::vector<PoleCluster> clusters;
     const auto members = gatherPoles(schur.T.diagonal(), zero, noise, clusters);
-    std::vector<Eigen::Index> order(static_cast<size_t>(n));  // who stands where
+    std::vector<Eigen::Index> order(static_cast<size_t>(n));  // pole at each place
     std::iota(order.begin(), order.end(), 0);
     Eigen::Index place = 0;
     for (const auto& own : members)

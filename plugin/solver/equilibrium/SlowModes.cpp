@@ -21,7 +21,7 @@ using TangentSymmetry = TangentElimination<double>::Symmetry;
 
 namespace {
 
-/** Relative ω² of free motions, and the least shift that exceeds round-off. **/
+/** ω² of free motions, and least shift above round-off; relative to the softest mode's ω². **/
 constexpr double ZeroOfSoftest = 1e-12, LeastModeShift = 1e-9;
 constexpr int MostRigidMotions = 6;
 constexpr int KrylovBlock = 4, DampedBlock = 16, NumDecades = 12, MostKrylovRounds = 12,
@@ -142,7 +142,7 @@ private:
     VectorXd calcNorms(const MatrixXd& X) const {
         return calcNorms(X, multiply(*m_now.K, X), multiplyM(X), m_shift);
     }
-    /** True for roots of round-off, of which a free motion has two. **/
+    /** True for eigenvalues that are roots of round-off; a free motion has two. **/
     bool isAboutZero(Complex lambda) const {
         return m_now.motion.isAtRest() ? std::norm(lambda) <= 1e-2 * m_shift
                                        : std::abs(lambda) <= NearZero * m_now.motion.getRate();
@@ -170,14 +170,14 @@ private:
     /** In Simbody's numbering. **/
     VectorXcd toSimbody(const std::vector<double>& q, const VectorXcd& x) const;
     Eigenmode makeMode(Complex lambda, const VectorXcd& x) const;
-    /** By ascending frequency, no more than there may be. **/
+    /** Sorts by frequency, keeps at most this many, and sets their resolution. **/
     void finish(std::vector<Eigenmode>& modes, int most) const;
 
     BlockLinearization m_linear;
     BlockLinearization::Instant m_now;
     std::optional<TangentElimination<double>> m_elimination;
     int m_threads = 1;
-    double m_shift = 0;         ///< ω²
+    double m_shift = 0;         ///< σ [1/s²]
     Vector m_metres;            ///< of Simbody's speeds
     MatrixXd m_space, m_stiff;  ///< the space V and K V, and room for more
     Eigen::Index m_count = 0;
@@ -231,7 +231,7 @@ void SlowModes::Search::refuseImbalance() {
 }
 
 void SlowModes::Search::findMetres() {
-    // Turning has other axes with Simbody, but the same radius about all of them.
+    // Simbody rotates bodies about other axes; the radius is the same about all of them.
     const Evaluation& equations = m_linear.getEquations();
     const Topology& topology = equations.getTopology();
     const std::vector<double>& metres = m_linear.getScales().metres;
@@ -245,7 +245,7 @@ void SlowModes::Search::findMetres() {
         for (int b = 0; b < topology.numFlexible; ++b)
             for (int i = 0; i < 3; ++i)
                 if (i != axis) own[size_t(equations.getBlock(b).firstU + i)] = 0;
-        if (axis > 0)  // what does not turn has been seen
+        if (axis > 0)  // other coordinates were done with the first axis
             for (int i = 0; i < topology.numU; ++i)
                 if (!turns[size_t(i)]) own[size_t(i)] = 0;
         const Vector part = equations.getBlocks().calcSimbodyUDot(m_now.point.q.data(), own.data());
@@ -274,7 +274,7 @@ int SlowModes::Search::count(double omegaSquared) {
 }
 
 int SlowModes::Search::count(const Blocks& K, const Blocks& D, double omega) {
-    // H = A + iB: each of its eigenvalues is there twice of [A, −B; B, A], which is real.
+    // The real matrix [A, −B; B, A] has each eigenvalue of H = A + iB twice.
     BlockGraph graph = m_linear.getGraph();
     for (int& first : graph.firstU) first *= 2;
     for (int& size : graph.sizes) size *= 2;
@@ -326,7 +326,7 @@ void SlowModes::Search::extend(MatrixXd X) {
     const Eigen::Index n = m_now.scale.size();
     MatrixXd MX = multiplyM(X);
     const auto clear = [&] { subtractPart(V(), multiplyTall(V(), MX, m_threads), X, m_threads); };
-    // Among themselves: what is left of a column; those that are kept come first.
+    // Moves a column behind those kept, orthogonal to them; returns its remaining norm.
     Eigen::Index kept = 0;
     const auto orthogonalize = [&](Eigen::Index j) {
         VectorXd x = X.col(j);
@@ -345,7 +345,7 @@ void SlowModes::Search::extend(MatrixXd X) {
         MX.col(kept++) /= size;
     }
     X.conservativeResize(Eigen::NoChange, kept);
-    // What the rows' compliance leaves open, and is no longer small, would cost no energy.
+    // The rows' compliance leaves gaps, enlarged by normalisation, that would cost no energy.
     m_elimination->close(X);
     MX = multiplyM(X);
     clear();
@@ -375,8 +375,8 @@ void SlowModes::Search::project() {
 }
 
 int SlowModes::Search::chooseShift(double zero, double least) {
-    // So much smaller than it that it stands out, so much larger than round-off that what is free
-    // does not drown it.
+    // The shift is small enough for the slowest mode to stand out, and large enough for round-off
+    // of free motions not to drown it.
     const int numFree = count(zero);
     int low = -NumDecades, high = NumDecades;
     while (high - low > 1) {
@@ -398,13 +398,13 @@ void SlowModes::Search::span(Eigen::Index target, MatrixXd& X) {
         const Eigen::Index before = m_count;
         extend(X);
         X = m_space.middleCols(before, m_count - before);
-        if (X.cols() == 0) return;  // all there are
+        if (X.cols() == 0) return;  // the space is complete
     }
 }
 
 void SlowModes::Search::findUndamped(int wanted) {
     const int numFree = chooseShift(ZeroOfSoftest * m_now.softest, LeastModeShift * m_now.softest);
-    // What differences leave of a free motion may count as a vibration.
+    // Noise of differences may make a free motion count as a vibration.
     const Eigen::Index most = numFree + wanted + MostRigidMotions;
     MatrixXd X = makeFresh(1.3, 1);
     Eigen::Index target = most + most / 2 + 2 * KrylovBlock;
@@ -413,7 +413,7 @@ void SlowModes::Search::findUndamped(int wanted) {
         project();
         const Eigen::Index found = std::min(most, m_values.size());
         double error = 0;
-        // The fastest come last.
+        // The fastest converge last, and so are checked first.
         for (Eigen::Index end = found; end > 0 && X.cols() > 0 && error <= ModeAccuracy;) {
             const Eigen::Index first = std::max<Eigen::Index>(0, end - KrylovBlock);
             const MatrixXd own = m_vectors.middleCols(first, end - first), x = V() * own,
@@ -433,7 +433,7 @@ void SlowModes::Search::findUndamped(int wanted) {
             if (expected <= std::count_if(m_values.begin(), m_values.end(),
                                           [&](double value) { return value < beyond; }))
                 return;
-            // As many coincide as blocks are wide: a fresh one sees more.
+            // More modes may coincide than a block is wide; a fresh block finds the others.
             X = makeFresh(0.7 + round, 2);
         }
         target += target / 3 + KrylovBlock;
@@ -444,7 +444,7 @@ void SlowModes::Search::findUndamped(int wanted) {
 }
 
 void SlowModes::Search::keepSlowest(int wanted) {
-    // As many more as bring most of what is lacking.
+    // The additional vectors contain most of the corrections that follow.
     const Eigen::Index kept = std::min(m_count, Eigen::Index(wanted + wanted / 2 + 8));
     m_space = (V() * m_vectors.leftCols(kept)).eval();
     m_stiff = (KV() * m_vectors.leftCols(kept)).eval();
@@ -463,7 +463,7 @@ void SlowModes::Search::refine(const Blocks& K, const Blocks& D, double rate, in
         ofD.conservativeResize(n, p);
         ofK.rightCols(p - known) = multiply(K, m_space.middleCols(known, p - known));
         ofD.rightCols(p - known) = multiply(D, m_space.middleCols(known, p - known));
-        // (λ − s)⁻¹: the slowest are the largest.
+        // The slowest modes have the largest (λ − s)⁻¹.
         modes = solveInverted(invertSecondOrder(MatrixXd::Identity(p, p) * square(rate),
                                                 rate * multiplyTall(V(), ofD, m_threads),
                                                 multiplyTall(V(), ofK, m_threads)),
@@ -474,7 +474,7 @@ void SlowModes::Search::refine(const Blocks& K, const Blocks& D, double rate, in
         for (PencilMode& mode : modes) mode.nu *= rate;
         if (int(modes.size()) > wanted) modes.resize(size_t(wanted));
         double worst = 0;
-        // A mode by itself that was found and has not moved since is there still.
+        // An isolated mode that has converged and not moved since needs no further check.
         const auto isKnown = [&](Complex own) {
             const auto isNear = [&](double allowed) {
                 return [own, allowed](Complex other) {
@@ -486,7 +486,7 @@ void SlowModes::Search::refine(const Blocks& K, const Blocks& D, double rate, in
                        return isNear(NearRate)(mode.nu);
                    }) == 1;
         };
-        // Real and imaginary parts of the others, side by side.
+        // Real and imaginary parts of the modes to check, side by side.
         std::vector<Complex> rates;
         MatrixXd Y(p, 2 * Eigen::Index(modes.size()));
         for (const PencilMode& mode : modes) {
@@ -540,7 +540,7 @@ void SlowModes::Search::refine(const Blocks& K, const Blocks& D, double rate, in
         }
         if (worst <= DampedAccuracy) return;
         extend(lacking.leftCols(numLacking));
-        if (m_count == before) return;  // there are no more
+        if (m_count == before) return;  // the space is complete
     }
     throw std::runtime_error("calcSlowestEigenmodes(): " + std::to_string(wanted) +
                              " damped or gyroscopic modes do not converge in " +
@@ -578,7 +578,7 @@ void SlowModes::Search::finish(std::vector<Eigenmode>& modes, int most) const {
 
 std::vector<Eigenmode> SlowModes::Search::calcAtRest(int wanted) {
     findUndamped(wanted);
-    // Nothing but round-off restores it.
+    // A motion is free if only round-off restores it.
     const VectorXd diagonal = m_now.K->getDiagonal().cwiseAbs();
     const MatrixXd shapes = V() * m_vectors;
     const auto isFree = [&](Eigen::Index k) {
@@ -611,7 +611,7 @@ std::vector<Eigenmode> SlowModes::Search::calcAtRest(int wanted) {
         keepSlowest(wanted + 2 * numFree);
         refine(*m_now.K, *m_now.D, std::sqrt(std::max(m_shift, ZeroOfSoftest * m_now.softest)),
                wanted + 2 * numFree, damped);
-        // What is free has two eigenvalues about zero; it stands among the modes already.
+        // A free motion, already among the modes, has two eigenvalues near zero.
         int skipped = 0;
         for (const PencilMode& mode : damped) {
             if (skipped < 2 * numFree && isAboutZero(mode.nu)) {
@@ -627,7 +627,7 @@ std::vector<Eigenmode> SlowModes::Search::calcAtRest(int wanted) {
 
 std::vector<Eigenmode> SlowModes::Search::calcGeneral(int wanted) {
     const Blocks K = takePart(*m_now.K, 1), D = takePart(*m_now.D, -1);
-    // What is free, to what differences leave of the motion.
+    // ω² below which a motion is free: includes the noise of differences from the speeds.
     double fastest = 0;
     for (const double speed : m_now.point.u) fastest = std::max(fastest, std::abs(speed));
     const double zero = ZeroOfSoftest * m_now.softest + square(SlowestMotion * fastest),
@@ -671,7 +671,7 @@ std::vector<Eigenmode> SlowModes::Search::calcGeneral(int wanted) {
         factor(*m_now.K, *m_now.D, rate);
         const int sought = wanted + 2 * int(free.cols());
         refine(*m_now.K, *m_now.D, rate, sought, found);
-        // What damping brings forward from among the faster ones, a fresh direction sees.
+        // Damping may make faster modes the slowest: fresh directions find these.
         for (int attempt = 0; attempt < MostCounts; ++attempt) {
             X = makeFresh(1.7 + attempt, 3);
             for (int pass = 0; pass < 2; ++pass) X = solve(multiplyM(X));
@@ -749,7 +749,7 @@ void SlowModes::Search::requireSteadiness(const MatrixXd& shapes, std::vector<Ei
             isTurned(toSimbody(m_now.point.q, x), toSimbody(after.q, later), m_metres);
         if (modes[k].frequency > lowest) slowest = std::min(slowest, double(modes[k].frequency));
     }
-    // As good as at rest.
+    // The rotation is negligible.
     if (!(slowest < Infinity) || rate < Steadiness::SmallTurn * 2 * Pi * slowest) return;
     const std::string unsteady = findUnsteadiness(shapes, carried, lowest);
     if (!unsteady.empty()) refuseUnsteadiness(unsteady);
@@ -794,7 +794,8 @@ std::string SlowModes::Search::findUnsteadiness(const MatrixXd& shapes, MatrixXd
                        " does not let displaced bodies continue their present motion";
     }
 
-    // Of the modes, with the mean of the matrices over a radian.
+    // Compares frequencies in the space of the modes: now, and with the matrices' mean over a
+    // radian.
     const SymmetricEigen gram =
         calcSymmetricEigen(multiplyTall(shapes, multiplyM(shapes), m_threads));
     Eigen::Index first = 0;
@@ -825,7 +826,7 @@ std::string SlowModes::Search::findUnsteadiness(const MatrixXd& shapes, MatrixXd
         return frequencies;
     };
     const std::vector<double> frequencies = list(0), others = list(0.5);
-    // The fastest first: a slow one may be told in one list alone.
+    // Compares the fastest first: a slow mode may be in one list only.
     for (size_t k = 1; k <= std::min(frequencies.size(), others.size()); ++k) {
         const double own = frequencies[frequencies.size() - k], other = others[others.size() - k];
         const double change = std::abs(square(other) - square(own));

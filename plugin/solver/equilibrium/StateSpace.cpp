@@ -28,13 +28,13 @@ constexpr double SmallCoupling = 1e-10;
 constexpr double MissedDrive = 1e-8;
 /** Round-off of an output, relative to its size. **/
 constexpr double SameNumber = 64 * std::numeric_limits<double>::epsilon();
-constexpr double RelativeStep = 1e-4;  // of states
+constexpr double RelativeStep = 1e-4;  // of states, relative to their size
 /** Up to this number, coordinates are differenced without testing for an effect. **/
 constexpr Eigen::Index FewCoordinates = 8;
 /** Inertia that restrains free motions, relative to the slowest vibration's ω². **/
 constexpr double InertiaHold = 1e-3;
 
-/** Relative to the largest multiplier. **/
+/** Step of multipliers, relative to the largest. **/
 constexpr double MultiplierStep = 1e-3;
 /** Largest relative sensitivity of a transfer function to s; beyond it s is at a pole. **/
 constexpr double SharpestPole = 1e7;
@@ -130,7 +130,7 @@ ModalBasis calcModalBasis(const Linearization& linear) {
     std::vector<VectorXd> shapes;
     std::vector<double> squares;
     for (const Eigenmode& mode : calcEigenmodes(undamped)) {
-        if (mode.eigenvalue.real() > 0) continue;  // its twin dies away
+        if (mode.eigenvalue.real() > 0) continue;  // its twin decays
         VectorXd shape(n);
         for (int i = 0; i < n; ++i) shape[i] = mode.shape[i].real();
         shapes.push_back(shape);
@@ -145,7 +145,7 @@ ModalBasis calcModalBasis(const Linearization& linear) {
     return basis;
 }
 
-/** XᵀKX without noise off the diagonal of ω². **/
+/** XᵀKX: ω² on the diagonal, off it the antisymmetric part above noise. **/
 MatrixXd calcModalStiffness(const ModalBasis& basis, const MatrixXd& K) {
     const MatrixXd sizes = basis.X.cwiseAbs();
     const MatrixXd parts = sizes.transpose() * (K.cwiseAbs() * sizes);
@@ -334,7 +334,7 @@ StateSpace calcStateSpace(const Linearization& linear, const LinearInputs& input
     b.bottomRows(s) = C * P - E * (X * rate) + F * drivenStates;
     if (inputs.states.nelt() > 0) b.bottomRows(s) += toDense(inputs.states);
 
-    // Multipliers are what balances; and along a motion speeds change with positions.
+    // Multipliers follow from the equations of motion; in a motion, speeds vary with positions.
     MatrixXd byQ = toDense(outputs.byQ), byU = toDense(outputs.byU),
              byUDot = toDense(outputs.byUDot), byStates = toDense(outputs.byStates),
              direct = toDense(inputs.direct);

@@ -23,13 +23,14 @@ constexpr double SlowestRate = 1e-8;
 constexpr double TurnStep = 5e-3;
 /** Cost of a rotation, relative to a translation by as much of a body's size, in closing loops. **/
 constexpr double TurnCost = 1e4;
-/** Constraint error allowed at given speeds, relative to the fastest [m/s, rad/s]. **/
+/** Constraint error allowed at given speeds, relative to 1 plus the fastest. **/
 constexpr double SmallError = 1e-7;
 /** The same for constant twists. **/
 constexpr double TwistError = 1e-9;
 constexpr double ClosureRank = 1e-10, ClosedLoop = 1e-15;
 constexpr int NumClosings = 12, NumFlowPieces = 16;
-/** Displacements for testing whether loops need closing [m], and the error allowed there. **/
+/** Displacements for testing whether loops need closing [m], and the error allowed there, relative
+to the displacement times the motion's rate. **/
 constexpr double TrialStep = 1e-4, TrialError = 1e-5;
 constexpr int NumTrials = 3;
 
@@ -295,7 +296,7 @@ void SteadyMotion::findReaches() {
         return root < 0 || isReached[size_t(root)];
     };
     std::vector<std::vector<int>> linksOf(m_roots.size());
-    std::set<int> open;  // links with one side that is reached
+    std::set<int> open;  // links with exactly one side reached
     const auto look = [&](int link) {
         const Link& it = m_links[size_t(link)];
         if (isKnown(it.blocks[0]) != isKnown(it.blocks[1]))
@@ -308,7 +309,7 @@ void SteadyMotion::findReaches() {
             if (findRoot(block) >= 0) linksOf[size_t(findRoot(block))].push_back(link);
         look(link);
     }
-    size_t next = 0;  // that may not be reached yet
+    size_t next = 0;  // all roots before it are reached
     for (size_t count = 0; count < m_roots.size(); ++count) {
         int root = -1;
         if (open.empty()) {
@@ -352,7 +353,7 @@ void SteadyMotion::followJoints(const std::vector<double>& q) {
         const int root = findRoot(block);
         return root < 0 ? -1 : order[size_t(root)];
     };
-    // Of each root, joints with those before it.
+    // Joints of each root to earlier roots.
     std::vector<std::vector<int>> jointsOf(m_reaches.size());
     for (int j = 0; j < int(topology.joints.size()); ++j) {
         const std::vector<FrameRef>& sides = topology.joints[size_t(j)].sides;
@@ -414,8 +415,8 @@ void SteadyMotion::followJoints(const std::vector<double>& q) {
 void SteadyMotion::followMotions(const std::vector<double>& q) {
     Evaluation& equations = *m_equations;
     const Topology& topology = equations.getTopology();
-    // Twists of links in the order in which they are reached, each with all that hangs on it, and
-    // speeds of trees.
+    // Unit motions: the twist of each link, in the order of reach, with all bodies reached through
+    // it, and the speeds of trees.
     SteadyMotion unit = *this;
     unit.m_twists.assign(m_roots.size(), SpatialVec(Vec3(0), Vec3(0)));
     unit.findReaches();
@@ -504,7 +505,7 @@ VectorXd SteadyMotion::calcDeparture(const Balance& balance) const {
             1 / std::sqrt(std::abs(K(free[k], free[k])) + inertia * M(free[k], free[k]));
     const MatrixXd Z = directions * TangentSpace(balance.G * directions).getBasis();
     if (Z.cols() == 0) return VectorXd::Zero(M.rows());
-    // Springs resist and inertia, however the motion softens the springs.
+    // Springs and inertia resist, even where the motion makes a stiffness negative.
     const MatrixXd reduced = calcCongruent(Z, K);
     const SymmetricEigen modes =
         calcSymmetricEigen(0.5 * (reduced + reduced.transpose()), calcCongruent(Z, M));
@@ -586,7 +587,7 @@ void SteadyMotion::calcOwnSpeeds(const std::vector<double>& q, std::vector<doubl
                                  std::vector<double>& uDot) const {
     const Twists twists = calcX(q, u);
     Twists rates(m_roots.size(), SpatialVec(Vec3(0), Vec3(0)));
-    // Along a straight path with X: what that leaves out is of even order in time.
+    // A straight path along X suffices: its error is even in time, and differences cancel it.
     const double duration = TurnStep / m_rate;
     const auto addDifference = [&](int place, double weight) {
         std::vector<double> speeds[2];
@@ -608,7 +609,7 @@ void SteadyMotion::calcOwnSpeeds(const std::vector<double>& q, std::vector<doubl
         addDifference(1, 8.0 / 12);
         addDifference(2, -1.0 / 12);
     }
-    // Of roots from the twists, which are often constant.
+    // Accelerations of roots follow from the twists, which are often constant.
     for (size_t r = 0; r < m_roots.size(); ++r) {
         const Root& root = m_roots[r];
         const Vec3 p = calcPlace(root, q), alpha = rates[r][0];
@@ -633,7 +634,7 @@ std::vector<double> SteadyMotion::flow(const std::vector<double>& q, double dura
         m_equations->getBlocks().normalizeQ(moved.data());
         return moved;
     };
-    // What stands on roots moves relative to them, then the roots with it.
+    // Bodies move relative to their roots first, then with them.
     for (size_t i = 0; i < delta.size(); ++i) delta[i] = duration * m_u[i];
     const std::vector<double> inner = move();
     std::vector<Transform> before(2 * m_reaches.size());
@@ -707,7 +708,7 @@ MatrixXd SteadyMotion::carry(const std::vector<double>& q, double duration,
     MatrixXd changes(topology.numQ, delta.cols());
     for (Eigen::Index j = 0; j < delta.cols(); ++j)
         changes.col(j) = (carryPart(j, steps[j]) - carryPart(j, -steps[j])) / (2 * steps[j]);
-    // Speeds of these rates; N is each block's own.
+    // Converts these rates to speeds, block by block, since N is block-diagonal.
     std::vector<double> unit(m_u.size(), 0), qDot(q.size());
     equations.realize(m_t, laterQ.data(), unit.data());
     std::vector<MatrixXd> N;

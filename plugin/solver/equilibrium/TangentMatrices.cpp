@@ -102,7 +102,7 @@ void noteJumps(int speed, const std::vector<Kink>& kinks, KinkedSpeeds& noted) {
 }
 using Note = void (*)(int speed, const std::vector<Kink>& kinks, KinkedSpeeds& noted);
 
-/** All rows, one column after the other. **/
+/** Columns with all rows, one by one. **/
 std::vector<std::vector<DifferenceColumn>> listColumns(const Evaluation& equations,
                                                        MatrixXd& derivative, Note note,
                                                        KinkedSpeeds* noted) {
@@ -118,7 +118,7 @@ std::vector<std::vector<DifferenceColumn>> listColumns(const Evaluation& equatio
     return groups;
 }
 
-/** Those of neighbours, of blocks without a common one at a time. **/
+/** Columns with the rows of neighbours, for blocks without a common neighbour at a time. **/
 std::vector<std::vector<DifferenceColumn>> listColumns(const Evaluation& equations,
                                                        const BlockGraph& graph, int firstBlock,
                                                        BlockMatrix<double>& derivative, Note note,
@@ -233,7 +233,7 @@ BlockMatrix<double> differentiateByU(Evaluation& equations, const CoordinateScal
 MatrixXd calcDampingMatrix(Evaluation& equations, const CoordinateScales& scales,
                            const SolutionPoint& point, KinkedSpeeds* kinks, const VectorXd& terms) {
     const int n = equations.getTopology().numU;
-    double fastest = 0;  // how fast the system turns
+    double fastest = 0;  // rate of the fastest block [1/s]
     for (int b = 0; b < equations.getTopology().numBlocks(); ++b) {
         const Block& block = equations.getBlock(b);
         if (scales.lengths[size_t(b)] > 0)
@@ -332,12 +332,12 @@ std::vector<MatrixXd> calcRateBlocks(Evaluation& equations, const CoordinateScal
         const Block& block = equations.getBlock(b);
         A.push_back(MatrixXd::Zero(block.numU, block.numU));
         if (b >= topology.numFlexible) continue;
-        // ω is that in the body.
+        // ω is expressed in the body.
         const double* omega = &point.u[size_t(block.firstU)];
         A.back().topLeftCorner<3, 3>() << 0, -omega[2], omega[1], omega[2], 0, -omega[0], -omega[1],
             omega[0], 0;
     }
-    // Of rigid trees, all of them at a time: N is each one's own.
+    // Differences all rigid trees at once: N of each depends on its own q.
     struct Tree {
         size_t number;
         const Block* block;
@@ -352,7 +352,7 @@ std::vector<MatrixXd> calcRateBlocks(Evaluation& equations, const CoordinateScal
         const double speed = block.calcDisplacement(point.u.data() + block.firstU);
         if (!(speed > 0)) continue;
         std::copy_n(point.u.begin() + block.firstU, block.numU, own.begin() + block.firstU);
-        // A ten-thousandth of the time it takes to move by itself.
+        // Time in which it moves by StepFraction of its size.
         trees.push_back({size_t(b), &block,
                          CoordinateScales::StepFraction * scales.lengths[size_t(b)] / speed,
                          MatrixXd(block.numQ, block.numU), MatrixXd(block.numQ, block.numU)});
@@ -364,7 +364,7 @@ std::vector<MatrixXd> calcRateBlocks(Evaluation& equations, const CoordinateScal
         equations.getBlocks().calcQDot(q.data(), u.data(), qDot.data());
         return qDot;
     };
-    /** Derivative of N(q)u along N(q)v. @param h  by coordinate; 0: none **/
+    // Derivative of N(q)u along N(q)v. h: step by coordinate; 0: none.
     const auto differentiate = [&](const std::vector<double>& u, const std::vector<double>& v,
                                    const VectorXd& h) {
         const VectorXd along = calcQDot(point.q, v);
