@@ -35,8 +35,8 @@ constexpr double LeastSize = 1e-300;
 /** Scaled motion, relative to the scaled forces, below which it is round-off: constraints alone
 carry the load. **/
 constexpr double LeastMotion = 1e-6;
-/** Of scaled entries: noise of differences in asymmetry and coupling; largest coupling of modes that
-are eliminated one by one, which corrections make up for. **/
+/** Of scaled entries: noise of differences in asymmetry and coupling; largest coupling of modes
+that are eliminated one by one, which corrections make up for. **/
 constexpr double SmallSkew = 1e-9, SmallModeCoupling = 1e-3;
 /** Compliance of constraints and least pivot of a mode, in scaled equations. **/
 constexpr double MultiplierCompliance = 1e-12, LeastTailPivot = 1e-12;
