@@ -15,12 +15,12 @@ class Signal::Implementation {
 public:
     virtual ~Implementation() = default;
 
-    /** @param places  where its frames are **/
+    /** @param places  indices of its frames **/
     virtual Real calc(const ElementInputs& now, const Frames& frames, const int* places) const = 0;
     virtual void addInGradient(const ElementInputs& now, const Frames& frames, const int* places,
                                Real gamma, Real factor, const Gradient& gradient) const = 0;
     virtual void addStatesTo(std::set<int>& /*states*/) const {}
-    /** Whether the gradient is all of the slope, in the frames where they are. **/
+    /** True if the gradient at these poses, without velocities, is the complete derivative. **/
     virtual bool hasExactGradient(const Frames& /*frames*/) const { return false; }
 
     Array_<Attachment> attachments;
@@ -86,7 +86,7 @@ public:
         attachments.push_back(F);
         attachments.push_back(M);
     }
-    /** With its turns. @param state  that counts them **/
+    /** An angle with its turns. @param state  index of the TurnState **/
     Coordinate(const FlexibleBodySubsystem& subsystem, int state, const Attachment& F,
                const Attachment& M)
         : m_turns(std::static_pointer_cast<const TurnState>(
@@ -117,7 +117,7 @@ public:
     bool hasExactGradient(const Frames&) const override { return true; }
 
 private:
-    std::shared_ptr<const TurnState> m_turns;  ///< null: within half a turn
+    std::shared_ptr<const TurnState> m_turns;  ///< null: turns are not counted
     JointCoordinate m_coordinate;
     Kind m_kind;
     int m_state = -1;
@@ -195,7 +195,7 @@ public:
     }
 
 private:
-    /** Numbers on the stack as long as they are few. **/
+    /** An array on the stack, or on the heap if it is long. **/
     template <class Number>
     class Few {
     public:
@@ -214,7 +214,7 @@ private:
     };
     using Buffer = Few<Real>;
 
-    /** Of an argument's frames among those of the element. **/
+    /** Indices of an argument's frames among those of the element. **/
     class Places : public Few<int> {
     public:
         Places(const std::vector<int>& own, const int* places) : Few<int>(own.size()) {
@@ -232,7 +232,7 @@ private:
 
     Signal::Function m_function;
     std::vector<Signal> m_arguments;
-    std::vector<std::vector<int>> m_places;  ///< of each argument's frames, among all
+    std::vector<std::vector<int>> m_places;  ///< of each argument's frames, in `attachments`
 };
 
 }  // namespace
@@ -343,7 +343,7 @@ std::optional<Signal::Slopes> Signal::calcSlopes(const FlexibleBodySubsystem& su
     if (!m_implementation || !m_implementation->hasExactGradient(frames)) return {};
     std::vector<int> places;
     for (unsigned k = 0; k < attachments.size(); ++k) places.push_back(int(k));
-    // A force along the gradient does the work per displacement that is the slope.
+    // The slope is the generalized force of forces that equal the gradient.
     const auto calcAlong = [&](Real gamma) {
         Array_<SpatialVec> gradient(attachments.size(), SpatialVec(Vec3(0), Vec3(0)));
         addInGradient(guts.getInputs(state), frames, places, gamma, 1, {gradient.data()});

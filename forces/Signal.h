@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Numbers that the motion of a model gives, and functions of them: what forces and states of one's own
-depend on.
+Quantities of a model's motion, and functions of them, as inputs of forces and of user-defined
+states.
 
     const Signal angle = Signal::turnedAngle(flexible, shoulder),
                    speed = Signal::coordinateRate(shoulder);
@@ -11,7 +11,8 @@ depend on.
     };
     CoordinateForce(flexible, shoulder, 0, Signal::function({angle, speed}, law));
 
-A Signal is a handle: copies share what they are. Its derivatives go into the Newton matrix. **/
+A Signal is a handle: copies share their implementation. Its derivatives enter the Newton
+matrix. **/
 
 #include <functional>
 #include <memory>
@@ -29,33 +30,34 @@ class Signal {
 public:
     using Real = SimTK::Real;
 
-    /** 0. **/
+    /** The constant 0. **/
     Signal() = default;
     bool isZero() const { return !m_implementation; }
 
     /** f(t, x₀, x₁ …).
-    @param values  of the signals x_i, in their order
+    @param values  x_i, in the order of the arguments
     @param slopes  null, or receives ∂f/∂x_i **/
     using Function = std::function<Real(Real time, const Real* values, Real* slopes)>;
 
     /** @name From frames **/
     /**@{**/
-    /** Between two origins [m], and its rate [m/s]; positive where they part. **/
+    /** Distance of two origins [m], and its rate [m/s], positive as they separate. **/
     static Signal distance(const Attachment& from, const Attachment& to);
     static Signal distanceRate(const Attachment& from, const Attachment& to);
-    /** Of M's origin from F's along an axis of F [m], and its rate as seen from F [m/s]. **/
+    /** Displacement of M's origin from F's along an axis of F [m], and its rate as seen from F
+    [m/s]. **/
     static Signal displacement(const Attachment& F, const Attachment& M,
                                SimTK::CoordinateAxis axis);
     static Signal displacementRate(const Attachment& F, const Attachment& M,
                                    SimTK::CoordinateAxis axis);
-    /** Of M as seen from F, about an axis of F [rad/s]. **/
+    /** Angular velocity of M relative to F, about an axis of F [rad/s]. **/
     static Signal angularVelocity(const Attachment& F, const Attachment& M,
                                   SimTK::CoordinateAxis axis);
     /**@}**/
 
     /** @name Coordinates of joints [rad, m], and their rates **/
     /**@{**/
-    /** Angles are in (−π, π]; see turnedAngle() for those that count turns.
+    /** Angles are in (−π, π]; turnedAngle() counts turns.
     @throws std::out_of_range if the joint has no such coordinate. **/
     static Signal coordinate(const Joint& joint, int number = 0);
     static Signal coordinateRate(const Joint& joint, int number = 0);
@@ -63,13 +65,13 @@ public:
                              const Attachment& M);
     static Signal coordinateRate(const JointCoordinate& coordinate, const Attachment& F,
                                  const Attachment& M);
-    /** An angle that goes on counting over any number of turns: a state of the subsystem follows
-    it, which a run begins at that value of the angle which is nearest to what the State has. A
-    joint has one for each of its angles, which Joint::calcCoordinates() then shows, too. A
-    coordinate that is no angle stays what it is.
-    @param start  what a State has that nobody has changed
-    @param lead   the motion that leads the angle, if one does: it says which turn the angle is on.
-    Both count where the turns are asked for first. **/
+    /** An angle that counts turns by a state of the subsystem. A run begins at the value of the
+    angle nearest to that state. A joint has one such state for each of its angles, and its
+    Joint::calcCoordinates() counts turns, too. For coordinates that are not angles, the same as
+    coordinate().
+    @param start  value of that state in a default State [rad]; prescribed angles begin at 0
+    @param lead   motion that prescribes the angle, if any, and with it the turn
+    Both are ignored if the turns of this angle are counted already. **/
     static Signal turnedAngle(FlexibleBodySubsystem& subsystem, const Joint& joint, int number = 0,
                               Real start = 0, const Joint::MotionFunction& lead = {});
     static Signal turnedAngle(FlexibleBodySubsystem& subsystem, const JointCoordinate& coordinate,
@@ -77,46 +79,46 @@ public:
                               Real start = 0);
     /**@}**/
 
-    /** Value of a state equation, by its number. **/
+    /** Value of the state with this index. **/
     static Signal state(int index);
     static Signal constant(Real value);
-    /** Of other signals, and of time. **/
+    /** A function of other signals and of time. **/
     static Signal function(const std::vector<Signal>& arguments, Function function);
 
-    /** The frames it is calculated from. **/
+    /** The frames on which it depends. **/
     const SimTK::Array_<Attachment>& getAttachments() const;
 
-    /** In a State realized to Stage::Velocity. **/
+    /** @pre the State is realized to Stage::Velocity **/
     Real calcValue(const FlexibleBodySubsystem& subsystem, const SimTK::State& state) const;
 
-    /** How a Signal changes with small displacements along the directions of the speeds u, and with
-    the speeds themselves: n numbers each, in Simbody's numbering of u; zero for prescribed u. **/
+    /** Derivatives of a Signal by small displacements along the directions of the speeds u, and by
+    u: n numbers each, in Simbody's numbering of u; zero for prescribed u. **/
     struct Slopes {
         SimTK::Vector byQ, byU;
     };
-    /** Exact slopes at a State at rest, realized to Stage::Velocity, in O(n). Nothing for functions
-    of other signals and for states, and for the distance of points that coincide, which has none.
-    **/
+    /** Exact slopes at a State at rest, realized to Stage::Velocity, in O(n). Empty for functions
+    of other signals, for states, and for the distance of coincident points, which has no
+    derivative. **/
     std::optional<Slopes> calcSlopes(const FlexibleBodySubsystem& subsystem,
                                      const SimTK::State& state) const;
 
-    /** @name For elements, whose frames are many signals' **/
+    /** @name For elements whose signals share frames **/
     /**@{**/
     using Frames = SimTK::Array_<FrameMotion>;
-    /** Puts the frames among those of an element, each once.
-    @returns where they are: `places` **/
+    /** Adds the frames to those of an element, each once.
+    @returns their indices there: `places` **/
     std::vector<int> addFramesTo(SimTK::Array_<Attachment>& attachments) const;
     Real calc(const ElementInputs& now, const Frames& frames, const std::vector<int>& places) const;
     struct Gradient {
         SimTK::SpatialVec* frames;  ///< one per frame of the element, in Ground
         Real* states = nullptr;     ///< one per state of the subsystem; null: not wanted
     };
-    /** Adds `factor` times what a unit of every twist changes in it, at once and by γ times the
-    twist in poses, and what a unit of every state does. **/
+    /** Adds `factor` times the derivatives by each frame's twist, which acts directly and displaces
+    poses by γ times the twist, and by each state. **/
     void addInGradient(const ElementInputs& now, const Frames& frames,
                        const std::vector<int>& places, Real gamma, Real factor,
                        const Gradient& gradient) const;
-    /** Numbers of the states that it depends on at once. **/
+    /** Adds the indices of the states on which it depends directly. **/
     void addStatesTo(std::set<int>& states) const;
     /**@}**/
 
@@ -130,7 +132,7 @@ private:
     std::shared_ptr<const Implementation> m_implementation;
 };
 
-/** A joint's coordinate and the frames it is between. **/
+/** A joint's coordinate and its two frames. **/
 struct JointCoordinateFrames {
     JointCoordinate coordinate;
     Attachment F, M;
@@ -146,8 +148,8 @@ public:
         : SignalState(name, initialValue, scale) {
         setRate(rate);
     }
-    /** Its rate is 0 until it is set, before the topology is realized: rates may depend on states
-    that come later. **/
+    /** The rate is 0 until setRate(), to be called before the topology is realized. This allows
+    rates that depend on states added later. **/
     SignalState(const std::string& name, SimTK::Real initialValue, SimTK::Real scale = 1)
         : StateEquation(name, initialValue, scale) {}
     void setRate(const Signal& rate) {
@@ -161,7 +163,7 @@ public:
     }
     void addInStateSlopes(const ElementInputs& now, const SimTK::Array_<FrameMotion>& frames,
                           SimTK::Real* slopes) const override;
-    /** One that only events change is no matter of equilibria. **/
+    /** True without a rate, as for states that only events change. **/
     bool followsMotion() const override { return m_rate.isZero(); }
     const Signal& getRate() const { return m_rate; }
 

@@ -28,30 +28,31 @@ using SimTK::Vector;
 namespace {
 
 constexpr const char* PortAxes = "xyz";
-/** Step of a number, of itself or of 1. **/
+/** Step of a number relative to itself, or to 1 if it is 0. **/
 constexpr double NumberStep = 1e-3;
-/** Of that step, one so small that no kink is within it unless the number is at one; slopes are
-then the same but for this part. **/
+/** Part of that step so small that it contains no kink unless the number is at one, and a multiple
+of it for comparison; relative difference of slopes above which there is a kink. **/
 constexpr double NearStep = 1.0 / 4096, CoarserStep = 16, NumberKink = 1e-3;
-/** Of differences over a step of size 1, what may be round-off. **/
+/** Round-off of differences over a step of size 1. **/
 constexpr double DrivenSpeed = 1e-9;
-/** Of a response, how far that a radian later may differ. **/
+/** Largest relative change of a response after a rotation by a radian. **/
 constexpr double SteadyResponse = 1e-3;
 /** Part of the largest possible response that is round-off of the differences behind it. **/
 constexpr double SteadyRoundOff = 1e-8;
-/** Of what is observed along with it, the part of an input's speed that is round-off. **/
+/** Part of an output's response that is round-off if it is due to an input's speed or
+acceleration. **/
 constexpr double SmallRatePart = 1e-9;
-/** Of what an input changes of an output by itself, how much it may bend over a step; and what of
-its size is round-off. **/
+/** Part of the direct effect of an input on an output that may be nonlinear over a step; part of
+the output's value that is round-off. **/
 constexpr double SmoothInput = 0.5, SameObserved = 1e-12;
-/** What moves more slowly is at rest [m/s, rad/s]. **/
+/** Largest speed of a system at rest [m/s, rad/s]. **/
 constexpr double SlowestSpeed = 1e-9;
-/** Between neighbouring frequencies a response changes by less than this part of itself (where its
-square is integrated, the finer one), or of a thousandth of its largest; so far apart they stay, of
-themselves, and so many are added at most. **/
+/** Largest change of a response between neighbouring frequencies, relative to itself (the finer one
+if its square is integrated) or to the part SmallResponse of its largest value; smallest relative
+distance of frequencies that are refined, and largest number of frequencies added. **/
 constexpr double CoarseChord = 0.2, FineChord = 0.05, SmallResponse = 1e-3, FinestStep = 2e-5;
 constexpr size_t MostAdded = 2000;
-/** Of what a response could be, the part that is round-off. **/
+/** Part of the bound of a response that is round-off, see ModelResponse::calcBounds(). **/
 constexpr double ResponseRoundOff = 1e-13;
 
 std::string getUnit(const std::vector<std::string>& parts) {
@@ -78,7 +79,8 @@ bool isSamePart(const ReducedBody& a, const ReducedBody& b) {
            a.omegaSquared == b.omegaSquared && a.I1 == b.I1 && a.Phi == b.Phi && a.N == b.N;
 }
 
-/** The same State of a model with other numbers. **/
+/** The same State for a model with other numbers.
+@throws std::runtime_error if its structure or parts differ. **/
 State transferState(const Model& model, const Model& other, const State& state) {
     State moved = other.makeInitialState();
     if (moved.getNQ() != state.getNQ() || moved.getNU() != state.getNU() ||
@@ -113,7 +115,7 @@ State transferState(const Model& model, const Model& other, const State& state) 
 
 namespace {
 
-/** The six components of the stress of which a probe tells von Mises's; nothing for others. **/
+/** The six components behind a probe of von Mises stress at a node; empty for other probes. **/
 std::optional<Probe> findComponents(const std::shared_ptr<const Model>& model, const Probe& probe) {
     const ModelValue probes = model->getFile().get("probes");
     if (!probes.isMap() || !probes.has(probe.name)) return {};
@@ -208,7 +210,7 @@ LinearOutputs LinearOutputPorts::differentiate(const OperatingPoint& point,
     const bool isAtRest = point.state.getU().norm() == 0;
     std::vector<std::optional<Signal::Slopes>> exact;
     std::vector<Choice> others;
-    std::vector<int> numbers;  // of their columns, among the ports
+    std::vector<int> numbers;  // ports of their columns
     for (const Choice& choice : m_choices) {
         Choice rest{choice.probe, {}};
         for (const int column : choice.columns) {
@@ -353,7 +355,7 @@ void LinearInputPorts::add(const ModelValue& value, const std::string& path,
     try {
         if (!value.isLaw()) now = value.getExpression().calcValue(time);
     } catch (const ModelError&) {
-        return;  // no number
+        return;  // not a number
     }
     m_ports.push_back({path, getUnit(splitAt(path, '.'))});
     m_sources.push_back({setting, value.getText(), now});
@@ -365,7 +367,7 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
                                              const std::function<void()>& observer) const {
     const int n = point.uDot.size(), m = point.multipliers.size(), count = int(m_ports.size());
     LinearInputs inputs{Matrix(n, count), Matrix(m, count), Matrix(), Matrix()};
-    // What is the same shall not seem to differ by round-off.
+    // Subtracted below, so that unchanged terms cancel without round-off.
     const EquationErrors before =
         calcEquationErrors(m_model.getSystem(), point.state, point.uDot, point.multipliers);
     const int numStates = before.rates.size();
@@ -379,11 +381,11 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
         const double value =
             isInput ? flexible.getStateValue(point.state, source.input) : source.value;
         const double size = std::isfinite(value) && value != 0 ? std::abs(value) : 1;
-        // Loads stand in the equations as they are.
+        // Loads enter the equations linearly.
         const bool isLinear =
             source.setting.rfind("loads.", 0) == 0 || source.setting.rfind("gravity", 0) == 0;
         const double step = isLinear ? std::max(1.0, size) : NumberStep * size;
-        /** Of a changed number, what changes, and what is observed. **/
+        /** Changes of the equations' errors and of outputs (`seen`) by a change of the number. **/
         struct Effect {
             Vector residual, positions, velocities, rates, seen;
 
@@ -447,10 +449,10 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
             slope.add(-8.0 / 12 / step, behind);
             slope.add(-1.0 / 12 / step, calcEffect(2 * step));
             slope.add(1.0 / 12 / step, calcEffect(-2 * step));
-            // Next to the number itself, if there is a kink on the way; and to both sides of it.
+            // Close to the number, in case a kink is within the step, and on both sides of it.
             const auto calcNear = [&](double little) {
                 const Effect above = calcEffect(little), below = calcEffect(-little);
-                std::pair<Effect, Effect> near{none, none};  // slope, and by how much it bends
+                std::pair<Effect, Effect> near{none, none};  // slope; half its change
                 near.first.add(0.5 / little, above);
                 near.first.add(-0.5 / little, below);
                 near.second.add(0.5 / little, above);
@@ -469,7 +471,7 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
             bent.add(1, bend);
             const bool bends = differ(near, bent, NumberKink);
             if (bends || differ(near, slope, NumberKink)) {
-                // A kink bends alike at another step; round-off and curvature do not.
+                // The change at a kink does not depend on the step; round-off and curvature do.
                 const auto [coarser, coarserBend] = calcNear(CoarserStep * NearStep * step);
                 if (bends && !differ(bend, coarserBend, 0.5))
                     throw std::runtime_error(
@@ -485,7 +487,7 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
             if (std::abs(rise - fall) <=
                 SmoothInput * change + SameObserved * std::abs(observedBefore[i] + rise))
                 continue;
-            // A parabola goes on otherwise.
+            // Beyond a kink the output goes on linearly; a parabola does not.
             if (std::abs(calcEffect(2 * step).seen[int(i)] - 2 * rise) < SmoothInput * change)
                 throw OutputKinks({observed.getPorts()[i].name}, {});
         }
@@ -509,11 +511,11 @@ LinearInputs LinearInputPorts::differentiate(const OperatingPoint& point,
 }
 
 //-------------------------------------------------------------------------------------------------
-// the whole
+// linear systems and responses
 
 namespace {
 
-/** What is observed a radian later, of the displacements that the motion has carried there. **/
+/** Outputs a radian later, by the present displacements, which the motion carries there. **/
 LinearOutputs bringBack(const Linearization& now, const Linearization& later,
                         const LinearOutputs& outputs) {
     const Matrix byQ = (outputs.byQ + outputs.byU * later.speedsByQ +
@@ -532,7 +534,7 @@ LinearInputs bringBack(const Linearization& now, LinearInputs inputs) {
     return inputs;
 }
 
-/** In place of outputs, all displacements. **/
+/** All displacements as outputs, for the same system. **/
 LinearOutputs observeDisplacements(const LinearOutputs& outputs) {
     const int n = outputs.byQ.ncol();
     LinearOutputs all;
@@ -546,8 +548,8 @@ LinearOutputs observeDisplacements(const LinearOutputs& outputs) {
     return all;
 }
 
-/** Returns, for each output and input, the response at s that there would be if all states that
-move did so along what the output sees. **/
+/** Returns bounds of the responses at s, for each output and input: the response if the states'
+motion were all along the output's row of C. **/
 Matrix calcLargestResponses(const StateSpace& space, Complex s) {
     StateSpace states = space;
     const int size = space.A.nrow(), inputs = space.B.ncol();
@@ -566,8 +568,8 @@ Matrix calcLargestResponses(const StateSpace& space, Complex s) {
     return bounds;
 }
 
-/** Returns the number of the port whose responses in `a` and `b` differ by more than round-off; −1
-if there is none. **/
+/** Returns the number of a port whose responses in `a` and `b` differ by more than the tolerances;
+−1 if there is none. **/
 int findDifference(const StateSpace& a, const StateSpace& b, double rate, bool isOfInputs) {
     for (const double factor : {0.31, 1.7}) {
         const Complex s(0.1 * factor * rate, factor * rate);
@@ -585,7 +587,7 @@ int findDifference(const StateSpace& a, const StateSpace& b, double rate, bool i
     return -1;
 }
 
-/** What both ways of looking at a model begin with. **/
+/** Common start of linear systems and frequency responses. **/
 struct ModelLinearization {
     LinearInputPorts inputs;
     LinearOutputPorts outputs;
@@ -594,8 +596,8 @@ struct ModelLinearization {
     std::function<void()> observer;
     std::vector<std::string> leftOut = {};
 
-    /** If all outputs are wanted, leaves those out that have no derivative: it is to be called
-    before drive(). **/
+    /** If all outputs are wanted, leaves out those without a derivative. To be called before
+    drive(). **/
     LinearOutputs observe(const OperatingPoint& point) {
         try {
             return outputs.differentiate(point, observer);
@@ -631,7 +633,7 @@ struct ModelLinearization {
         const StateSpace space = calcStateSpace(linear, driven, observed);
         if (space.A.nrow() == 0) throw std::runtime_error("nothing in the model is free to move");
         if (!linear.later) return space;
-        // Displacements are carried along by the motion: so must be what loads and observes them.
+        // The motion carries displacements along; inputs and outputs must be the same there.
         const Linearization later = calcLinearization(model.getSystem(), *linear.later, observer);
         const double rate = linear.state.getU().normInf();
         const auto refuse = [](const LinearSystem::Port& port, const char* what, const char* cure) {
@@ -755,7 +757,7 @@ ModelResponse::ModelResponse(const ModelText& text, const ModelOptions& options,
     m_leftOut = ports.leftOut;
 }
 
-/** In place of the responses to the unbalance's two forces, that to their sum. **/
+/** Replaces the responses to the two forces of the unbalance by the one to their sum. **/
 Matrix_<Complex> ModelResponse::combine(const Matrix_<Complex>& responses, double omega) const {
     if (!m_unbalance) return responses;
     const int last = responses.ncol() - 2;
@@ -797,7 +799,7 @@ Matrix ModelResponse::calcBounds(double frequency) const {
     const double omega = 2 * SimTK::Pi * frequency;
     const Matrix_<Complex> motions = m_blocks ? m_blocks->calcMotions(omega, m_inputEffects)
                                               : m_motions->calcTransfer(Complex(0, omega));
-    // Sizes by masses have one unit for all that moves.
+    // Norms with the mass matrix have the same unit for all motions.
     const SimTK::SimbodyMatterSubsystem& matter = m_model->getSystem().getMatterSubsystem();
     State state = copyState(m_state);
     m_model->getSystem().realize(state, SimTK::Stage::Velocity);
@@ -848,7 +850,7 @@ std::vector<std::vector<bool>> findRoundOff(const std::vector<Matrix_<Complex>>&
 
 namespace {
 
-/** Whether a response turns by so much between two frequencies that something is missed. **/
+/** True if a response changes so much between two frequencies that peaks may be missed. **/
 bool isCoarse(const Matrix_<Complex>& a, const Matrix_<Complex>& b, const SimTK::Matrix& largest,
               double chord) {
     for (int i = 0; i < a.nrow(); ++i)
@@ -874,7 +876,7 @@ void calcHarmonicResponse(const TransferFunction& calcTransfers,
     const size_t most = wanted.size() + MostAdded;
     for (int pass = 0; !wanted.empty(); ++pass) {
         const auto transfers = calcTransfers(wanted, [&](size_t done) {
-            // How many passes there will be is not known: half of what is left each time.
+            // The number of passes is unknown: each counts as half of what is left.
             const double left = refinement == Refinement::None ? 0 : std::pow(0.5, pass + 1);
             const double before = pass == 0 ? 0 : 1 - std::pow(0.5, pass);
             if (observer)
@@ -909,7 +911,7 @@ void calcHarmonicResponse(const TransferFunction& calcTransfers,
 
 namespace {
 
-/** By which power of frequency a density changes between two points; NaN where one is zero. **/
+/** Exponent of the power law between two points of a density; NaN if f1, s1 or s2 is 0. **/
 double calcSlope(double f1, double s1, double f2, double s2) {
     return f1 > 0 && s1 > 0 && s2 > 0 ? std::log(s2 / s1) / std::log(f2 / f1) : SimTK::NaN;
 }

@@ -17,9 +17,9 @@ using namespace SimTK;
 
 namespace {
 
-constexpr double MostFormulas = 1e5;  // a law that is evaluated in some milliseconds
+constexpr double MostFormulas = 1e5;  // such a law takes some milliseconds to evaluate
 
-/** Terms whose factor is 0 are left out, and nothing depends on them. **/
+/** Leaves out terms whose factor is 0, so that nothing depends on them. **/
 Signal makeSum(std::vector<Signal> terms, std::vector<double> factors) {
     for (size_t i = factors.size(); i-- > 0;)
         if (factors[i] == 0) {
@@ -42,7 +42,7 @@ Signal makeSum(std::vector<Signal> terms, std::vector<double> factors) {
              "functions of time and expressions of these can be used");
 }
 
-/** What a connector of one type knows and one of another does not. **/
+/** Fails on names of quantities that only other types of connectors have. **/
 void failOwnNameOfOthers(const ModelValue& law, const std::string& name) {
     if (name == "angle" || name == "speed")
         law.fail("only laws of torsion springs and of motors of turning joints know '" + name +
@@ -61,7 +61,7 @@ bool isSameCoordinate(const ModelValue& a, const ModelValue& b) {
 
 }  // namespace
 
-/** An entry of `states`: its equations, and what they put out. **/
+/** Equations and outputs of an entry of `states` or `controllers`, or of an event. **/
 class SignalBuilder::StateEntry {
 public:
     StateEntry(ModelSystem& system, const ModelOptions& options, const ModelValue& value)
@@ -70,7 +70,7 @@ public:
              {"rate", "pid", "low_pass", "lead_lag", "transfer_function", "rate_limit",
               "state_space", "sample_and_hold", "hysteresis", "fmu"})
             if (value.has(kind)) m_kind = kind;
-        if (m_kind.empty()) {  // an event's
+        if (m_kind.empty()) {  // an event
             add("", 0);
             add(".waiting", 1);
             return;
@@ -102,17 +102,17 @@ public:
 
     std::string getName() const { return m_value.getName(); }
     const ModelValue& getValue() const { return m_value; }
-    /** The state that an event may set; −1: none. **/
+    /** Index of the state that an event may set; −1 if there is none. **/
     int getSettable() const { return m_kind.empty() || m_kind == "rate" ? m_indices[0] : -1; }
 
-    /** What laws know by its name, and by NAME.OUTPUT if there are several. **/
+    /** Names of outputs in laws: its own name, or NAME.OUTPUT if outputs are named. **/
     std::vector<std::string> listOutputs() const {
         if (m_outputs.empty()) return {getName()};
         std::vector<std::string> names;
         for (const std::string& output : m_outputs) names.push_back(getName() + "." + output);
         return names;
     }
-    /** @throws ModelError if it depends on itself at once. **/
+    /** @throws ModelError if it depends on itself without a state in between. **/
     const Signal& getOutput(const std::string& name, SignalBuilder& signals) {
         const auto known = m_made.find(name);
         if (known != m_made.end()) return known->second;
@@ -122,7 +122,7 @@ public:
         return m_made.emplace(name, output).first->second;
     }
 
-    /** Once all entries are there. **/
+    /** To be called once all entries exist. **/
     void setRates(SignalBuilder& signals) {
         if (m_kind.empty()) return;
         if (m_kind == "rate") {
@@ -179,7 +179,7 @@ private:
     Signal makeInput(SignalBuilder& signals) { return signals.make(m_block.get("input")); }
 
     Signal makeOutput(SignalBuilder& signals) {
-        if (m_kind == "hysteresis")  // integrated with the others, it is 1 to round-off
+        if (m_kind == "hysteresis")  // an integrated state, so 1 only up to round-off
             return Signal::function(m_values, [](Real, const Real* x, Real* slopes) {
                 if (slopes) *slopes = 0;
                 return x[0] > 0.5 ? 1. : 0.;
@@ -213,7 +213,7 @@ private:
         return makeSum(terms, factors);
     }
 
-    /** T ẏ = u − y, from y = u on. **/
+    /** T ẏ = u − y, beginning at y = u. **/
     void follow(double time, const Signal& input) {
         m_states.back()->setRate(makeSum({input, m_values.back()}, {1 / time, -1 / time}));
         m_system.followers.push_back({m_indices.back(), input});
@@ -245,7 +245,7 @@ private:
         if (n > 0) m_states[n - 1]->setRate(makeSum(terms, factors));
     }
 
-    /** T ẏ = u − y, but no faster than the limits. **/
+    /** T ẏ = u − y with limited ẏ. **/
     void limitRate(const Signal& input) {
         const double time = m_block.get("time_constant").getNumber();
         const double rise = m_block.get("rise").getNumber();
@@ -300,7 +300,7 @@ private:
                                               : std::vector<double>(n, 0);
         for (size_t i = 0; i < n; ++i) add("." + std::to_string(i + 1), start[i]);
     }
-    /** Σ row·states + Σ gains·inputs; inputs without gain are not asked for. **/
+    /** Σ row·states + Σ gains·inputs. Inputs whose gain is 0 are not made. **/
     Signal makeCombination(const std::vector<double>& row, const std::vector<double>& gains,
                            SignalBuilder& signals) {
         std::vector<Signal> terms = m_values;
@@ -372,10 +372,10 @@ private:
     std::vector<Signal> m_values;
     std::vector<int> m_indices;
     bool m_hasIntegral = false, m_hasDerivative = false;
-    std::vector<double> m_numerator, m_denominator;  ///< as many of both
+    std::vector<double> m_numerator, m_denominator;  ///< of equal length
     std::vector<std::vector<double>> m_A, m_B, m_C, m_D;
     std::shared_ptr<Controller> m_controller;
-    std::vector<std::string> m_outputs;  ///< names; empty: one that has the entry's name
+    std::vector<std::string> m_outputs;  ///< names; empty: one output with the entry's name
     double m_lower = 0, m_upper = 0;
     std::map<std::string, Signal> m_made;
 };
@@ -504,12 +504,12 @@ Signal SignalBuilder::compile(const ModelValue& value, const Locals& locals, Val
     const std::string place = value.getPlace() + ": " + value.getPath();
     return Signal::function(arguments, [formula, place, failure = m_system.lawFailure](
                                            Real time, const Real* x, Real* slopes) {
-        // Where there is no slope, Newton's method goes without.
+        // Newton's method does without slopes that do not exist.
         const double result =
             slopes ? formula.calcSlopes(time, x, slopes) : formula.calcValue(time, x);
         for (size_t i = 0; slopes && i < formula.getUsed().size(); ++i)
             if (!std::isfinite(slopes[i])) slopes[i] = 0;
-        // A shorter step may find one.
+        // Noted, not thrown: a shorter step may find a value.
         if (!std::isfinite(result))
             *failure = place + " has no finite value: " + formula.explain(time, x);
         return result;
@@ -563,7 +563,7 @@ void SignalBuilder::noteSharedWords(const VariableFormula& formula, const ModelV
                                     const std::vector<std::string>& own) {
     for (const VariableFormula::SharedWord& shared : formula.getSharedWords()) {
         std::string others;
-        for (const std::string& other : shared.others)  // a motor and a probe may mean the same
+        for (const std::string& other : shared.others)  // a motor's and a probe's may be the same
             if (other.compare(0, 7, "probes.") != 0 || !isOfSameCoordinate(shared.word, law))
                 others += (others.empty() ? "" : " and ") + other;
         if (others.empty()) continue;
@@ -677,7 +677,7 @@ std::pair<Joint, int> SignalBuilder::findCoordinateOf(const ModelValue& value, i
 
 Signal SignalBuilder::makeCoordinate(const ModelValue& value, int column) {
     if (value.isMap() && value.has("body")) return makeOfMobilizer(value, false);
-    // initial.joints lead it to its turns.
+    // `initial.joints` sets the turn.
     return withPlace(value, [&, found = findCoordinateOf(value, column)] {
         return Signal::turnedAngle(m_system.flexible, found.first, found.second);
     });

@@ -23,7 +23,7 @@ void put(const Vec3& vector, double* values) {
     for (int k = 0; k < 3; ++k) values[k] = vector[k];
 }
 
-/** What is made of a tensor. **/
+/** A number computed from a tensor. **/
 using TensorValue = double (*)(const SymMat33& tensor);
 
 struct TensorKind {
@@ -57,7 +57,7 @@ TensorValue findTensorKind(const ModelValue& what) {
 
 enum class Tensor { Stress, Strain };
 
-/** Value that is largest in size. **/
+/** Value of largest magnitude, with its sign. **/
 double findWorst(const Array_<SymMat33>& tensors, TensorValue calc) {
     double worst = 0;
     for (const SymMat33& tensor : tensors) {
@@ -67,7 +67,7 @@ double findWorst(const Array_<SymMat33>& tensors, TensorValue calc) {
     return worst;
 }
 
-/** Numbers of the nodes whose mean a probe at one node takes. **/
+/** Numbers of the nodes whose tensors a probe at one node averages. **/
 std::vector<int> findTensorNodes(const FlexibleBody& body, const ModelValue& map) {
     const ModelValue node = map.get("node"), sideKey = map.get("side");
     const int number = node.getInteger();
@@ -130,7 +130,7 @@ Probe makeTensorProbe(const ProbeSource& source, const ModelValue& map, Tensor t
         (isWorst ? name : map.get("node")).fail(error.what());
     }
     const TensorValue calc = findTensorKind(map.get("what"));
-    // Equivalent strain is √(2/3 e:e), so that in a bar it is the strain along it at ν = ½.
+    // Equivalent strain is √(2/3 e:e) of the deviator e: in a bar with ν = ½ the axial strain.
     const bool isEquivalent = map.get("what").getText().find("von_mises") != std::string::npos;
     const double factor = tensor == Tensor::Strain && isEquivalent ? 2.0 / 3 : 1;
     Probe probe;
@@ -174,8 +174,8 @@ FlexibleFramePose calcPose(const Attachment& frame, const Vector& xi, const Stat
         .getPose();
 }
 
-/** Place of one frame of a body in another, less the same undeformed: the deflection of a tip from
-its support. **/
+/** Position of one frame of a body in another, minus the same undeformed: the deflection of a tip
+relative to its support. **/
 Probe makeDeflectionProbe(const ProbeSource& source, const Attachment& frame) {
     const ModelValue support = source.entry.get("relative_to");
     const Attachment base = source.model->findFrame(support);

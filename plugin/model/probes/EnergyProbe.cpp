@@ -36,7 +36,7 @@ double calcEnergy(const Model& model, const Moment& moment, const std::string& k
         return *moment.kineticEnergy;
     };
     const auto getPotential = [&] {
-        // Gravity and simflex/forces are all that a model has.
+        // This is complete: all forces of a model are gravity or of simflex/forces.
         if (!moment.potentialEnergy)
             moment.potentialEnergy = subsystem.calcPotentialEnergy(moment.state);
         return *moment.potentialEnergy;

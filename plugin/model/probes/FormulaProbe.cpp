@@ -30,11 +30,11 @@ struct FormulaOfProbes {
             arguments.push_back(numbers[column.number]);
         }
         const double value = formula.calcValue(moment.state.getTime(), arguments.data());
-        return std::isnan(value) ? SimTK::NaN : value;  // one kind of nothing, on every machine
+        return std::isnan(value) ? SimTK::NaN : value;  // the same NaN on every machine
     }
 };
 
-/** Where NAME or NAME.COLUMN stands. **/
+/** Finds the column NAME or NAME.COLUMN. **/
 Column findColumn(const ModelValue& formula, const std::string& variable,
                   const FindProbe& findProbe) {
     const Probe probe = findProbe(formula, variable.substr(0, variable.find('.')));
@@ -85,7 +85,7 @@ Probe makeExpressionProbe(const ProbeSource& source, const FindProbe& findProbe)
                                                 : findColumn(text, name, findProbe));
     }
     Probe probe = makeNumber(source.entry);
-    // Shared by all copies, and evaluated once at a moment.
+    // Shared by all copies, and evaluated once per Moment.
     const auto own = std::make_shared<const FormulaOfProbes>(FormulaOfProbes{formula, columns});
     probe.calc = [own](const Moment& moment, double* values) {
         const auto known = moment.formulas.find(own.get());

@@ -1,5 +1,5 @@
 /** @file
-Probes of how frames move. **/
+Probes of the motion of frames. **/
 
 #include "simflex/body/FrameAcceleration.h"
 #include "simflex/model/probes/FrameSignals.h"
@@ -15,7 +15,7 @@ using SimTK::Vec3;
 
 namespace {
 
-/** Of M in F, in F's axes, rates as seen from F. **/
+/** Motion of M relative to F, in axes of F, with rates as seen from F. **/
 FrameMotion calcRelativeMotion(const FrameMotion& F, const FrameMotion& M) {
     const Vec3 &omega = F.V[0], &alpha = F.A[0];
     const Vec3 p = M.X.p() - F.X.p(), v = M.V[1] - F.V[1], a = M.A[1] - F.A[1];
@@ -37,7 +37,7 @@ struct FrameQuantity {
     Vec3 (*take)(const FrameMotion& motion);
 };
 
-/** Those that are no signals. **/
+/** Quantities that are not available as signals. **/
 constexpr FrameQuantity FrameQuantities[] = {
     {"acceleration", "m/s^2", Needs::Accelerations, [](const FrameMotion& m) { return m.A[1]; }},
     {"orientation", "rad", Needs::Poses,
@@ -45,14 +45,14 @@ constexpr FrameQuantity FrameQuantities[] = {
     {"angular_acceleration", "rad/s^2", Needs::Accelerations,
      [](const FrameMotion& m) { return m.A[0]; }}};
 
-/** The quantity that an entry asks for, or null. **/
+/** The quantity of an entry, or null. **/
 const FrameQuantity* findQuantity(const ModelValue& entry) {
     for (const FrameQuantity& quantity : FrameQuantities)
         if (entry.has(quantity.key)) return &quantity;
     return nullptr;
 }
 
-/** The frame that the entry's key names, and the one that it is seen from, if that is given. **/
+/** The frame that the entry's key names, and the reference frame if there is one. **/
 std::vector<Attachment> findFrames(const ProbeSource& source, const char* key) {
     std::vector<Attachment> frames{source.model->findFrame(source.entry.get(key))};
     const ModelValue reference = source.entry.get("relative_to");

@@ -41,7 +41,7 @@ Probe makeCoordinates(const std::shared_ptr<const Model>& model, const Joint& jo
     return probe;
 }
 
-/** Coordinates of a mobilizer, of all or (number ≥ 0) of one. **/
+/** Coordinates of a mobilizer: all, or one (number ≥ 0). **/
 Probe makeMobilizerCoordinates(const std::shared_ptr<const Model>& model,
                                const Model::BodyEntry& body, int number, Order order) {
     const SimTK::State state = model->getSystem().getDefaultState();
@@ -50,7 +50,7 @@ Probe makeMobilizerCoordinates(const std::shared_ptr<const Model>& model,
     Probe probe;
     for (int k = first; k < first + count; ++k)
         probe.columns.push_back(count == 1 ? "" : std::to_string(k));
-    // Others have coordinates of several kinds.
+    // Coordinates of other types may have different units.
     const ModelValue mobilizer = model->getFile().get("bodies").get(body.name).get("mobilizer");
     const std::string type = mobilizer.isGiven() ? mobilizer.get("type").getText() : "free";
     if (type == "pin" || type == "universal") probe.unit = "rad";
@@ -65,7 +65,7 @@ Probe makeMobilizerCoordinates(const std::shared_ptr<const Model>& model,
     return probe;
 }
 
-/** @param what  has `coordinate`, or it is −1: all; @param owner  "joint 'pin'" **/
+/** Returns the number `coordinate` of a map; −1, all, without it. @param owner  "joint 'pin'" **/
 int readCoordinate(const ModelValue& what, const std::string& owner, int count) {
     if (!what.isMap() || !what.has("coordinate")) return -1;
     const ModelValue wanted = what.get("coordinate");
@@ -76,7 +76,7 @@ int readCoordinate(const ModelValue& what, const std::string& owner, int count) 
     return number;
 }
 
-/** {body: NAME, coordinate: q}, or all without `coordinate`. **/
+/** For {body: NAME, coordinate: n}; all coordinates without `coordinate`. **/
 Probe makeMobilizerProbe(const ProbeSource& source, const ModelValue& map, Order order) {
     const Model::BodyEntry& body = source.model->findBody(map.get("body"));
     const SimTK::State state = source.model->getSystem().getDefaultState();
@@ -86,7 +86,7 @@ Probe makeMobilizerProbe(const ProbeSource& source, const ModelValue& map, Order
                                     readCoordinate(map, "'" + body.name + "'", count), order);
 }
 
-/** Of `key: JOINT`, or {joint: JOINT, coordinate: n}, or {body: BODY, coordinate: n}. **/
+/** For `key: JOINT`, {joint: JOINT, coordinate: n} or {body: BODY, coordinate: n}. **/
 Probe makeAnyCoordinate(const ProbeSource& source, const char* key, Order order) {
     const ModelValue what = source.entry.get(key);
     if (what.isMap() && what.has("body")) return makeMobilizerProbe(source, what, order);
@@ -105,7 +105,7 @@ Probe makeAnyCoordinate(const ProbeSource& source, const char* key, Order order)
 
 Vector getMultipliers(const Model& model, const Joint& joint, const Moment& moment) {
     const FlexibleBodySubsystem& subsystem = model.getFlexibleBodies();
-    // Released joints have none.
+    // Released joints have no multipliers.
     const auto isReleased = [&](const Joint& other) {
         return model.getMatter().getConstraint(other.getConstraintIndex()).isDisabled(moment.state);
     };
@@ -120,7 +120,7 @@ Vector getMultipliers(const Model& model, const Joint& joint, const Moment& mome
 }
 
 Vector getFrictionForces(const Model& model, const Joint& joint, const Moment& moment) {
-    // They stand last, two numbers for each rate: the force, and one that is none.
+    // They are last: for each contact one force per rate, then as many numbers that are no forces.
     const FlexibleBodySubsystem& subsystem = model.getFlexibleBodies();
     const auto countRates = [&](const Joint& other) {
         const bool rubs =

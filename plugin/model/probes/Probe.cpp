@@ -13,7 +13,7 @@ namespace {
 
 using Maker = Probe (*)(const ProbeSource& source);
 
-/** By the key that says what is probed. **/
+/** By the key that names the quantity. **/
 const std::pair<const char*, Maker> ProbeMakers[] = {
     {"displacement", makeDisplacementProbe},
     {"largest_displacement", makeLargestDisplacementProbe},
@@ -33,7 +33,7 @@ const std::pair<const char*, Maker> ProbeMakers[] = {
     {"function", makeFunctionProbe},
 };
 
-/** Makes probes of a file; those of formulas make what they are made of first. **/
+/** Makes the probes of a file; formulas first make the probes that they depend on. **/
 class ProbeMaker {
 public:
     ProbeMaker(std::shared_ptr<const Model> model, const ModelValue& entries)
@@ -73,7 +73,7 @@ private:
     std::set<std::string> m_beingMade;
 };
 
-/** What is recorded of a model that names no probes. **/
+/** Default probes, for models without `probes`. **/
 std::vector<Probe> makeUsualProbes(const std::shared_ptr<const Model>& model) {
     std::vector<Probe> probes;
     const auto add = [&](const std::string& name, Probe probe) {
@@ -83,7 +83,7 @@ std::vector<Probe> makeUsualProbes(const std::shared_ptr<const Model>& model) {
     for (const Model::JointEntry& entry : model->getJoints())
         if (entry.joint.getNumCoordinates() > 0)
             add(entry.name, makeJointCoordinates(model, entry.joint, -1));
-    // Bodies that are free on Ground have joints, or nothing that their six coordinates would tell.
+    // Bodies without `mobilizer` are free on Ground: their six coordinates are of little interest.
     for (const Model::BodyEntry& entry : model->getBodies()) {
         const ModelValue mobilizer =
             model->getFile().get("bodies").get(entry.name).get("mobilizer");
@@ -101,7 +101,7 @@ std::vector<Probe> makeUsualProbes(const std::shared_ptr<const Model>& model) {
         };
         add(entry.name + "_displacement", probe);
     }
-    // The balance is no energy, and no error: total energy less work, as it was at the start.
+    // The balance is total energy minus work: constant in exact runs, but not necessarily 0.
     for (const auto& [name, kind] :
          {std::pair<const char*, const char*>{"kinetic_energy", "kinetic"},
           {"potential_energy", "potential"},
