@@ -1,4 +1,4 @@
-// Checkpoint: a run that is stopped and goes on, bit for bit as if it had not been.
+// Checkpoint: a stopped run continues with bit-identical results.
 #include <fstream>
 
 #include "Simbody.h"
@@ -28,7 +28,7 @@ int main() {
     out.close();
     integrator.stepTo(0.2);
 
-    RadauIntegrator later(system);  // another process, another day
+    RadauIntegrator later(system);  // as in another process
     std::ifstream in("run.checkpoint", std::ios::binary);
     later.readCheckpoint(in, start);
     later.stepTo(0.2);

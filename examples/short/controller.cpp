@@ -1,5 +1,4 @@
-// A controller with an integral of its own turns an arm to half a radian and holds it against its
-// weight.
+// A controller with an integral term turns an arm to half a radian and holds it against its weight.
 #include "Simbody.h"
 #include "simflex/body/FlexibleBodySubsystem.h"
 #include "simflex/forces/StateForces.h"
@@ -7,7 +6,7 @@
 using namespace SimTK;
 using namespace simflex;
 
-/** Σ c_i x_i, with its slopes. **/
+/** constant + Σ c_i x_i, with its slopes. **/
 Signal sum(const std::vector<Signal>& terms, const std::vector<Real>& factors, Real constant = 0) {
     return Signal::function(terms, [=](Real, const Real* x, Real* slopes) {
         Real value = constant;

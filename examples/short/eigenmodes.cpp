@@ -1,4 +1,4 @@
-// Natural modes: a rod that hangs from a pin, about its equilibrium.
+// Natural modes of a rod that hangs from a pin, about its equilibrium.
 #include "simflex/solver/Eigenmodes.h"
 #include "Simbody.h"
 #include "simflex/body/FlexibleBody.h"

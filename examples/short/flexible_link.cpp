@@ -1,4 +1,4 @@
-// A slider-crank with a rod that bends: rigid_link.cpp, a program of Simbody's, and ten lines.
+// A slider-crank with a flexible rod: rigid_link.cpp, a plain Simbody program, and ten lines more.
 #include "simflex/Simflex.h"
 using namespace SimTK;
 using namespace simflex;

@@ -1,4 +1,4 @@
-// Loads and connectors: a beam on a bushing, held up by a spring, pressed on, with a stop below.
+// Loads and connectors: a beam on a bushing and a spring, with a distributed load and a stop below.
 #include "Simbody.h"
 #include "simflex/forces/Bushing.h"
 #include "simflex/forces/ContactStop.h"

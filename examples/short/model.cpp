@@ -1,4 +1,4 @@
-// Model: a mechanism written key by key (or read from a file), moved, changed, restored and drawn.
+// Model: a mechanism set key by key (or read from a file), run, changed, restored and drawn.
 #include <cstdio>
 
 #include "simflex/model/Session.h"
@@ -13,11 +13,11 @@ int main() {
     text.set("probes.tip", "{position: rod.small_end}");
 
     ModelOptions options;
-    options.extend = [](ModelSystem& system) {  // what no file can say: any of Simbody's objects
+    options.extend = [](ModelSystem& system) {  // any objects of Simbody, beyond model files
         SimTK::Force::GlobalDamper(system.forces, system.matter, 0.01);
     };
     Session session(text, options);
-    session.runTo(0.1, 1e-3);  // probes are recorded each millisecond
+    session.runTo(0.1, 1e-3);  // records probes every millisecond
     const SavedState before = session.save();
     session.set("joints.pin.angle_rate", {0});
     session.runTo(0.2, 1e-3);

@@ -22,7 +22,7 @@ int main() {
 
     State state = system.realizeTopology();
     rod.setPoseByInterface(state, "big_end", Transform());
-    flexible.initializeNative(state);  // assembles; weights, so that accuracy means metres
+    flexible.initializeNative(state);  // assembles, and sets weights so that accuracy is in m
 
     RungeKuttaMersonIntegrator integrator(system);
     integrator.setAccuracy(1e-6);

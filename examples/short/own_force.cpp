@@ -1,4 +1,4 @@
-// A force element of one's own: air drag at a frame of any body, with its part of the Newton
+// A user-defined force element: air drag at a frame of any body, with its terms of the Newton
 // matrix.
 #include "Simbody.h"
 #include "simflex/body/FlexibleBodySubsystem.h"

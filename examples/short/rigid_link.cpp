@@ -1,4 +1,4 @@
-// A slider-crank of Simbody's own bodies. flexible_link.cpp is the same with a rod that bends.
+// A slider-crank of plain Simbody bodies. flexible_link.cpp is the same with a flexible rod.
 #include "Simbody.h"
 using namespace SimTK;
 

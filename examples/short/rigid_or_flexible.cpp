@@ -1,4 +1,4 @@
-// A GoogleTest that holds a flexible model to the rigid one: held rigid, it must be Simbody's.
+// A GoogleTest that compares a flexible model with the same held rigid, which is then Simbody's.
 #include <gtest/gtest.h>
 
 #include "Simbody.h"
@@ -9,7 +9,7 @@
 using namespace SimTK;
 using namespace simflex;
 
-/** Angle of a pendulum after 0.1 s of falling from the horizontal. **/
+/** Angle of a pendulum 0.1 s after its release from the horizontal. **/
 Real calcAngle(bool isRigid) {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);
@@ -31,5 +31,5 @@ TEST(Pendulum, FallsAsARigidOneDoesButForItsFlexibility) {
     const Real rigid = calcAngle(true), flexible = calcAngle(false);
     EXPECT_LT(rigid, -0.3);
     EXPECT_NE(rigid, flexible);
-    EXPECT_NEAR(rigid, flexible, 1e-4);  // a stiff rod: bending moves its end by micrometres
+    EXPECT_NEAR(rigid, flexible, 1e-4);  // the rod is stiff: its end deflects by micrometres
 }

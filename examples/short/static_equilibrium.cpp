@@ -1,4 +1,4 @@
-// Static equilibrium: a clamped rod that bends under a weight at its end.
+// Static equilibrium: a clamped rod bends under a force at its end.
 #include "Simbody.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/Joint.h"

@@ -1,4 +1,4 @@
-// Stress: the worst von Mises stress of a crank that a moment bends, and where it is.
+// Stress: the largest von Mises stress of a crank bent by a moment, and its node.
 #include <iostream>
 
 #include "Simbody.h"
