@@ -32,7 +32,7 @@ private:
     Clock::time_point m_last = Clock::now();
 };
 
-/** Bytes that the program has from the allocator. **/
+/** Bytes in use from the allocator. **/
 double countBytesInUse() {
     const struct mallinfo2 info = mallinfo2();
     return double(info.uordblks) + double(info.hblkhd);
@@ -72,13 +72,13 @@ ChainCost measureChain(const ChainOptions& options, const std::shared_ptr<const 
     cost.initializeSeconds = watch.lap();
 
     const int numSteps = std::clamp(40000 / options.numLinks, 8, 400);
-    // The first steps warm up, and show whether many threads are faster than one.
+    // In the first steps caches warm up, and the integrator finds whether threads pay.
     constexpr int warmUp = 12;
     integrator.stepTo(warmUp * step);
     const IntegratorStatistics start = integrator.getStatistics();
     integrator.stepTo((warmUp + numSteps) * step);
     cost.statistics = subtract(integrator.getStatistics(), start);
-    // Simbody is asked once, for the State to start with: stateSeconds, not part of a step.
+    // Simbody evaluates only the initial State: that time is stateSeconds, not part of a step.
     cost.iterationSeconds = (cost.statistics.totalSeconds - cost.statistics.simbodySeconds) /
                             double(std::max(1L, cost.statistics.newtonIterations));
     watch.lap();

@@ -98,7 +98,7 @@ Vec3 ChainModel::calcTip(const State& state) const {
 
 void ChainModel::addDecorations(const ReducedBody& part) {
     matter.setShowDefaultGeometry(false);
-    // The pin that the first fork turns on, and a plate behind that carries it.
+    // The pin of the first fork, and a plate behind that carries it.
     const Vec3 iron(0.44, 0.48, 0.54);
     const double front = 1.2 * halfWidth(part, "fork"), back = 0.35 * m_pitch;
     DecorativeCylinder pin(0.05 * m_pitch, (front + back) / 2);

@@ -25,7 +25,7 @@ Matrix calcInverseFactorTranspose(const Matrix& M) {
     return Matrix(~inverse);
 }
 
-/** The place in u of a body's mode. **/
+/** Index in u of a body's mode. **/
 int findModeIndex(const FlexibleBody& body, const State& state, int mode) {
     return int(body.getModalMobilizer(mode / 6).getFirstUIndex(state)) + mode % 6;
 }
@@ -66,8 +66,7 @@ LinearModel::LinearModel(const MultibodySystem& system, const SimbodyMatterSubsy
         for (int j = 0; j < n; ++j) weighted(i, j) *= K[i];
     Matrix S = ~basis * weighted;
     S = 0.5 * (S + Matrix(~S));
-    // Of a symmetric matrix without negative eigenvalues, the singular vectors are the
-    // eigenvectors.
+    // S is symmetric without negative eigenvalues: its singular vectors are its eigenvectors.
     FactorSVD eigen(S);
     Vector values;
     Matrix left, right;

@@ -8,8 +8,8 @@ using namespace SimTK;
 
 namespace {
 
-/** The part as a rigid body whose origin is at an interface; `extraInertia` turns about z with it
-and has no weight. **/
+/** The part as a rigid body with its origin at an interface. `extraInertia` about z [kg m²] has no
+mass. **/
 Body::Rigid makeRigidBody(const ReducedBody& part, const std::string& interface,
                           double extraInertia = 0) {
     const Vec3 center = -positionOf(part, interface);
@@ -20,7 +20,7 @@ Body::Rigid makeRigidBody(const ReducedBody& part, const std::string& interface,
         MassProperties(part.mass, center, central.shiftFromMassCenter(center, part.mass) + extra));
 }
 
-/** Turns the crank as SliderCrankOptions says. **/
+/** Prescribes the crank's angle, see SliderCrankOptions. **/
 class CrankMotion : public Motion::Custom::Implementation {
 public:
     explicit CrankMotion(const SliderCrankOptions& options) : m_options(options) {}
@@ -40,7 +40,7 @@ private:
     SliderCrankOptions m_options;
 };
 
-/** The torque of SliderCrankOptions on the crank. **/
+/** Applies the crank's torque, see SliderCrankOptions. **/
 class CrankTorque : public Force::Custom::Implementation {
 public:
     CrankTorque(const SliderCrankOptions& options, const MobilizedBody& crank)

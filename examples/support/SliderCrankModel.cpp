@@ -17,7 +17,7 @@ double halfThickness(const ReducedBody& part) {
     return half;
 }
 
-/** Of a bore whose surface the interface holds; 2.5 mm for a seat in solid material. **/
+/** Radius of the bore that the interface holds; 2.5 mm for a seat in solid material. **/
 double pinRadius(const ReducedBody& part, const std::string& interface) {
     const ReducedBody::Interface& seat = part.getInterface(interface);
     double bore = Infinity;
@@ -111,8 +111,8 @@ void SliderCrankModel::addDrive() {
             [options](Real t) { return options.calcAngle(t); }, "drive");
         return;
     }
-    // Without a flywheel the light crank would have to take up the slider's energy at every dead
-    // centre. It has a bearing of its own, and turns with the shaft.
+    // The flywheel takes up the slider's energy at each dead centre, since the crank is light. It
+    // has a bearing of its own, and turns with the shaft.
     const double halfThickness = 0.006;
     const UnitInertia disc = UnitInertia::cylinderAlongZ(options.flywheelRadius, halfThickness);
     MobilizedBody::Pin flywheel(
@@ -170,7 +170,7 @@ DecorativeCylinder SliderCrankModel::makeCrankPin() const {
 }
 
 State SliderCrankModel::calcPictureState(const State& original) const {
-    system.realize(original, Stage::Velocity);  // copies of States are not
+    system.realize(original, Stage::Velocity);  // copies of States are not realized
     State state = original;
     const Transform X_GB = rod.getFramePose(original);
     rod.setFramePose(state, Transform(X_GB.R(), X_GB.p() + Vec3(0, 0, m_offset)));
@@ -197,7 +197,7 @@ void SliderCrankModel::addDecorations() {
     slider.addBodyDecoration(
         Transform(), makePin(pinRadius(rod.getPart(), "small_end"), front, rodFace + 0.003));
 
-    // Two rails guide it, a pedestal carries the shaft, a bed carries all.
+    // Two rails that guide it, a pedestal for the shaft, and a bed.
     auto& ground = matter.updGround();
     const double first = m_rodLength - m_crankLength - 0.034,
                  last = m_rodLength + m_crankLength + 0.034;

@@ -24,7 +24,7 @@ std::vector<double> calcAmplitudeSpectrum(const std::vector<double>& signal, dou
         weight += window.back();
     }
     mean /= weight;
-    const double wholeWeight = 0.5 * width / step;  // of a window that lies within the signal
+    const double wholeWeight = 0.5 * width / step;  // of a window within the signal
     for (size_t j = 0; j < frequencies.size(); ++j) {
         const std::complex<double> turn = std::polar(1.0, -2 * pi * frequencies[j] * step);
         std::complex<double> phase = 1, sum = 0;

@@ -9,7 +9,7 @@ using namespace SimTK;
 
 namespace {
 
-/** A point of the engine where its part is undeformed, in Ground. **/
+/** Position of an interface of the undeformed engine in Ground [m]. **/
 Vec3 placeOf(const ReducedBody& part, const std::string& interface) {
     const auto& s = part.getInterface(interface).position;
     const auto& c = part.centerOfMass;
@@ -120,7 +120,7 @@ Vec2 StatorModel::calcSteadyAmplitude(const LinearModel& linear, Bearing bearing
     const double omega = 2 * Pi * speed;
     const Matrix front = linear.calcTranslationMap(compressor, "bearing");
     const Matrix rear = linear.calcTranslationMap(turbine, "bearing");
-    // e_r = (0, cos, sin) is the real part of (0, 1, −i) e^{iωt}; a quarter turn behind is × −i.
+    // e_r = (0, cos, sin) = Re (0, 1, −i) e^{iωt}; a quarter turn behind is a factor −i.
     const Complex i(0, 1), atFront = m_options.frontUnbalance * omega * omega,
                            atRear = -i * (m_options.rearUnbalance * omega * omega);
     Vector_<Complex> f(front.ncol(), Complex(0));
@@ -184,7 +184,7 @@ void StatorModel::addStand() {
     };
     add(Vec3(-0.08, floor - 0.04, -0.56), Vec3(2.28, floor, 0.56));
 
-    // Each lug stands in a fork with a pin.
+    // Each lug is held in a fork by a pin.
     const auto addFork = [&](const Vec3& eye, double halfWidth) {
         for (double side : {-1.0, 1.0}) {
             const double inner = eye[0] + side * 0.020, outer = eye[0] + side * 0.038;
