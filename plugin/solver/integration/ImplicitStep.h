@@ -210,9 +210,10 @@ protected:
     /** What errors of speeds are held against, in any unit [m/s]: the largest of u as it displaces,
     or what leaves the accuracy in a moment. **/
     double calcSpeedScale(const std::vector<double>& u) const;
-    /** Whether such errors at speeds u are within tolerances.constraintResidual. **/
+    /** Whether such errors at speeds u are within a tenth of tolerances.constraintResidual: it is
+    one of angles [rad/s], too, which may act over short lengths. **/
     bool areRatesSmall(const std::vector<double>& c, const std::vector<double>& u) const {
-        return findLargestRate(c) <= tolerances.constraintResidual * calcSpeedScale(u);
+        return findLargestRate(c) <= 0.1 * tolerances.constraintResidual * calcSpeedScale(u);
     }
     /** Where friction follows multipliers: whether their last change is small against them, or
     round-off of the forces. **/
