@@ -2,6 +2,7 @@
 #include "simflex/base/NumberText.h"
 
 #include <algorithm>
+#include <sstream>
 
 namespace simflex {
 namespace cli {
@@ -19,6 +20,19 @@ std::string formatValues(const std::vector<double>& values, const std::string& u
 
 std::string formatCount(size_t number, const std::string& one, const std::string& many) {
     return std::to_string(number) + ' ' + (number == 1 ? one : many);
+}
+
+std::string wrapText(const std::string& text, size_t width, const std::string& indent) {
+    std::string lines;
+    size_t used = 0;  // of the last line
+    std::istringstream words(text);
+    for (std::string word; words >> word;) {
+        const bool fits = used == 0 || used + 1 + word.size() <= width;
+        if (used > 0) lines += fits ? " " : '\n' + indent;
+        used = fits && used > 0 ? used + 1 + word.size() : word.size();
+        lines += word;
+    }
+    return lines;
 }
 
 std::string TextTable::format(const std::string& indent) const {

@@ -16,6 +16,10 @@ std::string formatValues(const std::vector<double>& values, const std::string& u
 /** "1 body", "3 bodies". **/
 std::string formatCount(size_t number, const std::string& one, const std::string& many);
 
+/** Breaks a text at spaces into lines of at most `width` bytes, where words allow it; lines after
+the first begin with `indent`. **/
+std::string wrapText(const std::string& text, size_t width, const std::string& indent);
+
 /** Rows in aligned columns; numbers are right-aligned. **/
 class TextTable {
 public:

@@ -11,6 +11,7 @@ simflex info: prints the contents of a part file, as text or JSON. **/
 #include "simflex/base/NumberText.h"
 #include "simflex/base/Utf8.h"
 #include "simflex/cli/Commands.h"
+#include "simflex/cli/Format.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/part/InterfacePicture.h"
 #include "simflex/part/Frequency.h"
@@ -297,7 +298,8 @@ void printTable(const ReducedBody& body, const std::vector<std::string>& warning
     writeOut("source          %s\n", body.provenance.source.c_str());
     writeOut("program         %s\n", body.provenance.program.c_str());
     writeOut("units           %s\n", body.provenance.units.c_str());
-    for (const std::string& warning : warnings) writeOut("warning         %s\n", warning.c_str());
+    for (const std::string& warning : warnings)
+        writeOut("warning         %s\n", wrapText(warning, 84, std::string(16, ' ')).c_str());
     if (!body.provenance.created.empty())
         writeOut("created         %s\n", body.provenance.created.c_str());
     writeOut("mesh            %d nodes, %d elements\n", body.mesh.numNodes(),
