@@ -125,7 +125,6 @@ Probe selectComponent(const ModelValue& entry, Probe probe) {
     const auto calcAll = probe.calc;
     probe.columns = {""};
     if (component == "norm") {
-        probe.signals.clear();
         probe.calc = [calcAll](const Moment& moment, double* values) {
             double all[3];
             calcAll(moment, all);
@@ -134,7 +133,6 @@ Probe selectComponent(const ModelValue& entry, Probe probe) {
         return probe;
     }
     const int axis = component == "x" ? 0 : component == "y" ? 1 : 2;
-    if (!probe.signals.empty()) probe.signals = {probe.signals[size_t(axis)]};
     probe.calc = [calcAll, axis](const Moment& moment, double* values) {
         double all[3];
         calcAll(moment, all);
