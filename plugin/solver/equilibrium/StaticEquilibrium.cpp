@@ -190,8 +190,8 @@ public:
     /** Finds the steady motion next to the start, which need not be a minimum of energy.
     @returns false if there is none nearby **/
     bool runToMotion();
-    /** After runToMotion(): number of negative eigenvalues of the stiffness. **/
-    int numNegative = 0;
+    /** Number of negative eigenvalues of the stiffness. **/
+    int countNegative();
     /** Finds a steady motion of least energy. @returns false if there is none **/
     bool runLower();
     /** "'rod'": the body that moves most in a motion δ. **/
@@ -489,10 +489,13 @@ bool StaticEquilibrium::Search::runToMotion() {
         m_point = start;
         return false;
     }
+    return true;
+}
+
+int StaticEquilibrium::Search::countNegative() {
     const Tangent tangent = calcTangent();
     factor(tangent, calcZero(tangent));
-    numNegative = m_elimination->countNegative();
-    return true;
+    return m_elimination->countNegative();
 }
 
 VectorXd StaticEquilibrium::Search::findSpin(const Tangent& tangent) const {
@@ -1802,19 +1805,11 @@ bool StaticEquilibrium::run(const State& state, Speeds speeds, Reach reach) {
     Search search(*this, equations, start.assembled, start.point, start.motion);
     if (search.runToMotion()) {
         const SolutionPoint placed = start.point;
-        start.point = search.getPoint();
-        const std::string falling = describeFall(start, search);
-        if (!falling.empty()) {
-            // If gyroscopic forces do not stabilise it, there may be a lower one.
-            start.point = placed;
-            Search lower(*this, equations, start.assembled, placed, start.motion);
-            if (lower.runLower()) {
-                finish(lower, start);
-                return true;
-            }
-        }
         finish(search, start);
-        if (!falling.empty()) m_unstableMotions.push_back(falling);
+        if (m_unstableMotions.empty()) return true;
+        // There may be a lower one.
+        Search lower(*this, equations, start.assembled, placed, start.motion);
+        if (lower.runLower()) finish(lower, start);
         return true;
     }
     const auto describeRanges = [&] {
@@ -1874,15 +1869,6 @@ std::vector<std::string> StaticEquilibrium::listGrowing(const Start& start, cons
     return growing;
 }
 
-std::string StaticEquilibrium::describeFall(const Start& start, Search& search) {
-    if (search.numNegative == 0) return "";
-    State state;
-    Vector multipliers;
-    keep(start, state, multipliers);
-    const std::vector<std::string> growing = listGrowing(start, state, Growth::Steady);
-    return growing.empty() ? "" : growing.front();
-}
-
 void StaticEquilibrium::finish(Search& search, Start& start) {
     Evaluation& equations = *start.equations;
     m_numIterations = search.numIterations;
@@ -1901,8 +1887,13 @@ void StaticEquilibrium::finish(Search& search, Start& start) {
         for (JointIndex j(0); j < flexible->getNumJoints(); ++j)
             m_firstRows.push_back(equations.getTopology().findFirstRow(j));
     keep(start, m_state, m_multipliers);
-    if (start.motion.isAtRest() && !search.hasPotential())
+    if (!start.motion.isAtRest()) {
+        // With negative stiffness, gyroscopic forces may stabilise it.
+        if (search.countNegative() > 0)
+            m_unstableMotions = listGrowing(start, m_state, Growth::Steady);
+    } else if (!search.hasPotential()) {
         m_unstableMotions = listGrowing(start, m_state, Growth::Any);
+    }
 }
 
 std::vector<StaticEquilibrium::PathPoint> StaticEquilibrium::followPath(

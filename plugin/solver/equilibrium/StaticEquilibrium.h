@@ -169,9 +169,6 @@ private:
     struct Start;
     Start begin(const SimTK::State& state, Speeds speeds);
     void finish(Search& search, Start& start);
-    /** Describes how a steady motion with negative stiffness is unstable; empty if gyroscopic
-    forces stabilise it. **/
-    std::string describeFall(const Start& start, Search& search);
     /** Motions about an equilibrium or a steady motion that grow by themselves, of those without
     oscillation or of all, each with the body that moves most in it; none if there are no modes. **/
     enum class Growth { Steady, Any };
