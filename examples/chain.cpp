@@ -1,8 +1,8 @@
-// Chain of flexible links: what it costs from 1 to 10 000 links, and 40 of them falling.
+// Chain of flexible links: cost from 1 to 10 000 links, and a chain of 40 links falling.
 //
-// Integrates a straight chain that is let go, for more and more links, and writes a table of cost
-// per Newton iteration, set-up and memory (CSV, logarithmic plot); then lets one chain fall from
-// the horizontal and draws frames, a video and a contact sheet.
+// Releases a straight chain of an increasing number of links, and writes a table of cost per Newton
+// iteration, set-up and memory (CSV, logarithmic plot); then lets one chain fall from the
+// horizontal and draws frames, a video and a contact sheet.
 // The model itself: support/ChainModel.
 
 #include <CLI/CLI.hpp>
@@ -79,7 +79,7 @@ std::vector<ChainCost> runStudy(const Arguments& arguments,
                 "us/it./link", "set-up s", "memory MB", "kB per link");
     std::vector<ChainCost> costs;
     ChainOptions options = arguments.model;
-    // What is paid once - caches, threads, pages - is paid by a chain that does not count.
+    // A first chain, not recorded, pays the one-time costs of caches, threads and pages.
     options.numLinks = 10;
     measureChain(options, part, arguments.threads);
     for (int numLinks : chooseSizes(arguments.largest)) {
@@ -188,7 +188,7 @@ void printFall(const ChainModel& model, const Fall& fall, const IntegratorStatis
     std::printf("\n%s\n", table.toString().c_str());
 }
 
-/** How strongly links deform, frame by frame: largest displacement in each link [m]. **/
+/** Largest displacement in each link, by frame [m]. **/
 std::vector<std::vector<double>> calcDeflections(const ChainModel& model,
                                                  const std::vector<State>& states) {
     std::vector<std::vector<double>> deflections;
@@ -200,7 +200,7 @@ std::vector<std::vector<double>> calcDeflections(const ChainModel& model,
     return deflections;
 }
 
-/** The link that deforms most, frame by frame, as a number that changes smoothly. **/
+/** Index of the link that deforms most, by frame, smoothed for the camera. **/
 std::vector<double> findBend(const std::vector<std::vector<double>>& deflections) {
     std::vector<double> bend;
     for (const std::vector<double>& ofFrame : deflections) {
@@ -216,7 +216,7 @@ std::vector<double> findBend(const std::vector<std::vector<double>>& deflections
     return bend;
 }
 
-/** Where the chain is drawn at a number of links from its start, in Ground. **/
+/** Drawn position of the chain at `link` links from its start, in Ground [m]. **/
 Vec3 calcPointOfChain(const ChainModel& model, const OffscreenVisualizer& viz, const State& state,
                       double link) {
     const double last = double(model.links.size()) - 1;
@@ -226,13 +226,14 @@ Vec3 calcPointOfChain(const ChainModel& model, const OffscreenVisualizer& viz, c
     return p + (link - double(k)) * (next - p);
 }
 
-/** A round number not above x. **/
+/** Rounds down to one significant digit. **/
 double roundDown(double x) {
     const double power = std::pow(10, std::floor(std::log10(x)));
     return std::floor(x / power) * power;
 }
 
-/** All instants in one picture: whatever differs from the first picture is laid over it. **/
+/** Every `interval`-th State in one picture: the darkest pixels of all, since links are darker than
+the background. **/
 Image drawStroboscope(OffscreenVisualizer viz, const std::vector<State>& states, size_t interval) {
     viz.setShowShadows(false).setShowSimTime(false);
     const Image first = viz.drawFrame(states[0]);
@@ -241,23 +242,22 @@ Image drawStroboscope(OffscreenVisualizer viz, const std::vector<State>& states,
         const Image next = viz.drawFrame(states[i]);
         for (int y = 0; y < sum.getHeight(); ++y)
             for (int x = 0; x < sum.getWidth(); ++x)
-                // Links are darker than what is behind them.
                 if (next.getPixel(x, y)[1] < sum.getPixel(x, y)[1])
                     sum.setPixel(x, y, next.getPixel(x, y));
     }
     return sum;
 }
 
-/** Frames: the whole chain on the left, where it deforms most on the right; a stroboscopic picture,
- * a contact sheet and a video. **/
+/** Writes frames (the whole chain on the left, its most deformed part on the right), a stroboscopic
+ * picture, a contact sheet and a video. **/
 void render(const Arguments& arguments, const ChainModel& model, const std::vector<State>& states) {
     constexpr int height = 720, leftWidth = 800, rightWidth = 640, legendWidth = 170;
     OffscreenVisualizer whole(model.system, leftWidth, height);
     OffscreenVisualizer closeUp(model.system, rightWidth + legendWidth, height);
     OffscreenVisualizer strobe(model.system, 1280, height);
 
-    // Nine frames of ten stay below the upper end of the colours, where deformations are drawn as
-    // large as a tenth of a link.
+    // Nine of ten frames stay below the upper end of the colours. Deformations of that size are
+    // drawn up to a tenth of a link, and the largest up to a third of a link.
     const std::vector<std::vector<double>> deflections = calcDeflections(model, states);
     std::vector<double> peaks;
     for (const auto& ofFrame : deflections)
@@ -287,7 +287,7 @@ void render(const Arguments& arguments, const ChainModel& model, const std::vect
         for (size_t i = 0; i < states.size() && !wasInterrupted(); ++i) {
             const State& state = states[i];
             const Vec3 center = calcPointOfChain(model, closeUp, state, bend[i]);
-            // What the legend would stand on is cut off: the centre is left of the picture's.
+            // The strip of the legend is cut off below, so the camera's centre is shifted.
             closeUp.setCameraTransform(Transform(
                 view, center + view * Vec3(0.55 * model.getPitch(), 0, 8 * model.getPitch())));
             Image frame(leftWidth + rightWidth, height);

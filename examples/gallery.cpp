@@ -1,6 +1,6 @@
-// Pictures of every kind: stress, reactions, cameras, plots, all that Simbody draws.
+// Pictures of every kind: stress, reactions, cameras, plots, and Simbody's own geometry.
 //
-// Runs the slider-crank with a shapely connecting rod that was reduced with stress, and a stock
+// Runs the slider-crank with a shapely connecting rod that was reduced with stress, and a plain
 // Simbody system; writes one picture of each kind and a contact sheet of them.
 
 #include <CLI/CLI.hpp>
@@ -23,7 +23,7 @@ namespace {
 constexpr double endTime = 0.1;  // [s]
 constexpr int numStates = 400;
 
-/** A run and what was measured on the way. **/
+/** States and measurements of a run, by sample, in SI units. **/
 struct Run {
     std::vector<State> states;
     std::vector<double> time, deflection, pinForce;
@@ -67,7 +67,7 @@ Image drawStress(const SliderCrankModel& model, const Run& run) {
     return viz.drawFrame(state);
 }
 
-/** Deformation, 100 times larger, as three cameras see it, one of which rides along; below it
+/** Deformation, 100 times enlarged, from three cameras, one of which follows the rod; below them
 curves of the run. **/
 Image drawViews(const SliderCrankModel& model, const Run& run) {
     constexpr double factor = 100;
@@ -87,7 +87,7 @@ Image drawViews(const SliderCrankModel& model, const Run& run) {
     return viz.drawFrame(model.calcPictureState(findLargest(run, run.deflection)));
 }
 
-/** A component of the displacement, which has a sign, 500 times larger than life. **/
+/** A signed component of the displacement, 500 times enlarged. **/
 Image drawSigned(const SliderCrankModel& model, const Run& run) {
     OffscreenVisualizer viz(model.system);
     viz.addFlexibleBody(model.rod).setContour(Contour::DisplacementY).setDeformationFactor(500);
@@ -98,8 +98,7 @@ Image drawSigned(const SliderCrankModel& model, const Run& run) {
     return viz.drawFrame(state);
 }
 
-/** What Simbody itself draws, for any System: no flexible part, transparent things in right order.
- * **/
+/** Simbody's own geometry, for any System: no flexible part, transparency in the right order. **/
 Image drawSimbody() {
     MultibodySystem system;
     SimbodyMatterSubsystem matter(system);

@@ -1,7 +1,7 @@
-// Slider-crank with flexible crank and connecting rod, next to the same mechanism with rigid parts.
+// Slider-crank with flexible crank and connecting rod, beside the same mechanism with rigid parts.
 //
 // Reads two reduced parts, integrates them in Simbody with BdfIntegrator, runs the rigid mechanism
-// by plain Simbody, and writes a table, probes (CSV), a plot, frames, a video and a contact sheet.
+// in plain Simbody, and writes a table, probes (CSV), a plot, frames, a video and a contact sheet.
 // The model itself: support/SliderCrankModel.
 
 #include <CLI/CLI.hpp>
@@ -47,7 +47,7 @@ struct Part {
     std::shared_ptr<const ReducedBody> body;
 };
 
-/** What the probes saw, sample by sample, in SI units. **/
+/** Values of the probes, by sample, in SI units. **/
 struct Probes {
     std::vector<double> time, angle, slider, rodDeflection, crankDeflection, energyError;
     double largestEnergy = 0, largestConstraintError = 0, largestCrank = 0, largestRod = 0,
@@ -103,7 +103,7 @@ std::vector<RigidSample> runRigid(const Arguments& arguments, const Part& crank,
                                });
 }
 
-/** Advances sample by sample until the end, Ctrl-C or a step that cannot be taken; the error is in
+/** Integrates sample by sample until the end, Ctrl-C or a failed step, whose error goes to
  * `failure`. **/
 Probes runFlexible(const Arguments& arguments, SliderCrankModel& model, BdfIntegrator& integrator,
                    const std::vector<RigidSample>& rigid, std::string& failure) {
@@ -235,8 +235,8 @@ void plot(const Arguments& arguments, const Probes& probes, const std::vector<Ri
     std::printf("wrote %s/plot.png\n", arguments.out.c_str());
 }
 
-/** What is drawn beside the frames: where the slider is ahead of that of rigid parts, and how far
-the rod bends. **/
+/** Curves beside the frames: difference of the slider from that of rigid parts, and deflection of
+the rod. **/
 ProbePlot makeProbePlot(const Probes& probes, const std::vector<RigidSample>& rigid) {
     ProbePlot plot;
     plot.setTimeUnit("ms", 1e-3);
@@ -267,7 +267,7 @@ void printVideo(const Arguments& arguments, const std::string& file) {
         double(numSamples) / arguments.samplesPerFrame() / framesPerSecond / arguments.time);
 }
 
-/** Shows a bar until Ctrl-C. **/
+/** Progress bar of drawing, which ends at Ctrl-C. **/
 FrameProgress showProgress(const std::string& task) {
     return [progress = std::make_shared<Progress>(task)](int done, int total) {
         progress->show(double(done) / total);
@@ -275,7 +275,7 @@ FrameProgress showProgress(const std::string& task) {
     };
 }
 
-/** A video of the mechanism with rigid parts and of the flexible one, exaggerated. **/
+/** Writes a video of the mechanism with rigid parts beside the flexible one, exaggerated. **/
 void compare(const Arguments& arguments, const SliderCrankModel& model,
              const std::vector<State>& states, double factor, const ProbePlot& plot) {
     OffscreenVisualizer rigid = makeVisualizer(model, 960, 720),
@@ -293,14 +293,14 @@ void compare(const Arguments& arguments, const SliderCrankModel& model,
     printVideo(arguments, video);
 }
 
-/** Frames of the run, deformations exaggerated; a video and a contact sheet of them. **/
+/** Writes frames of the run with exaggerated deformations, a video and a contact sheet. **/
 void render(const Arguments& arguments, const SliderCrankModel& model, const Probes& probes,
             const std::vector<RigidSample>& rigid) {
     OffscreenVisualizer viz = makeVisualizer(model, 1280, 720);
     viz.setOutputFolder(arguments.out + "/frames");
     viz.setWindowTitle("Slider-crank with flexible crank and connecting rod");
     const std::vector<State> states = calcPictureStates(model, probes.frames);
-    // The rod's bow; the crank lags behind its drive by more, and is shown beyond the bar.
+    // The range of the rod's deflection; the crank lags behind its drive by more, and exceeds it.
     viz.setDeformationFactor(100).setContourRange(0, 1e-4);
     viz.fitToMotion(states);
     const ProbePlot plot = makeProbePlot(probes, rigid);

@@ -4,12 +4,12 @@
 // chamber (nickel alloy, 26), turbine casing (nickel alloy, 32) and nozzle (nickel alloy, 26),
 // welded flange to flange: 2.25 m long, 0.52 to 0.82 m wide, 274 kg. Two ball hinges hold the
 // connector, one the nozzle. The rotor runs up to 250 Hz within 1.5 s, with 4 kg mm of unbalance in
-// each bearing (16 g at a radius of 250 mm). Each part's modes are damped by 5 % of critical; that
-// gives 0.3 to 1.3 % to the whole engine's lowest modes, in which the parts bend far below their
-// own frequencies. It starts at rest, bent by its weight. Reads the reduced parts, finds the
-// natural modes of the assembly, integrates the run-up with BdfIntegrator, and writes a table,
-// responses (CSV), plots of the response over the speed and of its spectrum, frames, a video and a
-// contact sheet. The model itself: support/StatorModel.
+// each bearing (16 g at a radius of 250 mm). Each part's modes are damped by 5 % of critical; the
+// lowest modes of the whole engine, far below the parts' own frequencies, then have 0.3 to 1.3 %.
+// It starts at rest, deformed by its weight. Reads the reduced parts, finds the natural modes of
+// the assembly, integrates the run-up with BdfIntegrator, and writes a table, responses (CSV),
+// plots of the response over the speed and of its spectrum, frames, a video and a contact sheet.
+// The model itself: support/StatorModel.
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -53,7 +53,7 @@ struct Arguments {
 
 using Parts = std::vector<std::shared_ptr<const ReducedBody>>;
 
-/** What the probes saw, sample by sample, in SI units. **/
+/** Values of the probes, by sample, in SI units. **/
 struct Probes {
     std::vector<double> time, speed, angle, energyError;
     std::array<std::vector<double>, 2> vertical, lateral;  // of the bearings
@@ -104,7 +104,7 @@ void printModel(const Arguments& arguments, const LinearModel& linear) {
     std::printf("\n\n");
 }
 
-/** Advances sample by sample until the end, Ctrl-C or a step that cannot be taken; the error is in
+/** Integrates sample by sample until the end, Ctrl-C or a failed step, whose error goes to
  * `failure`. **/
 Probes runUp(const Arguments& arguments, const StatorModel& model, BdfIntegrator& integrator,
              std::string& failure) {
@@ -174,8 +174,7 @@ double largest(const std::vector<double>& values) {
     return result;
 }
 
-/** Half the distance from the lowest to the highest value within each turn of the rotor, over the
- * speed in the turn's middle. **/
+/** Half the range of values within each turn of the rotor, over the speed at mid-turn. **/
 struct Envelope {
     std::vector<double> speed, amplitude;
 };
@@ -190,7 +189,7 @@ Envelope calcEnvelope(const Probes& probes, const std::vector<double>& values) {
             high = std::max(high, values[last]);
             ++last;
         }
-        if (last == values.size()) break;  // the last turn is not complete
+        if (last == values.size()) break;  // the last turn is incomplete
         const double speed = probes.speed[(first + last) / 2];
         if (speed >= lowestSpeed) {
             envelope.speed.push_back(speed);
@@ -266,7 +265,7 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
     return values;
 }
 
-/** Amplitudes of the bearings over the speed: of the run-up, and of constant speed. **/
+/** Plots amplitudes of the bearings over the speed, during run-up and at constant speed. **/
 void plotResponse(const Arguments& arguments, const StatorModel& model, const LinearModel& linear,
                   const Probes& probes) {
     Plot figure{"Stator: motion of the rotor's bearings during run-up", "rotor speed [Hz]", {}};
@@ -310,7 +309,7 @@ void plotResponse(const Arguments& arguments, const StatorModel& model, const Li
     writePlot(figure, arguments.out + "/response.png");
 }
 
-/** Spectrum of the rear bearing's lateral motion while the speed rises. **/
+/** Plots the spectrum of the rear bearing's lateral motion during run-up. **/
 void plotSpectrum(const Arguments& arguments, const LinearModel& linear, const Probes& probes) {
     Figure figure;
     figure.title = "Stator: spectrum of the rear bearing's lateral motion during run-up";
@@ -322,7 +321,7 @@ void plotSpectrum(const Arguments& arguments, const LinearModel& linear, const P
     const double highest = 1.4 * arguments.model.speed;
     for (double f = 0; f <= highest; f += 1) map.y.push_back(f);
     const std::vector<double> lateral = scaled(probes.lateral[1], 1e6);
-    // Evenly over the speed, as far as it still rises.
+    // Evenly over the speed, as long as it rises.
     size_t sample = 0;
     for (double speed = 0; speed <= 0.998 * arguments.model.speed; speed += 1) {
         while (sample + 1 < probes.speed.size() && probes.speed[sample] < speed) ++sample;
@@ -345,7 +344,7 @@ void plotSpectrum(const Arguments& arguments, const LinearModel& linear, const P
     drawFigure(arguments.out + "/spectrum.png", figure);
 }
 
-/** The rotor, where it is at a frame's time. **/
+/** The rotor at the angle of a frame's time. **/
 class RotorDecoration : public DecorationGenerator {
 public:
     explicit RotorDecoration(const StatorModel& model) : m_model(model) {}
@@ -358,8 +357,8 @@ private:
     const StatorModel& m_model;
 };
 
-/** States as a stroboscope shows them, evenly over the speed: each a whole number of turns and a
- * bit after the one before, so that the frames show the vibration in slow motion. **/
+/** States under a stroboscope, evenly over the speed: each is whole turns and 1/framesPerCycle of a
+ * turn after the one before, so that the frames show the vibration in slow motion. **/
 std::vector<State> makeStrobedStates(const Arguments& arguments, const Probes& probes,
                                      const State& like) {
     std::vector<State> states;
@@ -381,7 +380,7 @@ std::vector<State> makeStrobedStates(const Arguments& arguments, const Probes& p
     return states;
 }
 
-/** Six frames: those of most motion in the six parts of the run-up. **/
+/** The frame of largest motion in each sixth of the run-up. **/
 std::vector<int> findStrongFrames(const StatorModel& model, const std::vector<State>& states,
                                   int numFrames) {
     std::vector<int> frames;
@@ -405,7 +404,7 @@ std::vector<int> findStrongFrames(const StatorModel& model, const std::vector<St
     return frames;
 }
 
-/** Frames of the run as if deformations were larger; a video and a contact sheet of them. **/
+/** Writes frames of the run with exaggerated deformations, a video and a contact sheet. **/
 void render(const Arguments& arguments, const StatorModel& model, const Probes& probes,
             const State& like) {
     const std::vector<State> states = makeStrobedStates(arguments, probes, like);
@@ -425,7 +424,7 @@ void render(const Arguments& arguments, const StatorModel& model, const Probes& 
     viz.addDecorationGenerator(new RotorDecoration(model));
     viz.setOutputFolder(arguments.out + "/frames");
     viz.setCameraView(-0.8, 0.22).setShowUndeformed(false);
-    double range = 0;  // what the bearings do; the inlet's rim does more at times
+    double range = 0;  // of the bearings; the inlet's rim exceeds it at times
     for (int b = 0; b < 2; ++b)
         range = std::max({range, largest(probes.vertical[b]), largest(probes.lateral[b])});
     viz.fitToMotion(states);
@@ -486,7 +485,7 @@ int run(const Arguments& arguments) {
 
     printTable(arguments, probes, parts, integrator.getStatistics(), linearSeconds);
     std::printf("wrote %s/response.csv\n", arguments.out.c_str());
-    // Plots are over the speed, and logarithmic.
+    // Plots are logarithmic, over the speed.
     const StatorOptions& options = arguments.model;
     const bool isShaken = options.frontUnbalance != 0 || options.rearUnbalance != 0;
     if (!isShaken || probes.speed.back() < 2 * lowestSpeed)

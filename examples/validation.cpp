@@ -1,8 +1,8 @@
-// Problems with known answers, those of tests/validation: simflex drawn over the answers.
+// Plots of simflex's results over known solutions, for the problems of tests/validation.
 //
-// Answers are closed forms, published figures and CalculiX's own results on the whole mesh. The
-// models themselves: tests/validation. Writes a picture (lines: simflex, circles: the answer) and a
-// table (CSV) for every problem, and prints how near it comes.
+// Solutions are closed forms, published figures and CalculiX's own results on the whole mesh. The
+// models themselves: tests/validation. Writes a picture (lines: simflex, circles: the solution) and
+// a table (CSV) for every problem, and prints both values.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -42,14 +42,14 @@ Plot::Series makeLine(const std::string& label, const Values& x, const Values& y
     return {label, x, y, color};
 }
 
-/** Circles of the answer that lines are compared with. **/
+/** Circles at the known solution. **/
 Plot::Series makeAnswer(const std::string& label, const Values& x, const Values& y) {
     Plot::Series series{label, x, y, Plot::Slate};
     series.hasLine = false;
     return series;
 }
 
-/** A thin broken line. **/
+/** A thin dashed line. **/
 Plot::Series makeGuide(const std::string& label, const Values& x, const Values& y) {
     return {label, x, y, Plot::Gray};
 }
@@ -407,7 +407,7 @@ void drawFreeDecay(const Arguments& arguments) {
               {}};
     for (const double ratio : {0.005, 0.02, 0.05}) {
         const auto history = FreeDecay(ratio).run(arguments.isQuick ? 6 : 12, 3e-10);
-        // The lowest mode's part of the pulled shape: 12/(βL)⁴.
+        // Part of the lowest mode in the initial shape: 12/(βL)⁴.
         const double first = 12 / std::pow(1.8751, 4) * FreeDecay::Deflection;
         const auto toMicro = [](double metres) { return 1e6 * metres; };
         const auto envelope = [&](double sign) {
@@ -435,7 +435,7 @@ void runTop(HeavyTop& top, const State& state, double accuracy, double end, doub
             const Look& look) {
     BdfIntegrator integrator(top.system);
     integrator.setAccuracy(accuracy);
-    // At 300 rad/s what Newton's iteration leaves adds up: less than by default.
+    // At 300 rad/s the residuals of Newton's iteration add up: tighter than the default.
     ImplicitIntegrator::NewtonTolerances tolerances;
     tolerances.displacement = 3e-5;
     integrator.setNewtonTolerances(tolerances);
