@@ -1,5 +1,5 @@
-"""Overhead of calls from Python: the shortest of many. The last line is a JSON object of microseconds
-(goals: values 5, the time 1, overhead of a step and a function 10)."""
+"""Overhead of calls from Python, as the shortest of many rounds. The last line is a JSON object of microseconds
+(goals: 5 for values, 1 for the time, 10 for the overhead of a step or a function)."""
 
 import json
 import time
@@ -9,7 +9,7 @@ from models import make_pendulum
 
 
 def measure(work, count=200, rounds=40):
-    """Returns the shortest time of a call [us]."""
+    """Returns the time per call in the fastest round [us]."""
     best = float("inf")
     for _ in range(rounds):
         begin = time.perf_counter()

@@ -1,4 +1,4 @@
-"""examples/part_file.py against `simflex info --json` and against a bar in tension, F L / (E A)."""
+"""Compares examples/part_file.py with `simflex info --json` and with a bar in tension, F L / (E A)."""
 import json
 import math
 import subprocess
@@ -21,7 +21,7 @@ assert len(read["frequencies"]) == info["num_modes"] == len(info["modes"]) > 0
 for mine, theirs, mode in zip(read["frequencies"], info["frequencies"], info["modes"]):
     assert math.isclose(mine, theirs, rel_tol=1e-14) and mode["frequency"] == theirs
 elongation = read["interfaces"]["right"]["translation"][0] - read["interfaces"]["left"]["translation"][0]
-assert math.isclose(elongation, F * L / (E * A), rel_tol=1e-7), elongation  # digits of CalculiX's matrices
+assert math.isclose(elongation, F * L / (E * A), rel_tol=1e-7), elongation  # the digits of CalculiX's matrices
 assert math.isclose(read["strain_energy"], 0.5 * F * elongation, rel_tol=1e-9)
 assert math.isclose(read["largest_displacement"], elongation / 2, rel_tol=1e-6)
 

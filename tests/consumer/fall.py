@@ -1,4 +1,4 @@
-"""A body falls for a second; which library moves it."""
+"""Lets a body fall for a second and prints the libraries that were loaded."""
 
 import simflex
 

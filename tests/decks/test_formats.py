@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The same part through every format that simflex reads has the same mass and frequencies.
+"""A part has the same mass and frequencies in every format that simflex reads.
 
     test_formats.py SIMFLEX_PROGRAM
 
-Gmsh meshes a bracket once. The mesh becomes a deck, a moved and turned instance of an assembly, a deck with parameters,
-bulk data, an Ansys model, a universal file; K and M that CalculiX stores of it become matrices of every kind."""
+Gmsh meshes a bracket once. The mesh is written as a deck, a moved and rotated instance of an assembly, a deck with
+parameters, bulk data, an Ansys model and a universal file, and CalculiX's K and M as matrices of every kind."""
 
 import json
 import os
@@ -41,7 +41,7 @@ def call(command, folder):
 
 
 def read_mesh(path):
-    """Places of the nodes by number, and nodes of the tetrahedra by number, as Gmsh writes them for CalculiX."""
+    """Positions of the nodes and nodes of the tetrahedra, both by number, from Gmsh's file for CalculiX."""
     nodes, elements, at = {}, {}, ""
     for line in path.read_text().splitlines():
         if line.startswith("*"):
@@ -62,7 +62,7 @@ def deck_mesh(nodes, elements):
 
 
 def instance(nodes, elements):
-    """The part was made elsewhere, in other axes; its instance is where the others are."""
+    """A part defined elsewhere, in other axes, whose instance coincides with the other decks."""
     shift, angle = np.array([0.3, -0.2, 0.1]), 40 * np.pi / 180
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
     made = {n: [float(v) for v in turn.T @ np.array(x) - shift] for n, x in nodes.items()}
@@ -90,7 +90,7 @@ def ansys(nodes, elements):
 
 
 def matrices(deck, folder):
-    """K and M that CalculiX itself stores of the deck, three rows a node."""
+    """K and M of the deck as CalculiX stores them, three rows per node."""
     (folder / "stored.inp").write_text(deck + "*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n*END STEP\n")
     call([CALCULIX, "stored"], folder)
     dofs = [line.strip().split(".") for line in (folder / "stored.dof").read_text().split()]
@@ -107,7 +107,7 @@ def matrices(deck, folder):
 
 
 def write_matrices(numbers, K, M, nodes, folder):
-    """@returns the arguments of each."""
+    """Writes K and M in every format. @returns each one's file and arguments."""
     xyz = np.array([nodes[n] for n in numbers])
     lower = {"K": sp.tril(K).tocoo(), "M": sp.tril(M).tocoo()}
     for name, A in lower.items():
@@ -171,7 +171,7 @@ def main():
             print(f"{file:16} {len(answer['frequencies'])} frequencies, the lowest {answer['frequencies'][0]:.9g} Hz, "
                   f"mass {answer['mass']:.9g} kg, differ by {difference:.1e}")
             worst = max(worst, difference)
-        # 0.08 × 0.03 × 0.01 and 0.01 × 0.03 × 0.04 more.
+        # The two boxes without their overlap.
         volume = 0.08 * 0.03 * 0.01 + 0.01 * 0.03 * 0.04
         mass = abs(expected["mass"] / (RHO * volume) - 1)
         print(f"{len(answers)} formats differ by {worst:.1e}, the mass from ρV by {mass:.1e}")

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Tries a folder of CalculiX and Abaqus decks: each is reduced as one free part without interfaces, and its lowest
-frequencies and mass are compared with those of CalculiX's own *FREQUENCY on the same deck without its supports.
+"""Tries a folder of CalculiX and Abaqus decks: reduces each as one free part without interfaces, and compares its
+lowest frequencies and mass with those of CalculiX's own *FREQUENCY on the same deck without its supports.
 
     try_decks.py FOLDER [--simflex PROGRAM] [--csv TABLE.csv]
 
-The table says of each deck: reduced, refused or crash; the worst relative difference of frequencies and the one of
-mass; seconds that the reduction took; the first line of the message. Refusals are counted by reason below it. The exit status
-is 1 if a deck crashed or a reduced one differs by more than --allowed."""
+For each deck the table lists reduced, refused or crash, the largest relative difference of frequencies and that of
+mass, the seconds of the reduction, and the message. Below it refusals are counted by reason. The exit status is 1 if a
+deck crashed or a reduced one differs by more than --allowed."""
 
 import argparse
 import collections
@@ -24,8 +24,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 RIGID = 6
-FAR = 300  # times a zero mode, the square of which is the error of an eigenvalue
-SOFT = 1e-8  # of the lowest free frequency, squared: what soft springs change
+FAR = 300  # frequencies above this multiple of a zero mode have five digits: its square is the error of ω²
+SOFT = 1e-8  # stiffness of soft springs, relative to mass times the square of the lowest free angular frequency
 NODES_OF = {"C3D4": 4, "C3D6": 6, "C3D8": 8, "C3D10": 10, "C3D15": 15, "C3D20": 20, "S3": 3, "S4": 4, "S6": 6, "S8": 8,
             "B31": 2, "B32": 3, "SPRINGA": 2, "SPRING2": 2}
 COLUMNS = ["deck", "class", "frequency", "mass", "seconds", "message"]
@@ -37,8 +37,8 @@ def read_text(path):
 
 
 def free_deck(text, num_modes, soft=0):
-    """The model of a deck, without what holds it, and a step for its lowest modes and its mass; with springs of a stiffness
-    to the ground in all directions at up to nine nodes of its elements, so that K can be factored."""
+    """The model of a deck without its supports, with a step for its lowest modes and its mass. `soft` adds springs of
+    this stiffness to the ground, in all directions at some nodes of its elements, so that K can be factored."""
     kept, is_left_out, size, numbers, held, springs = [], False, 0, [], [], []
     elements = [0]
     for line in text.splitlines():
@@ -82,7 +82,7 @@ def give_density(text, density):
 
 
 def run(command, folder, seconds, threads="1"):
-    """Exit status (None: too long) and output."""
+    """Returns the exit status (None: time limit) and output."""
     environment = dict(os.environ, OMP_NUM_THREADS=threads)
     try:
         done = subprocess.run(command, cwd=folder, env=environment, stdout=subprocess.PIPE,
@@ -93,8 +93,8 @@ def run(command, folder, seconds, threads="1"):
 
 
 def calculix_answer(text, folder, num_modes, arguments, soft=0):
-    """Frequencies of the flexible modes [Hz], the largest of those that should be zero, and the mass; None where CalculiX
-    has none."""
+    """Frequencies of the flexible modes [Hz], the largest of those that should be zero, and the mass (None if there is
+    none); None without frequencies."""
     (folder / "free.inp").write_text(free_deck(text, num_modes + RIGID, soft), encoding="latin-1")
     run([arguments.ccx, "free"], folder, arguments.seconds)
     output = folder / "free.dat"
@@ -108,15 +108,15 @@ def calculix_answer(text, folder, num_modes, arguments, soft=0):
         if "E I G E N V A L U E" in table and len(words) == 5 and words[0].isdigit():
             frequencies.append(float(words[3]))
             if len(frequencies) <= RIGID:
-                zero = max(zero, float(words[3]), float(words[4]))  # of a negative eigenvalue
+                zero = max(zero, float(words[3]), float(words[4]))  # column 4: of a negative eigenvalue
         if "total mass for set" in line and mass is None:
             mass = float(lines[k + 2])
     return (frequencies[RIGID:], zero, mass) if any(frequencies) else None
 
 
 def worst_difference(part, full, zero):
-    """Of each frequency of the part from the nearest of CalculiX, which may have some more; of those that round-off as in
-    its zero modes leaves five digits. None: there are none."""
+    """Largest relative difference of the part's frequencies from the nearest of CalculiX, which may have more. Only
+    those that keep five digits count, see FAR; None if there are none."""
     return max((min(abs(a / b - 1) for b in full if b > 0) for a in part if FAR * zero < a <= max(full)), default=None)
 
 
@@ -134,7 +134,7 @@ def try_deck(path, arguments):
                 (folder / include).symlink_to((path.parent / include).resolve())
         (folder / "deck.inp").write_text(text, encoding="latin-1", newline="")
         start = time.monotonic()
-        # As many free modes as asked for, six more being rigid.
+        # Six of the modes are rigid.
         status, output = run([arguments.simflex, "reduce", "deck.inp", "-m", str(arguments.modes + RIGID),
                               "--no-resume", "-q", "-o", "part.h5"], folder, arguments.seconds)
         row["seconds"] = f"{time.monotonic() - start:.1f}"
@@ -144,8 +144,8 @@ def try_deck(path, arguments):
             return row
         row["class"] = "reduced"
         info = json.loads(run([arguments.simflex, "info", "part.h5", "--json"], folder, arguments.seconds)[1])
-        # With six zero modes its solver now and then finds some that are none: it is asked for other numbers of them (of few
-        # elements fewer), and at last with soft springs that hold the part.
+        # With six zero modes CalculiX sometimes finds spurious modes. Ask for other numbers of modes (fewer for few
+        # elements), and finally add soft springs.
         answers = []
         soft = SOFT * info["mass"] * (2 * math.pi * info["frequencies"][0])**2 if info["frequencies"] else 0
         few = 3 - arguments.modes

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Runs the models of examples/models and holds what comes out to closed forms, and the slider-crank to the C++ program of the
-same mechanism."""
+"""Runs the models of examples/models and compares results with closed forms, and the slider-crank with the C++ program
+of the same mechanism."""
 
 import argparse
 import csv
@@ -20,7 +20,7 @@ G = 9.80665
 
 
 def run(model, *arguments):
-    """Runs a model; its results."""
+    """Runs a model and opens its results."""
     work = OPTIONS.work / model
     work.mkdir(parents=True, exist_ok=True)
     subprocess.run([OPTIONS.simflex, "run", OPTIONS.source / f"examples/models/{model}.yaml", "--quiet", "--no-pictures",
@@ -35,7 +35,7 @@ class Models(unittest.TestCase):
         length, width, thickness, load = 0.3, 0.02, 0.002, 0.05
         stiffness = 210e9 * width * thickness**3 / 12
         sag = G * length**3 / stiffness * (load / 3 + 7850 * width * thickness * length / 8)
-        # The clamped end cannot curve across, which makes it a little stiffer: by less than ν² of the whole.
+        # The clamp prevents anticlastic curvature near it, which adds less than ν² to the stiffness.
         ratio = -rest["bending"][:].ravel()[0] / sag
         self.assertLess(ratio, 1)
         self.assertGreater(ratio, 1 - 0.3**2)
@@ -51,7 +51,7 @@ class Models(unittest.TestCase):
         angle = run("four_bar", "--only", "run")["run/probes/rocker_angle"][:].ravel()
         a, b, c, d = 0.06, 0.18, 0.18, 0.15
         first, last = (math.pi - math.acos((d**2 + c**2 - (b + sign * a)**2) / (2 * d * c)) for sign in (1, -1))
-        self.assertAlmostEqual(min(angle), first, delta=2e-3)  # parts bend, samples miss the ends
+        self.assertAlmostEqual(min(angle), first, delta=2e-3)  # parts deform, samples miss the extremes
         self.assertAlmostEqual(max(angle), last, delta=2e-3)
 
     def test_whirl_parts_into_backward_and_forward(self):
@@ -67,11 +67,11 @@ class Models(unittest.TestCase):
         elbow = reach * math.cos(upper)
         torque = G * (arm * elbow / 2 + arm * (elbow + reach / 2 * math.cos(forearm))
                       + load * (elbow + reach * math.cos(forearm)))
-        self.assertAlmostEqual(probes["shoulder_torque"][:].ravel()[0] / torque, 1, delta=2e-3)  # it sags a little
+        self.assertAlmostEqual(probes["shoulder_torque"][:].ravel()[0] / torque, 1, delta=2e-3)  # the arm sags a little
 
     def test_controller_holds_the_arm_and_loses_it_by_the_tip(self):
         results = run("controlled_arm")
-        # The integral has found the torque of arm and load; no pole is unstable.
+        # The integral term equals the torque of arm and load; no pole is unstable.
         torque = G * 0.3 * (0.1973923 / 2 + 1.5)
         self.assertAlmostEqual(results["rest/probes/torque"][:].ravel()[0] / torque, 1, delta=2e-3)
         self.assertTrue(all(results["poles/damping_ratio"][:] > 0))
@@ -116,7 +116,7 @@ class Models(unittest.TestCase):
         parts = [(math.pi * (1.4 * r)**2 * 0.04, 0), (0.03 * 0.2 * 0.02, 0.16), (0.09 * 0.03 * 0.03, 0.25)]
         arm = sum(volume * y for volume, y in parts) / sum(volume for volume, _ in parts)
         carried = [a for a, v in zip(angle, slip) if abs(v) < 1e-9]
-        # What turns with the shaft is a little heavier than what hangs, and rows are 0.01 s apart.
+        # The parts that turn with the shaft are slightly heavier than those that hang, and rows are 0.01 s apart.
         self.assertAlmostEqual(max(carried), math.asin(sticking * r / arm), delta=0.01)
         self.assertGreater(len(carried), 100)
         self.assertLess(max(slip) - min(slip), 10)

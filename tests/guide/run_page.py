@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Runs the examples of a page of the guide, in their order, in an empty folder.
+"""Runs the examples of a page of the guide, in order, in an empty folder.
 
-A fenced block is told by its info string:
+The info string of a fenced block determines how it is checked:
   sh                  run by bash; must succeed
   sh fails            must fail
-  sh by-hand          not run: needs what a test has not (root, a cluster, a terminal)
+  sh by-hand          not run: needs more than tests have (root, a cluster, a terminal)
   FORMAT file=NAME    written to NAME; under examples/ a quotation, which that file must contain, and
                       the file is copied here
   yaml                part of a model file: must agree with the schema
@@ -12,10 +12,10 @@ A fenced block is told by its info string:
   python continued    run after the Python before it
   python by-hand      not run
   cpp                 a whole program of README.md, which tests/consumer compiles
-  text output         what the command before printed: '…' stands for anything, numbers may differ by 2 %
+  text output         output of the preceding command: '…' stands for anything, numbers may differ by 2 %
   text message        a message of simflex, '…' for what varies: must be in the sources
-  text, math          for people
-Links to files must lead somewhere.
+  text, math          not checked
+Linked files must exist.
 """
 
 import argparse
@@ -67,7 +67,7 @@ def read_blocks(page):
 
 
 def same_line(expected, found):
-    """Word for word; numbers to within 2 %; … is anything."""
+    """Compares word for word; numbers may differ by 2 %, and … matches anything."""
     pattern, numbers = "", []
     for piece in re.split(r"(…)", " ".join(expected.split())):
         if piece == "…":
@@ -85,7 +85,7 @@ def same_line(expected, found):
 
 
 def find_missing_line(expected, output):
-    """Lines must come in this order; others may stand between them."""
+    """Returns the first expected line that does not follow in this order, with any lines in between; None if all do."""
     lines = iter(re.split(r"[\n\r]", output))
     for line in expected.splitlines():
         if line.strip() and line.strip() != "…" and not any(same_line(line, found) for found in lines):
@@ -94,7 +94,7 @@ def find_missing_line(expected, output):
 
 
 def read_messages(source):
-    """Of each source file, its strings; adjacent literals are one."""
+    """Strings of each source file, with adjacent literals joined."""
     messages = []
     for room in ("plugin", "forces", "render"):
         for file in sorted((source / room).rglob("*.cpp")) + sorted((source / room).rglob("*.h")):
@@ -113,7 +113,7 @@ class Page:
         self.environment.pop("SIMFLEX_CACHE", None)
         shutil.rmtree(self.work, ignore_errors=True)
         self.work.mkdir(parents=True)
-        (self.work / "examples").symlink_to(self.source / "examples")  # where the pages say so
+        (self.work / "examples").symlink_to(self.source / "examples")  # as in the pages
         self.schema = self.messages = None
         self.program = ""
 
@@ -210,7 +210,7 @@ def main():
     page.check_links()
     for block in read_blocks(page.path):
         if not page.check(block):
-            break  # what follows would fail, too
+            break  # later blocks would fail, too
     print("\n".join(page.failures))
     return 1 if page.failures else 0
 

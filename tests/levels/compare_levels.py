@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Runs a reduction and a model with the libraries of each level that this processor has: those for any x86-64, for
-x86-64-v3 and for x86-64-v4. The loader must take each level's own, two runs on one level must give the same bytes, and
-levels must agree as far as integrated round-off lets them."""
+"""Runs a reduction and a model with the libraries of each level that this processor supports: any x86-64, x86-64-v3 and
+x86-64-v4. The loader must take the libraries of the level, two runs on one level must give the same bytes, and levels
+must agree up to integrated round-off."""
 
 import argparse
 import csv
@@ -32,7 +32,7 @@ probes:
 analyses:
   swing: {type: transient, duration: 0.3}
 """
-# What round-off may grow to in a run that is not chaotic; 2e-12 was seen.
+# Allowed effect of round-off in a run that is not chaotic; 2e-12 was observed.
 SAME_RUN = 1e-9
 
 
@@ -41,18 +41,18 @@ def fail(text):
 
 
 def supported_levels():
-    """What the loader itself says about this processor."""
+    """Levels that this processor supports, according to the loader."""
     text = subprocess.run([LOADER, "--help"], capture_output=True, text=True, check=True).stdout
     return [ANY] + [level for level in ("x86-64-v3", "x86-64-v4") if f"{level} (supported" in text]
 
 
 def masked(level, arguments):
-    """With the libraries of one level: of any other, none is looked for."""
+    """The command with the libraries of one level; the loader looks for no higher ones."""
     return [LOADER, "--glibc-hwcaps-mask", level if level != ANY else "x86-64-v2", *map(str, arguments)]
 
 
 def check_libraries(level, arguments):
-    """The program, and a level below it, are loaded from the right folder."""
+    """Checks that the loader takes all libraries from the folder of the level."""
     listing = subprocess.run([LOADER, "--list", *masked(level, [arguments.program])[1:]],
                              capture_output=True, text=True, check=True).stdout
     folder = arguments.libraries if level == ANY else arguments.libraries / "glibc-hwcaps" / level

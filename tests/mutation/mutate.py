@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Mutation score of the tests: errors are put into the product one at a time, and the tests that could notice are run.
+"""Mutation score of the tests: puts errors into the product one at a time, and runs the tests that could notice them.
 
-Neither checkout nor build are touched. A mutated copy of one source is compiled by its command of the build, its library (or,
-for a static one, each test program) is linked anew, and all of it lies in a folder of this run's own. A mutant whose object
-code is that of the original is no mutant. Mutants are drawn from a seed, one of each room in turn: the K-th is the same however
-many are wanted. What is known of each is kept in a journal, so that a run that was stopped goes on, and --report prints the
-score of what has been tried so far, by room and by kind; lines that have changed since do not count.
+Checkout and build stay unchanged. A mutated copy of one source is compiled with the build's command, and its library
+(or, for a static one, each test program) is linked anew, all in a folder of this run. A mutant with the object code of
+the original does not count. Mutants are drawn from a seed, one of each room in turn: the K-th is the same however many
+are wanted. A journal keeps the verdicts, so that a stopped run continues, and --report prints the score so far, by room
+and by kind, without lines that have changed since.
 
-Test programs are first run as they are, which tells what each suite costs; tests that fail then are left out. Of a mutant's
-suites those run first that noticed others in the same file, then the cheap ones; the first failure, crash or want of time (of
-the processor's, so that a busy machine makes no difference) ends it. A test that fails once more without the mutant has
-noticed nothing and is left out from there on.
+Test programs first run without a mutant, which measures the cost of each suite; tests that fail then are left out. For
+a mutant, suites that noticed others in the same file run first, then cheap ones. The first failure, crash or exceeded
+time limit (of the processor, so that a busy machine makes little difference) ends it. A test that also fails without
+the mutant has noticed nothing and is left out from then on.
 """
 
 import argparse
@@ -30,7 +30,7 @@ import threading
 import time
 from pathlib import Path
 
-# Room: folders of its sources and the test programs, the nearest first.
+# Room: folders of its sources, and test programs, the closest first.
 ROOMS = {
     "solver": (["plugin/solver"], ["test_solver", "test_validation"]),
     "body": (["plugin/body"], ["test_body", "test_forces", "test_solver", "test_validation"]),
@@ -41,10 +41,10 @@ ROOMS = {
               ["test_formula", "test_model_file", "test_model", "test_shell", "test_run"]),
     "render": (["render"], ["test_render"]),
 }
-STRING = "\x01"  # stands for each character of a string or message in what is searched
-CHUNK = 5.0  # [s] cheap suites share a process until they cost as much together
+STRING = "\x01"  # replaces each character of strings and messages before the search
+CHUNK = 5.0  # [s] cheap suites share a process up to this total cost
 MOST_MEMORY = 8 << 30
-# Estimates of work and shares of it among threads: they decide how soon a result comes, not which.
+# Estimates of work and its shares among threads affect the speed, not the results.
 SPEED = re.compile(r"\b(?:processors|m_work|kWorth\w+|kRowsPerShare)\b")
 TOLERANCE = 1e-5  # smaller numbers are tolerances
 NUMBER = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
@@ -60,8 +60,8 @@ class Mutant:
 
 
 def mask(source):
-    """The same length: comments and preprocessor lines are blanks; strings, statements that throw and memory that is put
-    aside beforehand, which no result depends on, are STRING."""
+    """The source at the same length. Comments and preprocessor lines become blanks; strings, throws, assertions and
+    reservations of memory, which affect no result, become STRING."""
     def blank(match):
         return re.sub(r"[^\n]", " ", match.group())
 
@@ -96,7 +96,7 @@ def find_mutants(file, source):
     mutants = []
 
     def add(kind, start, end, replacement):
-        # Sums with a text in them make messages.
+        # Statements with strings compose messages.
         begin = max(text.rfind(mark, 0, start) for mark in ";{}") + 1
         statement = text[begin:text.find(";", end)]
         if STRING not in statement and not SPEED.search(statement):
@@ -121,7 +121,7 @@ def find_mutants(file, source):
         if re.fullmatch(r"\d+", number):
             add("off by one" if number in "01" else "constant", match.start(), match.end(),
                 str(int(number) + 1 if int(number) < 10 else 2 * int(number)))
-        else:  # twice a tolerance would be as good a one
+        else:  # twice a tolerance would still be valid
             factor = "1e6" if float(number) <= TOLERANCE else "2"
             add("constant", match.start(), match.end(), "1.0" if float(number) == 0 else f"({factor} * {number})")
     for match in re.finditer(r" [-+] (?=[^=])", text):
@@ -135,13 +135,13 @@ def find_mutants(file, source):
 
 
 class Build:
-    """What is made of the build: commands, and which target a source belongs to."""
+    """Compile and link commands of the build, and the library of each source."""
 
     def __init__(self, source, build):
         self.source, self.build = source, build
         commands = json.loads((build / "compile_commands.json").read_text())
         self.commands = {}
-        for entry in commands:  # the first: the library's
+        for entry in commands:  # the first of a file is the library's
             self.commands.setdefault(entry["file"], entry)
         self.links = {}  # target: folder and words of its link
         for path in build.rglob("CMakeFiles/*.dir/link.txt"):
@@ -181,7 +181,8 @@ class Build:
         return None
 
     def link(self, file, object_file, folder, programs):
-        """Links what holds `file` anew, into folder/lib and folder/bin. @returns the programs of `programs` that use it."""
+        """Links the library of `file`, or the programs with it, into folder/lib and folder/bin. @returns the programs
+        that use it."""
         name = self.find_library(file)
         directory, words = self.links[name][0], list(self.links[name][1])
         programs = [program for program in programs if (self.build / "bin" / program).exists()]
@@ -192,7 +193,7 @@ class Build:
             subprocess.run(words, cwd=directory, check=True)
             return programs
         users = [program for program in programs if any(word.endswith(f"/lib{name}.a") for word in self.links[program][1])]
-        for program in users:  # the object comes before the static library
+        for program in users:  # the object precedes the static library and replaces its member
             directory, words = self.links[program][0], list(self.links[program][1])
             at = words.index("-o")
             words[at:at + 2] = [str(object_file), "-o", str(folder / "bin" / program)]
@@ -201,7 +202,7 @@ class Build:
 
 
 class Tests:
-    """The test programs: their suites, what each costs, which tests fail as it is."""
+    """The test programs: cost of their suites, and tests that fail without a mutant."""
 
     def __init__(self, build, work):
         self.build, self.work = build, work
@@ -249,7 +250,7 @@ class Tests:
             (self.work / f"baseline-{program}.json").write_text(json.dumps(baseline))
 
     def run(self, program, suites, folder):
-        """@returns what has gone wrong: the first failing test, "crash" or "time"; "" if nothing has."""
+        """@returns the first failing test, "crash" or "time"; "" if all tests pass."""
         while True:
             baseline = self.get_baseline(program)
             names = ":".join(f"{suite}.*" for suite in suites)
@@ -262,7 +263,7 @@ class Tests:
             self.leave_out(program, noticed)
 
     def run_program(self, program, names, seconds, folder, linked):
-        """Tests `names` with what is linked anew in the folder `linked`; @returns as run()."""
+        """Runs tests `names` with the libraries and programs in the folder `linked`. @returns as run()."""
         binary = linked / "bin" / program
         if not binary.exists():
             binary = self.build / "bin" / program
@@ -304,7 +305,7 @@ class Campaign:
         self.tests = Tests(arguments.build, self.work)
         self.journal = self.work / "journal.jsonl"
         self.known, self.mutants = {}, {}
-        self.kills = collections.defaultdict(collections.Counter)  # file: suites that noticed
+        self.kills = collections.defaultdict(collections.Counter)  # file: numbers of mutants noticed by its suites
         self.lock = threading.Lock()
         self.stopped = False
         if self.journal.exists():
@@ -325,14 +326,14 @@ class Campaign:
         return self.mutants[room]
 
     def draw(self, number):
-        """The number-th mutant of the seed; each room has its own sequence, whichever others are tried."""
+        """The number-th mutant of the seed. The sequence of a room does not depend on which others are tried."""
         turn, room = number // len(self.rooms), self.rooms[number % len(self.rooms)]
         choose = random.Random(f"{self.seed}/{room}/{turn}")
         kind = choose.choice(sorted({mutant.kind for mutant in self.get_mutants(room)}))
         return room, choose.choice([mutant for mutant in self.get_mutants(room) if mutant.kind == kind])
 
     def describe(self, room, mutant):
-        """What the journal tells of a mutant; its line is known by its text, wherever it moves."""
+        """The journal's record of a mutant. Its line is identified by its text, so that it may move."""
         source = (self.source / mutant.file).read_text()
         begin, end = source.rfind("\n", 0, mutant.start) + 1, source.find("\n", mutant.end)
         before = source[begin:end]
@@ -343,7 +344,7 @@ class Campaign:
                 "before": before.strip(), "after": after.strip()}
 
     def check(self, room, mutant, folder):
-        """@returns the verdict, and which test noticed."""
+        """@returns the verdict, and the test that noticed."""
         source = (self.source / mutant.file).read_text()
         shutil.rmtree(folder, ignore_errors=True)
         for part in ("source", "lib", "bin"):
@@ -377,7 +378,7 @@ class Campaign:
             yield chunk
 
     def run(self, count, again):
-        """The first `count` mutants of the seed; `again`: those that survived until now, of any."""
+        """Tries the first `count` mutants of the seed; with `again`, all that have survived so far."""
         absent = sorted({program for room in self.rooms for program in ROOMS[room][1]
                          if not (self.build_folder / "bin" / program).exists()})
         if absent:
@@ -430,7 +431,7 @@ class Campaign:
     def is_there(self, record):
         path, before = self.source / record["file"], record["before"]
         source = path.read_text() if path.exists() else ""
-        same = int(record["id"][len(record["file"]) + 1:].partition(":")[0])  # lines like it that come before
+        same = int(record["id"][len(record["file"]) + 1:].partition(":")[0])  # number of equal lines before it
         return sum(line.strip() == before for line in source.splitlines()) > same or "\n" in before and before in source
 
     def report(self):
@@ -473,7 +474,7 @@ def main():
         print(*sorted({program for room in ROOMS.values() for program in room[1]}), sep="\n")
         return 0
     campaign = Campaign(arguments)
-    for stop in (signal.SIGINT, signal.SIGTERM):  # also where a shell in the background ignores them
+    for stop in (signal.SIGINT, signal.SIGTERM):  # even if a background shell ignores them
         signal.signal(stop, signal.default_int_handler)
     try:
         if not arguments.report:

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Do the arrows between the rooms of the house run downwards only?
+"""Do includes between rooms go downwards only?
 
     check_includes.py --source .
 
-A room includes headers of the rooms below it, directly or through others, and of no other.
+A room may include headers of the rooms below it, directly or through others, and of no other.
 """
 
 import argparse
@@ -18,7 +18,7 @@ parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.R
 parser.add_argument("--source", type=Path, required=True)
 OPTIONS = parser.parse_args()
 
-# Room: those that it stands on.
+# Room: the rooms directly below it.
 HOUSE = {
     "base": [],
     "part": ["base"],
@@ -36,24 +36,24 @@ HOUSE = {
 }
 SOLVER = {"elimination": [], "equations": ["elimination"], "integration": ["equations"], "equilibrium": ["integration"]}
 WITHOUT_SIMBODY = ["base", "part", "fe", "reduction"]
-# (room, header that it includes though it stands above): each is a debt.
+# (room, header of a room above that it includes): each is to be removed.
 EXCEPTIONS = set()
 
 
 def below(house, room):
-    """The room itself and all that it stands on."""
+    """The room and all rooms below it."""
     return {room}.union(*(below(house, under) for under in house[room]))
 
 
 def read_includes():
-    """For each of our files, by its path from "simflex/" on: the headers of ours and, in brackets, of others."""
+    """Headers included by each of our files, by path from "simflex/" on; those of others in angle brackets."""
     texts = {}
     for top in ("plugin", "forces", "render"):
         root = OPTIONS.source / ("plugin" if top == "plugin" else ".")
         for file in sorted((OPTIONS.source / top).rglob("*")):
             if file.suffix in (".h", ".cpp"):
                 texts[file.relative_to(root).as_posix()] = file.read_text(encoding="utf-8")
-    # Public headers of the solver are read as if they stood beside its rooms.
+    # Public headers of the solver's rooms are included as simflex/solver/NAME.h.
     public = {re.sub(r"^solver/\w+/", "solver/", name): name for name in texts}
 
     def find(header, includer):
@@ -89,7 +89,7 @@ class Includes(unittest.TestCase):
         upward, needed = [], set()
         for name, headers in self.includes.items():
             room = find_room(name)
-            if room not in HOUSE:  # Simflex.h, which is all of them
+            if room not in HOUSE:  # Simflex.h, which includes them all
                 continue
             for header in headers:
                 if header.startswith("<") or find_room(header) in below(HOUSE, room):
@@ -112,7 +112,7 @@ class Includes(unittest.TestCase):
         self.assertEqual(upward, [])
 
     def test_no_header_includes_itself_through_others(self):
-        state = collections.defaultdict(int)  # 1: on the way, 2: done
+        state = collections.defaultdict(int)  # 1: being visited, 2: done
         circles = []
 
         def visit(name, way):

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Is what this build uses there on a bare Debian, too?
+"""Is everything this build uses available on a bare Debian?
 
-A machine on which people work has more packages than .ci/apt-packages.txt names, and hides what the list lacks. This holds
-headers, libraries, programs and Python modules against what apt installs for the list on a machine that has nothing. It
-follows the dependencies of the installed packages: it needs no network and none of apt's lists.
+A developer's machine has more packages than .ci/apt-packages.txt names, which hides omissions of the list. This
+compares headers, libraries, programs and Python modules with the packages that apt installs for the list on a bare
+machine. It follows the dependencies of the installed packages, so that it needs neither network nor apt's lists.
 
     check_packages.py --source . --build build/release               the tests
     check_packages.py --source . --build build/release --programs DIR   fills DIR with links to the programs of a bare machine
@@ -20,7 +20,7 @@ import sys
 import unittest
 from pathlib import Path
 
-# Programs that simflex, its tests and its benchmarks start. (`.ci/run` lets the tests see no others than a bare machine's.)
+# Programs that simflex, its tests and its benchmarks start. (`.ci/run` hides all but a bare machine's from the tests.)
 STARTED = ["bash", "ccx", "gmsh", "ffmpeg", "mpirun", "python3", "xvfb-run", "lintian", "dpkg-deb", "timeout", "gzip", "strace"]
 
 
@@ -29,7 +29,7 @@ def run(*command):
 
 
 class Debian:
-    """The installed packages: what they need, what files they have."""
+    """Dependencies and files of the installed packages."""
 
     def __init__(self):
         self.needs, self.providers, self.base = {}, collections.defaultdict(list), {"apt"}
@@ -38,7 +38,7 @@ class Debian:
             name, status, essential, needs, provides = line.split("\t")
             if status != "installed":
                 continue
-            # "a (>= 1), b | c": the names alone, without versions and architectures.
+            # Names of "a (>= 1), b | c", without versions and architectures.
             self.needs[name] = [[re.split(r"[ (:]", choice.strip())[0] for choice in need.split("|")]
                                 for need in needs.split(",") if need.strip()]
             for provided in provides.split(","):
@@ -51,10 +51,10 @@ class Debian:
                 self.owners[path] = file.stem.split(":")[0]
 
     def closure(self, wanted):
-        """What apt installs for the names on a bare system, recommendations left out."""
+        """Packages that apt installs for the names on a bare system, without recommendations."""
         closure, queue, choices = set(), [*self.base, *wanted], []
         while queue or choices:
-            if not queue:   # of several that provide the same: one that comes anyway, else the first
+            if not queue:   # of several providers: one already included, else the first
                 providers = choices.pop()
                 queue = [] if closure.intersection(providers) else [sorted(providers)[0]]
                 continue
@@ -73,16 +73,16 @@ class Debian:
         return closure
 
     def owner(self, path):
-        """The package that has a file, through symbolic links; None: no package has it."""
+        """The package of a file, through symbolic links; None if it belongs to none."""
         for name in (os.path.realpath(path), str(path)):
-            for place in (name, name.removeprefix("/usr"), "/usr" + name):   # Debian has merged both
+            for place in (name, name.removeprefix("/usr"), "/usr" + name):   # Debian has merged / and /usr
                 if place in self.owners:
                     return self.owners[place]
         return None
 
 
 def read_list(source, build):
-    """The names in .ci/apt-packages.txt, and in the list of the preset, if it has one."""
+    """Names in .ci/apt-packages.txt, and in the preset's list if there is one."""
     lists = [source / ".ci/apt-packages.txt", source / f".ci/apt-packages-{build.name}.txt"]
     return [word for file in lists if file.exists() for line in file.read_text(encoding="utf-8").splitlines()
             for word in line.replace("#optional:", "").split("#")[0].split()]
@@ -164,7 +164,7 @@ class BareMachine(unittest.TestCase):
         own = {"simflex"}
         for file, _ in read_sources(OPTIONS.source):
             if file.suffix == ".py":
-                own |= {file.stem, file.parent.name}  # a module, and the package that it is in
+                own |= {file.stem, file.parent.name}  # a module and its package
         modules = {name: importlib.util.find_spec(name) for name in names - own}
         self.assertEqual([name for name, module in modules.items() if not module], [], "not there")
         self.expect_installed({module.origin for module in modules.values() if module.origin not in ("built-in", "frozen", None)})

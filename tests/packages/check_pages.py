@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Do the pages name what exists?
+"""Do the pages refer to existing names?
 
     check_pages.py --source .
 
-Classes, functions and headers that the pages on theory and code name in backticks are in the sources.
+Classes, functions and headers in backticks on the pages on theory and code must be in the sources.
 """
 
 import argparse

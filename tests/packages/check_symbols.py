@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Does every name of ours mean one thing in a process that loads all our libraries?
+"""Are our names unique in a process that loads all our libraries?
 
     check_symbols.py --source . --build build/release
 
-Two libraries that define the same function: the loader takes one of them for both. Two classes of one name: their inline
-functions, vtables and type names are merged, whatever they hold.
+If two libraries define the same function, the loader uses one of them for both. If two classes have the same name,
+their inline functions, vtables and type names are merged, whatever they contain.
 """
 
 import argparse
@@ -22,8 +22,7 @@ OPTIONS = parser.parse_args()
 
 
 def read_classes(text):
-    """Qualified names of the classes that are defined at namespace scope, those of unnamed namespaces and
-    specializations left out."""
+    """Qualified names of classes defined at namespace scope, without unnamed namespaces and specializations."""
     namespaces = []
     pattern = r"^namespace ([\w:]*) ?\{|^(\}  // namespace.*)|^(?:class|struct|enum class|enum) (\w+)\b(?!<|::)[^;{()]*\{"
     for match in re.finditer(pattern, text, re.M):

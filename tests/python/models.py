@@ -1,10 +1,10 @@
-"""Models that tests share."""
+"""Models shared by tests."""
 
 import simflex
 
 
 def make_pendulum(**changes):
-    """1 kg on a massless rod of 1 m, hanging; 0.02 kg m² about its own axis."""
+    """A hanging pendulum: 1 kg on a massless rod of 1 m, with 0.02 kg m² about its centre of mass."""
     return simflex.Model.from_dict({
         "gravity": [0, -9.81, 0],
         "parameters": {"length": 1},

@@ -77,7 +77,7 @@ def test_what_a_function_raises_is_raised():
     with pytest.raises(ZeroDivisionError, match="too far"):
         session.run(2)
     assert 0 < session.time < 2 and 0.2 < session["angle"] < 0.3
-    other.run(0.05)   # nothing of it
+    other.run(0.05)   # is unaffected
     for result in ("much", None, [1, 2]):
         with pytest.raises(TypeError):
             run(make_driven(lambda angle: result))
@@ -118,7 +118,7 @@ def test_functions_without_a_use_are_refused():
         model.function(torque, name)
         with pytest.raises(simflex.ModelError, match=words):
             run(model)
-    # A motion wants its acceleration.
+    # A motion needs a second derivative.
     model = make_pendulum(motions={"drive": {"joint": "pivot", "position": lambda t: t}})
     with pytest.raises(simflex.ModelError, match="no finite second derivative"):
         run(model)
@@ -137,7 +137,7 @@ def test_sessions_with_functions_move_in_threads():
     threads = [threading.Thread(target=session.run, args=(1,)) for session in sessions]
     for thread in threads:
         thread.start()
-    for session in (run(model, 0.1), run(model, 0.2)):   # while they move
+    for session in (run(model, 0.1), run(model, 0.2)):   # while the threads run
         assert session.formula("call_torque(angle, speed)") == torque(session["angle"], session["speed"])
     for thread in threads:
         thread.join()

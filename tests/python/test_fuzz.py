@@ -1,4 +1,4 @@
-"""Wrong arguments anywhere give errors of Python, and never end the interpreter."""
+"""Wrong arguments raise errors of Python and never end the interpreter."""
 
 import copy
 import inspect
@@ -39,7 +39,7 @@ def make_values(model, session, rng):
             model, session, simflex, rng.random(), "%n%s", "!!python/object:os.system", "[", "{a: &b [*b]}", "1e999", "sin(", "((" * 300]
 
 
-SLOW = {"analyse", "run", "animation", "picture", "_repr_png_", "_repr_html_", "write", "keep"}   # tried, but not as often
+SLOW = {"analyse", "run", "animation", "picture", "_repr_png_", "_repr_html_", "write", "keep"}   # tried less often
 
 
 def list_callables(objects):
@@ -69,7 +69,7 @@ def test_any_arguments(seed, tmp_path, monkeypatch):
         for name, function in list_callables([model, model.bodies, model.bodies.bob, session, saved, simflex]):
             for _ in range(1 if name in SLOW else 6):
                 arguments = rng.choices(values, k=rng.choice([0, 1, 1, 2, 2, 3]))
-                if name in ("run", "step", "take_steps"):   # what moves need not move for long
+                if name in ("run", "step", "take_steps"):   # short runs suffice
                     arguments = [value for value in arguments if not isinstance(value, (int, float)) or value < 2]
                 keywords = {rng.choice(names): rng.choice(values) for _ in range(rng.choice([0, 0, 1]))}
                 try:

@@ -1,4 +1,4 @@
-"""Models built key by key: what a model file can say, Python can."""
+"""Models built key by key: Python can set all keys of a model file."""
 
 import copy
 import pathlib
@@ -13,7 +13,7 @@ KEYS = pathlib.Path(__file__).parent.parent / "cli" / "model"
 
 
 def find_forms(schema, kind):
-    """Maps among the forms of a value: those with `properties`, or with `patternProperties`."""
+    """Forms of a value that are maps with `kind`: `properties` or `patternProperties`."""
     forms = [schema] if kind in schema else []
     for group in ("anyOf", "oneOf", "allOf"):
         for form in schema.get(group, []):
@@ -124,7 +124,7 @@ def test_keys_are_read_set_and_removed():
     for clone in (copy.copy(model), copy.deepcopy(model), pickle.loads(pickle.dumps(model))):
         clone.bodies.bob.mass = 5
         assert clone.bodies.bob.mass == 5 and model.bodies.bob.mass == 3
-    # Keys live as long as somebody has them.
+    # Keys stay valid without another reference to their model.
     bob = make_pendulum().bodies.bob
     bob.mass = 4
     assert bob.mass == 4

@@ -1,4 +1,4 @@
-"""Whether calls leave anything behind."""
+"""Calls leak no memory."""
 
 import gc
 
@@ -13,7 +13,7 @@ def count_bytes():
 
 
 def grow(work, count):
-    """Bytes that each call leaves behind, once memory is warm."""
+    """Bytes leaked per call, after a warm-up."""
     for _ in range(count // 4):
         work()
     before = count_bytes()

@@ -1,4 +1,4 @@
-"""What a model may be made of, and what is said where it cannot."""
+"""Sources of models, and messages for invalid ones."""
 
 import doctest
 
@@ -53,7 +53,7 @@ def test_mistakes_name_key_and_cure():
 
 
 def test_warnings_are_pythons(tmp_path):
-    # A loose turn of 10 rad/s that the analysis does not begin with.
+    # The analysis begins statically, without the initial rate of 10 rad/s.
     model = make_pendulum(initial={"start": "static", "rates": {"pivot": 10}})
     with pytest.warns(simflex.SimflexWarning, match="initial velocities have no effect"):
         model.run(tmp_path / "run.h5")

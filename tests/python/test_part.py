@@ -57,7 +57,7 @@ def test_a_part_is_its_mass_and_modes(path):
     assert part.shapes.shape == (3, 12, 15)
     right = part.interfaces["right"]
     assert right.position == pytest.approx([1, 0, 0], abs=1e-9)
-    # A rigid seat moves its middle as the mean of its nodes.
+    # The centre of a rigid seat moves like the mean of its nodes.
     assert right.translation == pytest.approx(part.shapes[:, right.nodes, :].mean(axis=1), abs=1e-9)
 
 
@@ -66,7 +66,7 @@ def test_invariants_are_those_of_the_modes(path):
     n = part.num_modes
     assert part.omega_squared == pytest.approx((2 * np.pi * part.frequencies) ** 2)
     assert part.I1.shape == (6, n) and len(part.I2) == 6 and len(part.N) == 3
-    # Modes have a mass of 1: ½ tr I₂ is the unit matrix; N is antisymmetric.
+    # Modes have unit mass: ½ tr I₂ is the unit matrix; N is antisymmetric.
     assert (part.I2[0] + part.I2[1] + part.I2[2]) / 2 == pytest.approx(np.eye(n), abs=1e-9)
     assert all(np.array_equal(N, -N.T) for N in part.N)
     assert part.positions.shape == (3, 12) and list(part.node_numbers) == list(range(1, 13))

@@ -1,4 +1,4 @@
-"""What runs leave."""
+"""Results of runs."""
 
 import os
 import subprocess

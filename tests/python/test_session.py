@@ -1,4 +1,4 @@
-"""A model that moves."""
+"""Sessions."""
 
 import os
 import subprocess
@@ -71,7 +71,7 @@ def test_inputs_change_on_the_way():
     assert session["angle"] == 0
     assert not session.change("parameters.push", 9.81, go_on=True)
     assert session.time == 0.1
-    # As much sideways as down: the middle of the swing is at 45°.
+    # The push equals the weight, so that the equilibrium is at 45°.
     assert session.settle().iterations > 0
     assert session["angle"] == pytest.approx(np.pi / 4, abs=1e-9)
 

@@ -79,7 +79,7 @@ def swing(model):
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 def test_sessions_move_in_processes(method):
     models = [make_pendulum(initial={"joints": {"pivot": angle}}) for angle in (0.1, 0.2, 0.3)]
-    here = [swing(model) for model in models]   # whose threads a fork does not have
+    here = [swing(model) for model in models]   # a fork does not inherit its threads
     with multiprocessing.get_context(method).Pool(2) as pool:
         there = pool.map_async(swing, models).get(60)
     assert all(np.array_equal(a, b) for a, b in zip(here, there))

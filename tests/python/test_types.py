@@ -1,4 +1,4 @@
-"""What editors and type checkers are told of the module."""
+"""Types of the module for editors and type checkers."""
 
 import ast
 import inspect
@@ -21,7 +21,7 @@ def test_types_are_read_beside_the_module():
     tree = ast.parse((here / "__init__.pyi").read_text())
     told = {node.name for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
     assert told == {name for name in vars(simflex) if not name.startswith("_")}
-    # Every name in a type is one that the file knows.
+    # Every name in a type is built in, or defined or imported in the file.
     known = told | {alias.asname or alias.name for node in tree.body if isinstance(node, (ast.Import, ast.ImportFrom))
                     for alias in node.names}
     known |= {"__version__", "str", "int", "float", "bool", "bytes", "complex", "property", "staticmethod", "RuntimeError", "UserWarning", "ValueError"}

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Files that the program reads, with errors put into them.
+"""Input files with errors put into them.
 
-A case takes one of the kinds of files below, changes it in some places (bytes, fields, lines; cut off, doubled, of another file)
+A case changes one of the files below in some places (bytes, fields, lines; truncated, doubled, mixed with another file)
 and gives it to the program. This must hold:
 
     crash       the program ends by itself, with one of its exit statuses
-    hang        within a minute of the processor
-    words       what it refuses it names: "simflex: FILE ..."
-    meaning     what has a checksum (HDF5 files of simflex, archives, journals) is refused, or read as it was before; and so is a
-                number with a letter in it
-    scene       an animation of what was accepted is glTF, as a reader of our own finds, and its triangles, written back as STL,
-                give a body that moves alike
+    hang        it ends within a minute of processor time
+    words       a refusal is a message "simflex: FILE ..."
+    meaning     files with a checksum (HDF5 files of simflex, archives, journals) are refused or read as before, and so
+                are numbers with a letter in them
+    scene       the animation of an accepted file is glTF that a reader of our own accepts, and its triangles, written
+                back as STL, give a body with the same motion
     rest        a refusal leaves no file
 """
 
@@ -166,7 +166,7 @@ def stop_run(folder: Path) -> None:
 
 
 SCENE = "run scene.yaml -q --no-pictures --animation scene.glb -o a.h5 --set bodies.weight.shape.mesh="
-# Name of the file, its reader, whether it has a checksum.
+# File, command that reads it, whether it has a checksum.
 READERS = [
     ("model.yaml", "run model.yaml --check", False),
     ("model.yaml", "run model.yaml -q --no-pictures -o a.h5", False),
@@ -258,7 +258,7 @@ def prepare(shared: Path) -> None:
 
 
 def copy_files(shared: Path, folder: Path) -> None:
-    """A folder set up like those of cases."""
+    """Sets up a folder as for a case."""
     (folder / "tmp").mkdir(parents=True)
     for path in shared.iterdir():
         if path.is_file():
@@ -317,7 +317,7 @@ def replace_in_archive(source: Path, target: Path, name: str, data: bytes) -> No
 
 
 def mutate(data: bytes, other: bytes, random_: random.Random) -> bytes:
-    """One change; `other` is a file of the same kind, or of another."""
+    """Makes one change; `other` is any other file."""
     at = random_.randrange(len(data) + 1)
     lines = data.split(b"\n")
     line = random_.randrange(len(lines))
@@ -346,7 +346,8 @@ def mutate(data: bytes, other: bytes, random_: random.Random) -> bytes:
 
 
 def spoil_number(name: str, data: bytes, random_: random.Random):
-    """A letter within a number of several digits; None: there is none, or Gmsh reads it as a hexadecimal number, 0x.2."""
+    """Puts a letter into a number of several digits. None without such a number, or if Gmsh would read it as
+    hexadecimal (0x.2)."""
     numbers = [found for found in re.finditer(rb"(?<![\w.#-])-?\d+\.?\d+(?![\w.-])", data)]
     if not numbers:
         return None
@@ -393,7 +394,7 @@ def try_case(seed: int, index: int, folder: Path) -> harness.Outcome:
             outcome.fail("rest", ", ".join(sorted(rest)))
     else:
         outcome.counts["accepted"] += 1
-        if must_be_same and ": setting '" not in ended.stdout:  # a sweep lists its cases, and what is wrong with them
+        if must_be_same and ": setting '" not in ended.stdout:  # a sweep lists its cases with their errors
             outcome.counts["accepted that has to be as before"] += 1
             unchanged = folder / "unchanged"
             copy_files(shared, unchanged)

@@ -1,16 +1,15 @@
 #!/usr/bin/env python3
-"""Programs that are killed at a system call, and started again.
+"""Programs that are killed at a system call and started again.
 
-A case is a command (run, reduce, sweep, post, fmu) that strace kills with SIGKILL at the n-th call of some kind that one of its
-threads makes: on files, processes, threads. Then this must hold:
+A case is a command (run, reduce, sweep, post, fmu) that strace kills with SIGKILL at the n-th system call of some kind
+(on files, processes, threads) in one of its threads. A case has one to three such kills in succession. Then this must
+hold:
 
-    again       the same command, a run with --resume, ends well, as if nothing had happened
-    bits        what it leaves has the bits of what a command leaves that nobody has killed
-    rest        nothing else is left beside it, and nothing in the temporary folder
-    kept        results of another state of the model are there, as long as those that replace them are not complete
-    hang        neither takes more than a minute of the processor, or stands still for one
-
-Commands that were killed before, at other calls, may have gone before: a case has one to three of them.
+    again       the same command, for a run with --resume, succeeds
+    bits        its files have the same bits as those of a command that was not killed
+    rest        no other files are left, and none in the temporary folder
+    kept        results of an earlier state of the model are kept until those that replace them are complete
+    hang        neither command takes more than a minute of processor time, or stands still for a minute
 """
 
 import json
@@ -56,7 +55,7 @@ analyses:
 output: {csv: true}
 """
 
-# What each does, again after a kill, and the files that it leaves.
+# Arguments, those to add after a kill, and the files that it leaves.
 COMMANDS = {
     "run": (["run", "model.yaml", "-q", "--no-pictures", "-o", "r.h5"], ["--resume"], ["r.h5", "r.rest.csv", "r.swing.csv"]),
     "reduce": (["reduce", "bar.inp", "-i", "near=NEAR", "-i", "far=FAR", "-m", "14", "-q", "-o", "p.h5"], [], ["p.h5"]),
@@ -65,7 +64,7 @@ COMMANDS = {
     "post": (["post", "earlier.h5", "--set", "probes.more={expression: 2*spin}", "--no-pictures", "-q", "-o", "post.h5"], [],
              ["post.h5", "post.rest.csv", "post.swing.csv"]),
     "fmu": (["fmu", "model.yaml", "--thin", "-q", "-o", "m.fmu"], [], ["m.fmu"]),
-    # Of another model than earlier.h5: all of it is done anew.
+    # The model differs from that of earlier.h5, so all analyses run anew.
     "redo": (["run", "model.yaml", "-q", "--no-pictures", "--set", "parameters.load=2", "--resume", "-o", "earlier.h5"], [],
              ["earlier.h5", "earlier.rest.csv", "earlier.swing.csv"]),
 }
@@ -89,7 +88,7 @@ def read_words(ended: subprocess.CompletedProcess, most: int) -> str:
 
 
 def prepare(shared: Path) -> None:
-    """What commands leave that nobody kills, and how often a thread of theirs makes each system call."""
+    """Prepares the files of commands that are not killed, and the most calls of each kind in one of their threads."""
     shutil.rmtree(shared, ignore_errors=True)
     shared.mkdir(parents=True)
     parts.write_deck(parts.Bar("bar", 0.3, 0.02, 3, 2e11, 7850, False), shared / "bar.inp")
@@ -122,12 +121,12 @@ def list_rest(folder: Path, kind: str) -> list:
     rest = [path.name for path in folder.iterdir() if path.name not in known]
     rest += [f"tmp/{path.name}" for path in (folder / "tmp").iterdir()]
     rest += [str(path.relative_to(folder)) for path in folder.rglob("*.part-*")]
-    # Numbers of processes come again: what may be a living one's is left alone.
+    # Process numbers recur: files that may belong to a living process are left alone.
     return [name for name in rest if not os.path.exists(f"/proc/{name.rpartition('.part-')[2]}")]
 
 
 def has_results(file: Path, before: bytes) -> bool:
-    """Whether a file is what it was, or has both analyses complete."""
+    """True if a file is unchanged, or has both analyses complete."""
     if not file.exists():
         return False
     if file.read_bytes() == before:
