@@ -85,30 +85,21 @@ double ErrorNorm::calcPartSize(const Part& part, const double* deltaQ, const dou
 
 double ErrorNorm::calcSize(const double* deltaQ, const double* deltaU, double h, int* worst) {
     weigh(deltaQ, m_weighed);
-    if (m_kind == Kind::RootMeanSquare) {
-        // The mean is over all values; `worst` is found by comparing parts.
-        int worstPart = 0;
-        double largest = 0;
-        for (int k = 0; worst && k < int(m_parts.size()); ++k) {
-            const double size = calcPartSize(m_parts[size_t(k)], deltaQ, deltaU, m_weighed, h);
-            if (size <= largest) continue;
-            largest = size;
-            worstPart = k;
-        }
-        if (worst && !m_parts.empty()) *worst = m_parts[size_t(worstPart)].block;
-        return largerOrNaN(calcNorm(m_numQ, m_weighed.data(), nullptr),
-                           calcNorm(m_numU, deltaU, m_uScales.data()));
-    }
-    parallelFor(int(m_parts.size()), m_blocks.numThreads, [&](int k) {
-        m_sizes[size_t(k)] = calcPartSize(m_parts[size_t(k)], deltaQ, deltaU, m_weighed, h);
-    });
+    const bool isMean = m_kind == Kind::RootMeanSquare;
     double largest = 0;
-    for (size_t k = 0; k < m_parts.size(); ++k) {
-        if (m_sizes[k] <= largest || std::isnan(largest)) continue;
-        largest = m_sizes[k];
-        if (worst) *worst = m_parts[k].block;
+    if (worst || !isMean) {
+        parallelFor(int(m_parts.size()), m_blocks.numThreads, [&](int k) {
+            m_sizes[size_t(k)] = calcPartSize(m_parts[size_t(k)], deltaQ, deltaU, m_weighed, h);
+        });
+        for (size_t k = 0; k < m_parts.size(); ++k) {
+            if (m_sizes[k] <= largest || std::isnan(largest)) continue;
+            largest = m_sizes[k];
+            if (worst) *worst = m_parts[k].block;
+        }
     }
-    return largest;
+    if (!isMean) return largest;
+    return largerOrNaN(calcNorm(m_numQ, m_weighed.data(), nullptr),
+                       calcNorm(m_numU, deltaU, m_uScales.data()));
 }
 
 double ErrorNorm::calcChange(const double* deltaU, double stiffness, int* worst,
