@@ -62,6 +62,7 @@ double findWorst(const Array_<SymMat33>& tensors, TensorValue calc) {
     double worst = 0;
     for (const SymMat33& tensor : tensors) {
         const double value = calc(tensor);
+        if (std::isnan(value)) return value;
         if (std::abs(value) > std::abs(worst)) worst = value;
     }
     return worst;
