@@ -317,13 +317,17 @@ private:
     /** Largest turning or bending of a body, relative to its size. **/
     double calcTurning(VectorXd delta) const;
 
-    /** Follows the damped motion if loops of joints may have been assembled differently on the
+    /** Follows the damped motion if Newton's iteration may have leapt to another equilibrium on the
     way. **/
     void stayOnBranch(const SolutionPoint& start);
-    bool hasLoops() const;
+    /** Whether loops of joints, or forces that depend on the motion, may have several stable
+    equilibria. **/
+    bool mayHaveBranches() const;
     /** Largest displacement of a body from there, relative to its size. **/
     double calcDistance(const std::vector<double>& from) const;
 
+    /** Finds an equilibrium, however far from the start. **/
+    void findAny();
     bool converge(double fraction);
     /** Plain Newton iteration for a steady motion, without safeguards. **/
     bool convergeToMotion();
@@ -428,7 +432,13 @@ private:
 
 void StaticEquilibrium::Search::run() {
     const SolutionPoint start = m_point;
-    if (converge(1)) return stayOnBranch(start);
+    findAny();
+    if (!isByDampedMotion) stayOnBranch(start);
+}
+
+void StaticEquilibrium::Search::findAny() {
+    const SolutionPoint start = m_point;
+    if (converge(1)) return;
     // A steady motion, or what a controller or a force that follows the motion holds, is none of
     // least energy, and may be stable at a saddle of it.
     const auto hasLeastEnergy = [&] { return m_motion.isAtRest() && !m_hasOwnStates && !m_isSkew; };
@@ -583,9 +593,12 @@ double StaticEquilibrium::Search::calcDistance(const std::vector<double>& from) 
     return distance;
 }
 
-bool StaticEquilibrium::Search::hasLoops() const {
+bool StaticEquilibrium::Search::mayHaveBranches() const {
     const Topology& topology = m_equations.getTopology();
-    if (!topology.simbodyRows.empty()) return true;
+    if (!topology.simbodyRows.empty() || topology.hasSimbodyForces() ||
+        std::any_of(topology.elements.begin(), topology.elements.end(),
+                    [](const Topology::Element& element) { return !element.isLoad(); }))
+        return true;
     // Union-find over blocks, Ground last; trees are attached to it, except for free bodies.
     std::vector<int> with(size_t(topology.numBlocks() + 1));
     std::iota(with.begin(), with.end(), 0);
@@ -614,7 +627,7 @@ bool StaticEquilibrium::Search::hasLoops() const {
 void StaticEquilibrium::Search::stayOnBranch(const SolutionPoint& start) {
     // A controlled system does not behave as if damped.
     if (!m_motion.isAtRest() || m_hasOwnStates || !m_equations.getTopology().frictions.empty() ||
-        calcDistance(start.q) <= LongestCreep || !hasLoops())
+        calcDistance(start.q) <= LongestCreep || !mayHaveBranches())
         return;
     branch = Branch::Unknown;
     if (m_equations.getTopology().numU > MostSpeedsFollowed) return;
@@ -1937,14 +1950,14 @@ std::string StaticEquilibrium::describeBranch() const {
             return "";
         case Branch::Followed:
             return "Newton's iteration leaps to another equilibrium, where joints may be assembled "
-                   "in another way; this is where a strongly damped motion from the start comes to "
-                   "rest";
+                   "in another way or connectors reversed; this is where a strongly damped motion "
+                   "from the start comes to rest";
         case Branch::Unknown:
             break;
     }
-    return "loops of joints may be assembled in another way here than at the start: whether a "
-           "motion leads from there to this equilibrium has not been found out; start closer to it "
-           "to be sure";
+    return "joints may be assembled in another way here than at the start, or connectors reversed: "
+           "whether a motion leads from there to this equilibrium has not been found out; start "
+           "closer to it to be sure";
 }
 
 Vector StaticEquilibrium::getMultipliers(const Joint& joint) const {
