@@ -972,6 +972,63 @@ TEST_F(LawsTest, AJointOfAFileRubsByItsOwnReaction) {
     EXPECT_NEAR(get(held, "lost"), 0, 1e-12);
 }
 
+TEST_F(LawsTest, AMotionLeavesTheFrictionOfWhatItHoldsAtRestToItself) {
+    // It drives the slide itself, or a block beside it that is welded on.
+    for (const char* driven : {"a", "b"})
+        for (const char* method : {"bdf", "generalized_alpha", "radau"}) {
+            const std::string trace = std::string(driven) + ", " + method;
+            SCOPED_TRACE(trace);
+            writeModel(
+                "simflex: 1\n"
+                "gravity: [0, -10, 0]\n"
+                "bodies: {a: {mass: 2, inertia: [1, 1, 1]}, b: {mass: 1, inertia: [1, 1, 1]}}\n"
+                "joints:\n"
+                "  a: {type: slider, axis: x, between: [ground, a], friction: {coulomb: 0.25, "
+                "static: 0.35}}\n"
+                "  b: {type: slider, axis: x, between: [ground, b]}\n"
+                "  rod: {type: rod, between: [{on: a, position: [1, 0, 0]}, b]}\n"
+                "motions: {drive: {joint: " +
+                std::string(driven) +
+                ", position: 'step(t, 0, 0, 0.2, 1) - step(t, 0.4, 0, 0.6, 1)'}}\n"
+                "probes: {x: {coordinate: a}, f: {friction: a}}\n"
+                "solver: {accuracy: 1e-8, method: " +
+                std::string(method) + "}\n");
+            Session session(loadModelText(folder / "model.yaml"));
+            // At rest nothing pulls, and the force in the joint is any below 0.35 of its load.
+            const auto expectForce = [&](double time, double force) {
+                session.runTo(time, 0.05);
+                EXPECT_NEAR(get(session, "f"), force, 1e-4) << time;
+            };
+            EXPECT_EQ(get(session, "f"), 0);
+            expectForce(0.1, -0.25 * 20);
+            EXPECT_NEAR(get(session, "x"), 0.5, 1e-8);
+            expectForce(0.3, 0);
+            expectForce(0.5, 0.25 * 20);
+            expectForce(0.7, 0);
+            EXPECT_NEAR(get(session, "x"), 0, 1e-8);
+        }
+}
+
+TEST_F(LawsTest, AStaticSearchStaysOnItsSideOfAnAnchor) {
+    // Newton's iteration leaps over the anchor from more than twice the length at rest.
+    for (const double anchor : {1.0, 1.78, 3.1, 5.0, 20.0}) {
+        writeModel(
+            "simflex: 1\n"
+            "parameters: {anchor: " +
+            std::to_string(anchor) +
+            "}\n"
+            "bodies: {a: {mass: 1, inertia: [1, 1, 1]}}\n"
+            "joints: {s: {type: slider, axis: x, between: [ground, a]}}\n"
+            "connectors: {push: {type: actuator, between: [{on: ground, position: [anchor, 0, 0]}, "
+            "a], law: '10*(1/length - 1/1.5)'}}\n"
+            "probes: {x: {coordinate: s}}\n"
+            "analyses: {rest: {type: static}}\n");
+        ASSERT_EQ(runModel(), 0) << err;
+        EXPECT_NEAR(find(read("rest"), "x").rows.back()[0], anchor - 1.5, 1e-9) << anchor;
+        EXPECT_EQ(err.find("leaps to another equilibrium") != std::string::npos, anchor > 3) << err;
+    }
+}
+
 TEST_F(LawsTest, WhatStuckAgainTearsOffWhereItsLoadSays) {
     // Slides where 3 sin 2t exceeds μ m g, until the impulses balance: 0.436953 m each way.
     for (const char* interval : {"0.2", "0.1"}) {

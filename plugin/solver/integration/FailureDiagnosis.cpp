@@ -74,10 +74,7 @@ std::string FailureDiagnosis::explainSpeeds(double t, const std::vector<double>&
 
 std::string FailureDiagnosis::explainFriction(int contact) const {
     const Topology& topology = m_equations.getTopology();
-    const std::string who =
-        contact < 0 ? "the friction of joints"
-                    : topology.describeConstraint(topology.frictions[size_t(contact)].firstRow);
-    return who +
+    return topology.describeConstraint(topology.frictions[size_t(contact)].firstRow) +
            " finds neither sticking nor sliding that agrees with the reaction it causes: a joint "
            "that is self-locking or reverses its own load, or a load that several joints share in "
            "more than one way; smaller coefficients, a flexible part, or friction in fewer of them "

@@ -52,7 +52,7 @@ public:
                               const std::vector<std::string>& redundancies) const;
     /** A block's matrix is singular or not finite. **/
     std::string explainSingularBlock(int block, const NewtonSystem& system) const;
-    /** @param contact  finds neither stick nor slip; −1: any **/
+    /** A contact finds neither stick nor slip. **/
     std::string explainFriction(int contact) const;
 
 private:

@@ -833,24 +833,34 @@ void ImplicitStep::calcAccelerations(double t, const std::vector<double>& q,
     // Friction makes the equations nonlinear: it depends on their solution.
     constexpr int MaxIterations = 50;
     int iteration = 0;
-    while (!improveAccelerations(t, q, u, uDot, lambda))
-        if (++iteration == MaxIterations)
-            throw std::runtime_error(FailureDiagnosis(m_equations).explainFriction(-1));
+    Repetition repetition;
+    while (!improveAccelerations(t, q, u, uDot, lambda, repetition)) {
+        if (++iteration < MaxIterations) continue;
+        const auto& frictions = m_equations.getTopology().frictions;
+        const auto worst =
+            std::max_element(frictions.begin(), frictions.end(), [&](const auto& a, const auto& b) {
+                return std::abs(repetition.correction[size_t(a.firstRow)]) <
+                       std::abs(repetition.correction[size_t(b.firstRow)]);
+            });
+        throw std::runtime_error(
+            FailureDiagnosis(m_equations).explainFriction(int(worst - frictions.begin())));
+    }
     m_canProject = false;
     invalidateMatrix();
 }
 
 bool ImplicitStep::improveAccelerations(double t, const std::vector<double>& q,
                                         const std::vector<double>& u, std::vector<double>& uDot,
-                                        std::vector<double>& lambda) {
+                                        std::vector<double>& lambda, Repetition& repetition) {
     constexpr double Accuracy = 1e-12;  // of multipliers
+    constexpr double Small = 1e-2, Same = 1e-3;
     FrictionTerms& frictions = m_equations.updFrictions();
     const auto calcErrors = [&] {
         m_equations.calcAccelerationErrors(q.data(), u.data(), uDot.data(), m_system.c.data());
     };
     if (!frictions.isEmpty()) {
         calcErrors();
-        frictions.decide(FrictionTerms::By::Accelerations, lambda.data());
+        if (frictions.decide(FrictionTerms::By::Accelerations, lambda.data())) repetition = {};
         if (const int k = frictions.findUndecided(); k >= 0)
             throw std::runtime_error(FailureDiagnosis(m_equations).explainFriction(k));
     }
@@ -865,9 +875,25 @@ bool ImplicitStep::improveAccelerations(double t, const std::vector<double>& q,
     ++m_statistics.linearSolves;
     const std::vector<double>& delta = m_solver.getDeltaU();
     for (size_t i = 0; i < uDot.size(); ++i) uDot[i] += delta[i];
-    for (size_t i = 0; i < lambda.size(); ++i) lambda[i] += m_solver.getDeltaLambda()[i];
-    return frictions.isEmpty() || findLargestForce(m_solver.getDeltaLambda()) <=
-                                      Accuracy * findLargestForce(lambda.data());
+    const std::vector<double> correction(m_solver.getDeltaLambda(),
+                                         m_solver.getDeltaLambda() + lambda.size());
+    for (size_t i = 0; i < lambda.size(); ++i) lambda[i] += correction[i];
+    const double change = findLargestForce(correction.data()),
+                 largest = findLargestForce(lambda.data());
+    if (frictions.isEmpty() || change <= Accuracy * largest) return true;
+    std::vector<double>& last = repetition.correction;
+    ++repetition.numIterations;
+    if (last.empty() || change > Small * largest) {
+        last = correction;
+        return false;
+    }
+    for (size_t i = 0; i < last.size(); ++i) last[i] -= correction[i];
+    const bool isSame = findLargestForce(last.data()) <= Same * change;
+    if (isSame)
+        for (size_t i = 0; i < last.size(); ++i)
+            lambda[i] -= repetition.numIterations * correction[i];
+    last = correction;
+    return isSame;
 }
 
 double ImplicitStep::calcResponse(double stiffness, const std::vector<double>& loads) {

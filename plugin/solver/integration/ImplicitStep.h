@@ -264,10 +264,17 @@ private:
     void makeModesHeavy();
     /** Describes a joint whose friction depends on the multipliers of these redundant rows. **/
     std::string describeUndetermined(const std::vector<int>& rows) const;
+    /** Where a motion holds a sticking contact, too, its force is open, and round-off of
+    accelerations asks for the same correction of multipliers in every iteration. **/
+    struct Repetition {
+        std::vector<double> correction;  ///< by the last iteration
+        int numIterations = 0;           ///< with the same matrix
+    };
     /** One iteration for accelerations and multipliers; a single one suffices without friction.
-    @returns true if it has converged **/
+    @returns true if it has converged; repeated corrections are taken back **/
     bool improveAccelerations(double t, const std::vector<double>& q, const std::vector<double>& u,
-                              std::vector<double>& uDot, std::vector<double>& lambda);
+                              std::vector<double>& uDot, std::vector<double>& lambda,
+                              Repetition& repetition);
     /** Position error; infinite where joints cannot be evaluated. **/
     double tryPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);
     /** Gauss–Newton in q until no position error is larger; returns the error. **/
