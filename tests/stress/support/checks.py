@@ -290,12 +290,18 @@ def check_schemes(case: Case):
 
 
 def vibrates_after_impact(case: Case) -> bool:
-    """Whether a flexible part has an impact: unresolved modes decay with the damping of each method."""
-    return case.builder.has_flexible() and (case.facts.has_impact or case.facts.has_friction or has_impulses(case))
+    """Whether a flexible part has an impact or is let go: unresolved modes decay with the damping of each method."""
+    return case.builder.has_flexible() and (case.facts.has_impact or case.facts.has_friction or has_impulses(case) or
+                                            acts(case, "release"))
 
 
 def has_impulses(case: Case) -> bool:
-    return any(key in action for actions in case.facts.actions.values() for action in actions for key in ("lock", "engage"))
+    return acts(case, "lock", "engage")
+
+
+def acts(case: Case, *actions: str) -> bool:
+    """Whether an event takes one of these actions."""
+    return any(key in action for taken in case.facts.actions.values() for action in taken for key in actions)
 
 
 def _compare_with_reference(case: Case, run: Run) -> list:
