@@ -320,6 +320,16 @@ TEST(Eigenmodes, StandingPendulumGrowsAndShrinks) {
         sum += mode.eigenvalue.real();
     }
     EXPECT_NEAR(sum, 0, 1e-9);
+    const std::vector<Eigenmode> growing = calcGrowingModes(system, system.getDefaultState());
+    ASSERT_EQ(growing.size(), 1u);
+    EXPECT_NEAR(growing[0].eigenvalue.real(), std::sqrt(Gravity / l), 1e-9);
+}
+
+TEST(Eigenmodes, WithoutSpeedsNothingGrows) {
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter(system);
+    MobilizedBody::Weld(matter.Ground(), Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))));
+    EXPECT_TRUE(calcGrowingModes(system, system.realizeTopology()).empty());
 }
 
 TEST(Eigenmodes, SleepingTopPrecessesAndNutates) {

@@ -366,9 +366,15 @@ std::vector<Eigenmode> calcGrowingModes(const MultibodySystem& system, const Sta
         isLarge && flexible)
         for (const auto& equation : flexible->getGuts().states())
             if (!equation->followsMotion()) return {};
-    std::vector<Eigenmode> growing;
-    for (Eigenmode& mode : calcSlowestEigenmodes(system, state, isLarge ? FewModes : state.getNU(),
-                                                 EigenMethod::Automatic, observer))
+    std::vector<Eigenmode> modes, growing;
+    if (isLarge) {
+        modes = calcSlowestEigenmodes(system, state, FewModes, EigenMethod::Automatic, observer);
+    } else {
+        const Linearization linear = calcLinearization(system, state, observer);
+        requireEquilibrium(system, linear);
+        modes = calcEigenmodes(linear);
+    }
+    for (Eigenmode& mode : modes)
         if (!mode.isUncertain() && mode.dampingRatio < -LeastGrowth)
             growing.push_back(std::move(mode));
     return growing;
