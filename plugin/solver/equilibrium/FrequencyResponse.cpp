@@ -143,7 +143,7 @@ FrequencyResponse::Contents::Contents(const MultibodySystem& system, const State
             throw std::invalid_argument("FrequencyResponse: " + topology.describeConstraint(row) +
                                         " holds speeds or accelerations; only constraints of "
                                         "positions can be linearised: disable it");
-    equations.updBlocks().chooseNumThreads(omp_get_num_procs());
+    equations.updBlocks().chooseNumThreads(omp_get_max_threads());
     SolutionPoint now;
     now.resize(topology.numQ, topology.numU, topology.numMultipliers, topology.numZ);
     now.t = point.state.getTime();
@@ -636,7 +636,7 @@ std::vector<FrequencyResponse::Amplitudes> FrequencyResponse::calcTransfers(
         for (int k = 0; k < m; ++k) byMultipliers[size_t(i)][k] = outputs.byMultipliers(i, k);
 
     std::vector<Amplitudes> transfers(omegas.size());
-    const int most = threads > 0 ? threads : omp_get_num_procs();
+    const int most = threads > 0 ? threads : omp_get_max_threads();
     const int team = std::max(1, std::min(most, int(omegas.size())));
     std::vector<std::unique_ptr<Contents::Solver>> solvers;
     for (int i = 0; i < team; ++i) solvers.push_back(std::make_unique<Contents::Solver>(c));

@@ -40,7 +40,7 @@ public:
     Amplitudes calcMotions(SimTK::Real omega, const LinearInputs& inputs) const;
     /** Transfer matrices, o×p at each ω [rad/s], computed in parallel; results do not depend on the
     number of threads.
-    @param threads  0: one per core
+    @param threads  0: OpenMP's number (OMP_NUM_THREADS), by default one per core
     @param observer  called after each frequency, from the calling thread; an exception that it
         throws ends the calculation
     @throws std::runtime_error if the equations are singular at a frequency, as at the resonance of
