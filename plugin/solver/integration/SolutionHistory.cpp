@@ -76,41 +76,6 @@ SolutionHistory::Weights SolutionHistory::calcInterpolation(int nodes, double t)
     return weights;
 }
 
-SolutionHistory::Weights SolutionHistory::calcDerivative(int nodes, double t) const {
-    double times[Capacity];
-    bool isDouble = false;
-    Weights weights;
-    weights.numPoints = collectNodes(nodes, times, isDouble);
-    const int points = weights.numPoints, oldest = points - 1;
-    // d/dt Π f_i = Σ_k f_k' Π_{i≠k} f_i, without division, because t may be a node.
-    const auto productRule = [&](int skip, bool withExtra, double extraValue, double extraSlope) {
-        double value = 1, slope = 0;
-        for (int i = 0; i < points; ++i) {
-            if (i == skip) continue;
-            const double scale = 1 / (times[skip] - times[i]);
-            slope = slope * (t - times[i]) * scale + value * scale;
-            value *= (t - times[i]) * scale;
-        }
-        return withExtra ? slope * extraValue + value * extraSlope : slope;
-    };
-    for (int j = 0; j < points; ++j) {
-        if (!isDouble || j == oldest) {
-            weights.value[j] = productRule(j, false, 1, 0);
-        } else {
-            const double scale = 1 / (times[j] - times[oldest]);
-            weights.value[j] = productRule(j, true, (t - times[oldest]) * scale, scale);
-        }
-    }
-    if (isDouble) {
-        double slope = 0;
-        for (int i = 0; i < oldest; ++i) slope += 1 / (times[oldest] - times[i]);
-        const double past = t - times[oldest];
-        weights.derivative = productRule(oldest, true, past, 1);
-        weights.value[oldest] = productRule(oldest, true, 1 - past * slope, -slope);
-    }
-    return weights;
-}
-
 double SolutionHistory::calcNodeProduct(int nodes, double t) const {
     double times[Capacity];
     bool isDouble = false;

@@ -38,7 +38,7 @@ public:
     /** Threads for long combinations. **/
     void setNumThreads(int threads) { m_numThreads = threads; }
 
-    /** Largest number of points. **/
+    /** Current number of points, at most Capacity. **/
     int size() const { return m_size; }
     /** Number of nodes: one more than points while the start is among them. **/
     int numNodes() const { return m_size + (hasDoubleNode() ? 1 : 0); }
@@ -73,8 +73,6 @@ public:
 
     /** Value at t of the polynomial through the newest `nodes` nodes. @pre nodes ≤ numNodes(). **/
     Weights calcInterpolation(int nodes, double t) const;
-    /** Its derivative at t. **/
-    Weights calcDerivative(int nodes, double t) const;
 
     /** Π (t − t_i) over the newest `nodes` nodes. **/
     double calcNodeProduct(int nodes, double t) const;
