@@ -108,25 +108,31 @@ TEST(FailureDiagnosis, MotionsThatFightAreBothNamed) {
 }
 
 /** A crank of 1 m and a rod of 1.5 m to a slider that is driven along x. **/
+struct PushedSlider : Rigid {
+    PushedSlider() {
+        Joint::Ball(flexible, Attachment(rod, Transform(Vec3(1.5, 0, 0))),
+                    Attachment(slider, Transform()), "wrist");
+        Joint::PrescribedTranslation(
+            flexible, matter.Ground(), Attachment(slider, Transform()), XAxis,
+            [](Real t) { return Vec3(2 + t, 1, 0); }, "push");
+        state = system.realizeTopology();
+        crank.setOneQ(state, 0, 0.8);
+        rod.setOneQ(state, 0, -1.3);
+        slider.setOneQ(state, 0, 2);
+    }
+    MobilizedBody::Pin crank{matter.Ground(), Body::Rigid(Stone)};
+    MobilizedBody::Pin rod{crank, Transform(Vec3(1, 0, 0)), Body::Rigid(Stone), Transform()};
+    MobilizedBody::Slider slider{matter.Ground(), Body::Rigid(Stone)};
+    State state;
+};
+
 TEST(FailureDiagnosis, AMotionBeyondTheReachOfAMechanismIsASingularPosition) {
-    Rigid model;
-    MobilizedBody::Pin crank(model.matter.Ground(), Body::Rigid(Stone));
-    MobilizedBody::Pin rod(crank, Transform(Vec3(1, 0, 0)), Body::Rigid(Stone), Transform());
-    MobilizedBody::Slider slider(model.matter.Ground(), Body::Rigid(Stone));
-    Joint::Ball(model.flexible, Attachment(rod, Transform(Vec3(1.5, 0, 0))),
-                Attachment(slider, Transform()), "wrist");
-    Joint::PrescribedTranslation(
-        model.flexible, model.matter.Ground(), Attachment(slider, Transform()), XAxis,
-        [](Real t) { return Vec3(2 + t, 1, 0); }, "push");
-    State state = model.system.realizeTopology();
-    crank.setOneQ(state, 0, 0.8);
-    rod.setOneQ(state, 0, -1.3);
-    slider.setOneQ(state, 0, 2);
+    PushedSlider model;
     for (const bool isAlpha : {false, true}) {
         BdfIntegrator bdf(model.system);
         GeneralizedAlphaIntegrator alpha(model.system);
         ImplicitIntegrator& integrator = isAlpha ? static_cast<ImplicitIntegrator&>(alpha) : bdf;
-        integrator.initialize(state);
+        integrator.initialize(model.state);
         EXPECT_THAT(messageOf([&] { integrator.stepTo(1); }),
                     AllOf(HasSubstr("no step could be taken from t = 0."),
                           ::testing::AnyOf(
@@ -139,6 +145,20 @@ TEST(FailureDiagnosis, AMotionBeyondTheReachOfAMechanismIsASingularPosition) {
         // The links are collinear at x = 2.5.
         EXPECT_NEAR(integrator.getTime(), 0.5, 1e-3);
     }
+}
+
+TEST(FailureDiagnosis, SpeedsThatCannotBeProjectedAreCalledSpeeds) {
+    // A single long step through which the mechanism nearly straightens.
+    PushedSlider model;
+    BdfIntegrator integrator(model.system);
+    integrator.setFixedStep(0.25);
+    integrator.initialize(model.state);
+    EXPECT_THAT(
+        messageOf([&] { integrator.stepTo(0.25); }),
+        AllOf(HasSubstr("no step could be taken from t = 0 s (h = 0.25 s): the speeds cannot be "
+                        "brought onto the joints: joint 'wrist' keeps an error of"),
+              HasSubstr("m/s or rad/s"), HasSubstr("allow shorter steps"),
+              Not(HasSubstr("setConstraintTolerance"))));
 }
 
 TEST(FailureDiagnosis, AMotionThatJumpsIsNamedWithTimeAndSize) {

@@ -59,13 +59,16 @@ std::string FailureDiagnosis::explainAssembly(double t, const std::vector<double
     return text.str();
 }
 
+std::string FailureDiagnosis::listSpeedErrors(const std::vector<double>& errors) const {
+    double largest = 0;
+    for (const double error : errors) largest = std::max(largest, std::abs(error));
+    return listErrors(errors, 0.01 * largest) + " m/s or rad/s";
+}
+
 std::string FailureDiagnosis::explainSpeeds(double t, const std::vector<double>& errors,
                                             const std::vector<std::string>& redundancies) const {
     std::ostringstream text;
-    double largest = 0;
-    for (const double error : errors) largest = std::max(largest, std::abs(error));
-    text << "no speeds satisfy the joints at t = " << t
-         << " s: " << listErrors(errors, 0.01 * largest) << " m/s or rad/s";
+    text << "no speeds satisfy the joints at t = " << t << " s: " << listSpeedErrors(errors);
     if (!redundancies.empty())
         text << ". Motions or locks contradict each other: " << explainRedundancies(redundancies);
     text << ". Leave one of the motions out, or give them speeds that agree";
@@ -192,16 +195,30 @@ std::string FailureDiagnosis::explainNoProjection(const FailedStep& step, int wo
     if (!std::isfinite(step.tried.constraintError)) return explainNonFinite(step);
     std::ostringstream text;
     text << m_equations.getTopology().describeConstraint(worstRow) << " keeps an error of "
-         << step.tried.constraintError << " (allowed " << tolerance << ")";
+         << step.tried.constraintError << " (allowed " << tolerance << ")"
+         << explainConstraints(
+                step,
+                ". Round-off may be larger than that: allow more by setConstraintTolerance()");
+    return text.str();
+}
+
+std::string FailureDiagnosis::explainNoSpeeds(const FailedStep& step,
+                                              const std::vector<double>& errors) const {
+    if (!std::all_of(errors.begin(), errors.end(), [](double e) { return std::isfinite(e); }))
+        return explainNonFinite(step);
+    return listSpeedErrors(errors) +
+           explainConstraints(step,
+                              ". The joints' directions change too much in such a step, as near a "
+                              "singular position: allow shorter steps");
+}
+
+std::string FailureDiagnosis::explainConstraints(const FailedStep& step,
+                                                 const char* otherwise) const {
     const std::string jump =
         findMotionJump(m_equations, step.last.t, step.h, step.last.q.data(), step.last.u.data());
-    if (!jump.empty())
-        text << ". " << jump << ": let it change smoothly";
-    else if (const std::string singularity = findSingularity(step); !singularity.empty())
-        text << singularity;
-    else
-        text << ". Round-off may be larger than that: allow more by setConstraintTolerance()";
-    return text.str();
+    if (!jump.empty()) return ". " + jump + ": let it change smoothly";
+    const std::string singularity = findSingularity(step);
+    return singularity.empty() ? otherwise : singularity;
 }
 
 std::string FailureDiagnosis::findSingularity(const FailedStep& step) const {

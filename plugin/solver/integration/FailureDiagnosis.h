@@ -43,6 +43,9 @@ public:
                                   const double* errorU, const std::vector<double>& errorZ) const;
     /** Positions cannot be projected onto a joint. **/
     std::string explainNoProjection(const FailedStep& step, int worstRow, double tolerance) const;
+    /** Speeds cannot be.
+    @param errors  of all constraints [m/s, rad/s] **/
+    std::string explainNoSpeeds(const FailedStep& step, const std::vector<double>& errors) const;
 
     /** The joints cannot be assembled. **/
     std::string explainAssembly(double t, const std::vector<double>& errors, double tolerance,
@@ -56,8 +59,13 @@ public:
     std::string explainFriction(int contact) const;
 
 private:
-    /** "joint 'a' (error 0.1), joint 'b' (error 0.02)": the largest ones. **/
+    /** "joint 'a' keeps an error of 0.1, joint 'b' keeps an error of 0.02": the largest ones. **/
     std::string listErrors(const std::vector<double>& errors, double tolerance) const;
+    /** The same for speeds: the largest, down to a hundredth of it. **/
+    std::string listSpeedErrors(const std::vector<double>& errors) const;
+    /** Why constraints cannot be satisfied: a motion that jumps, a singular position, or else
+    `otherwise`. **/
+    std::string explainConstraints(const FailedStep& step, const char* otherwise) const;
     /** Whether the joints are nearly dependent at the last good point, and which. **/
     std::string findSingularity(const FailedStep& step) const;
     std::string explainRedundancies(const std::vector<std::string>& redundancies) const;

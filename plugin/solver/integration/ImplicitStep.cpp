@@ -316,9 +316,8 @@ ImplicitStep::Outcome ImplicitStep::solveNearSingularity(const StepFormula& form
     return solve(formula, Formulation::Index3, Purpose::Projected, point);
 }
 
-bool ImplicitStep::projectStepSpeeds(const StepFormula& formula, SolutionPoint& point,
-                                     int* worstRow) {
-    projectSpeeds(formula.t, point.q, point.u, worstRow, &point.lambda);
+bool ImplicitStep::projectStepSpeeds(const StepFormula& formula, SolutionPoint& point) {
+    projectSpeeds(formula.t, point.q, point.u, &point.lambda);
     m_stepEquations.calcUDot(formula, point.q, point.u, point.uDot);
     std::copy(point.uDot.begin(), point.uDot.end(), m_lastUDot.begin());
     return findLargestRate(m_system.c) <= LargestSpeedError * calcSpeedScale(point.u);
@@ -588,14 +587,13 @@ double ImplicitStep::tryPositionError(double t, const std::vector<double>& q,
 }
 
 void ImplicitStep::projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
-                                 int* worstRow, std::vector<double>* lambda) {
+                                 std::vector<double>* lambda) {
     const FlushDenormals flush;
     // The factored G may belong to a nearby q: further passes correct the difference.
     constexpr int MaxIterations = 3;
     for (int iteration = 0;; ++iteration) {
         m_equations.realize(t, q.data(), u.data());
         m_equations.calcVelocityErrors(m_system.c.data());
-        findLargest(m_system.c, worstRow);
         if (areRatesSmall(m_system.c, u) || iteration == MaxIterations) return;
         m_solver.solveForConstraints(m_system);
         ++m_statistics.linearSolves;

@@ -56,7 +56,9 @@ public:
 
     /** Projects u at the end of such a step onto the velocity constraints, with u̇ and λ.
     @returns false if it cannot. **/
-    bool projectStepSpeeds(const StepFormula& formula, SolutionPoint& point, int* worstRow);
+    bool projectStepSpeeds(const StepFormula& formula, SolutionPoint& point);
+    /** Errors of all constraints where they were evaluated last. **/
+    const std::vector<double>& getConstraintErrors() const { return m_system.c; }
 
     /** True if matrices currently contain all terms of a block. **/
     bool useDense() const;
@@ -90,10 +92,9 @@ public:
     bool mayLoseCount() const { return m_mayLoseCount; }
 
     /** Moves u onto the velocity constraints in the same norm, and adds to λ what moves it: of
-    steps, whose equations these are. Speeds that jump are applyImpulse()'s.
-    @param worstRow  as above **/
+    steps, whose equations these are. Speeds that jump are applyImpulse()'s. **/
     void projectSpeeds(double t, const std::vector<double>& q, std::vector<double>& u,
-                       int* worstRow = nullptr, std::vector<double>* lambda = nullptr);
+                       std::vector<double>* lambda = nullptr);
 
     /** Largest position error of the joints at q. **/
     double calcPositionError(double t, const std::vector<double>& q, const std::vector<double>& u);

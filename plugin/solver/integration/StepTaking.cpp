@@ -63,14 +63,17 @@ bool Stepper::attemptStep(double h, int order, double* error) {
     m_outcome = m_solvesPositions ? m_step->solveNearSingularity(m_formula, m_new)
                                   : m_step->solve(m_formula, m_settings.formulation, m_new);
     if (!m_outcome.converged) {
+        m_failure = Failure::Convergence;
         m_statistics.divergentIterations += m_statistics.newtonIterations - iterationsBefore;
         return false;
     }
 
     if (m_settings.formulation == Formulation::StabilizedIndex2) {
         if (isEndAskedFor() && !projectNew(ImplicitStep::Start::AtStepsEnd)) return false;
-        if (m_solvesPositions && !m_step->projectStepSpeeds(m_formula, m_new, &m_worstProjectedRow))
+        if (m_solvesPositions && !m_step->projectStepSpeeds(m_formula, m_new)) {
+            m_failure = Failure::Speeds;
             return false;
+        }
     } else {
         m_new.constraintError = m_step->calcPositionError(t, m_new.q, m_new.u);
     }
@@ -138,6 +141,7 @@ bool Stepper::isEndAskedFor() const {
 bool Stepper::projectNew(ImplicitStep::Start from) {
     m_new.constraintError = m_step->projectPositions(m_new.t, m_settings.constraintTolerance,
                                                      m_new.q, m_new.u, &m_worstProjectedRow, from);
+    m_failure = m_step->mayLoseCount() ? Failure::Count : Failure::Positions;
     return m_new.constraintError <= m_settings.constraintTolerance && !m_step->mayLoseCount();
 }
 
@@ -161,10 +165,14 @@ bool Stepper::attemptStages(double h, double* error) {
     m_outcome = step.solveStages(start, h);
     if (!m_outcome.converged) {
         m_new.t = start.t + h;
+        m_failure = Failure::Convergence;
         m_statistics.divergentIterations += m_statistics.newtonIterations - iterationsBefore;
         return false;
     }
-    if (!step.completeStages(start, h)) return false;
+    if (!step.completeStages(start, h)) {
+        m_failure = Failure::Count;
+        return false;
+    }
     m_new = step.updStage(radau::NumStages - 1);
     m_formula.factors = RadauStep::calcFactors(h);
     // Lengths of quaternions do not count as errors.
@@ -431,19 +439,14 @@ void Stepper::stepWithin(double limit) {
                 continue;
             }
             m_solvesPositions = false;
-            if (m_settings.fixedStep > 0)
-                failStep(h, m_outcome.converged ? Failure::Projection : Failure::Convergence, 0);
+            if (m_settings.fixedStep > 0) failStep(h, m_failure, 0);
             m_controller.restart();
             h *= 0.25;
             ++failures;
         }
         m_stepsAtOrder = 0;
         if (!(h >= m_settings.minimumStep))
-            failStep(h,
-                     isSolved              ? Failure::ErrorTest
-                     : m_outcome.converged ? Failure::Projection
-                                           : Failure::Convergence,
-                     error);
+            failStep(h, isSolved ? Failure::ErrorTest : m_failure, error);
         if (failures == 3) {
             // Something jumped here, so that the history misleads.
             restart();
@@ -475,10 +478,13 @@ void Stepper::failStep(double h, Failure failure, double error) {
                                             m_error.z);
     else if (failure == Failure::Convergence)
         text << "Newton's iteration does not converge: " << diagnosis.explainNoConvergence(step);
-    else if (m_step->mayLoseCount())
+    else if (failure == Failure::Count)
         text << "it is too long to count the teeth and turns of gears and couplers; allow shorter "
                 "steps";
-    else if (m_worstProjectedRow >= 0)
+    else if (failure == Failure::Speeds)
+        text << "the speeds cannot be brought onto the joints: "
+             << diagnosis.explainNoSpeeds(step, m_step->getConstraintErrors());
+    else
         text << "the positions cannot be brought back onto the joints: "
              << diagnosis.explainNoProjection(step, m_worstProjectedRow,
                                               m_settings.constraintTolerance);

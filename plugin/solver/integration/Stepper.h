@@ -148,7 +148,6 @@ private:
     /** Projects m_new's positions onto the joints. @returns false if it cannot. **/
     bool projectNew(ImplicitStep::Start from);
     /** Work up to the step's end, where power is known. **/
-    /** Work until the step's end, of which power is known. **/
     double calcWork(int order) const;
     void acceptStep(double h, int order);
     void chooseNextStep(double error, double h, int order);
@@ -164,7 +163,8 @@ private:
     double calcUnseenMotions(int order);
     /** q and u of the polynomial through the step's end. **/
     void interpolateNew(int order, double t, SolutionPoint& point);
-    enum class Failure { ErrorTest, Convergence, Projection };
+    /** Why an attempt does not end in a usable point. **/
+    enum class Failure { ErrorTest, Convergence, Positions, Speeds, Count };
     /** @param error  of the last attempt, in units of the accuracy **/
     [[noreturn]] void failStep(double h, Failure failure, double error);
 
@@ -197,6 +197,7 @@ private:
     SolutionPoint m_new, m_trial;
     bool m_solvesPositions = false;  ///< position constraints in Newton's method, speeds projected
     int m_worstProjectedRow = -1;
+    Failure m_failure = Failure::Convergence;  ///< of an attempt that was not solved
     ImplicitStep::Outcome m_outcome;
     ErrorNorm::Error m_error;
     std::string m_fault;  ///< message of a failed evaluation; else empty
