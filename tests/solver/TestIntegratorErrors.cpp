@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -167,6 +168,159 @@ TEST(IntegratorErrors, AReporterThatStepsIsRefused) {
         integrator->stepTo(0.1);
         EXPECT_EQ(integrator->getTime(), 0.1);
     }
+}
+
+/** A falling stone whose force, reporter, handler and subsystem call `use` with their names. **/
+struct CallingStone {
+    using Use = std::function<void(const std::string& caller, Real time)>;
+    class Weight : public Force::Custom::Implementation {
+    public:
+        explicit Weight(const CallingStone& model) : m_model(model) {}
+        void calcForce(const State& state, Vector_<SpatialVec>&, Vector_<Vec3>&,
+                       Vector& mobilityForces) const override {
+            m_model.stone.applyOneMobilityForce(state, 0, -9.81, mobilityForces);
+            m_model.call("force", state.getTime());
+        }
+        Real calcPotentialEnergy(const State&) const override { return 0; }
+
+    private:
+        const CallingStone& m_model;
+    };
+    struct Reporter : PeriodicEventReporter {
+        explicit Reporter(const CallingStone& m) : PeriodicEventReporter(0.03), model(m) {}
+        void handleEvent(const State& state) const override {
+            model.call("reporter", state.getTime());
+        }
+        const CallingStone& model;
+    };
+    struct Handler : PeriodicEventHandler {
+        explicit Handler(const CallingStone& m) : PeriodicEventHandler(0.04), model(m) {}
+        void handleEvent(State& state, Real, bool&) const override {
+            model.call("handler", state.getTime());
+        }
+        const CallingStone& model;
+    };
+    class Guts : public Subsystem::Guts {
+    public:
+        explicit Guts(const CallingStone& model) : Subsystem::Guts("Caller"), m_model(model) {}
+        Guts* cloneImpl() const override { return new Guts(m_model); }
+        void handleEventsImpl(State& state, Event::Cause cause, const Array_<EventId>&,
+                              const HandleEventsOptions&, HandleEventsResults&) const override {
+            if (cause == Event::Cause::Initialization)
+                m_model.call("initialization", state.getTime());
+        }
+
+    private:
+        const CallingStone& m_model;
+    };
+
+    CallingStone() {
+        Force::Custom(forces, new Weight(*this));
+        system.addEventReporter(new Reporter(*this));
+        system.addEventHandler(new Handler(*this));
+        subsystem.adoptSubsystemGuts(new Guts(*this));
+        system.adoptSubsystem(subsystem);
+        start = system.realizeTopology();
+        integrator = std::make_unique<BdfIntegrator>(system);
+        integrator->setStepObserver([this](Real time) {
+            call("observer", time);
+            return true;
+        });
+    }
+    void call(const char* caller, Real time) const {
+        if (use) use(caller, time);
+    }
+    std::vector<Real> run() {
+        integrator->initialize(start);
+        integrator->stepTo(0.1);
+        return {stone.getOneQ(integrator->getState(), 0), stone.getOneU(integrator->getState(), 0),
+                integrator->getTime(), Real(integrator->getNumStepsTaken()),
+                Real(integrator->getNumIterations())};
+    }
+
+    MultibodySystem system;
+    SimbodyMatterSubsystem matter{system};
+    GeneralForceSubsystem forces{system};
+    MobilizedBody::Slider stone{matter.Ground(),
+                                Body::Rigid(MassProperties(1, Vec3(0), Inertia(1)))};
+    Subsystem subsystem;
+    State start;
+    std::unique_ptr<BdfIntegrator> integrator;
+    Use use;
+};
+
+/** Calls a method once from within an integration, which is to go on as if it had not. **/
+void expectRefusedWithin(const char* caller, const char* method,
+                         const std::function<void(CallingStone&)>& misuse,
+                         std::initializer_list<const char*> words) {
+    SCOPED_TRACE(std::string(method) + " by " + caller);
+    CallingStone undisturbed, model;
+    std::string message;
+    bool isDone = false;
+    model.use = [&](const std::string& from, Real time) {
+        if (isDone || from != caller || (from != "initialization" && time < 0.02)) return;
+        isDone = true;
+        message = messageOf([&] { misuse(model); });
+    };
+    EXPECT_EQ(model.run(), undisturbed.run());
+    EXPECT_TRUE(isDone);
+    expectContains(message, {method});
+    expectContains(message, words);
+}
+
+TEST(IntegratorErrors, NothingChangesAnIntegrationFromWithin) {
+    struct Misuse {
+        const char* method;
+        std::function<void(CallingStone&)> call;
+    };
+    std::stringstream checkpoint;
+    for (const char* caller : {"initialization", "reporter", "handler", "observer", "force"})
+        for (const Misuse& misuse : std::vector<Misuse>{
+                 {"initialize", [](CallingStone& m) { m.integrator->initialize(m.start); }},
+                 {"initialize",
+                  [](CallingStone& m) { m.integrator->initialize(Array_<State>(1, m.start)); }},
+                 {"stepTo", [](CallingStone& m) { m.integrator->stepTo(0.2); }},
+                 {"stepTo", [](CallingStone& m) { m.integrator->stepTo(0.2, Infinity); }},
+                 {"stepTo",
+                  [](CallingStone& m) {
+                      simflex::TimeStepper(m.system, *m.integrator).stepTo(0.2);
+                  }},
+                 {"stepOnce", [](CallingStone& m) { m.integrator->stepOnce(); }},
+                 {"stepBy", [](CallingStone& m) { m.integrator->stepBy(0.1); }},
+                 {"reinitialize",
+                  [](CallingStone& m) { m.integrator->reinitialize(Stage::Report, true); }},
+                 {"handle",
+                  [](CallingStone& m) { m.integrator->handle([](State&) { return true; }); }},
+                 {"updAdvancedState", [](CallingStone& m) { m.integrator->updAdvancedState(); }},
+                 {"writeCheckpoint",
+                  [&](CallingStone& m) { m.integrator->writeCheckpoint(checkpoint); }},
+                 {"readCheckpoint",
+                  [&](CallingStone& m) { m.integrator->readCheckpoint(checkpoint, m.start); }}})
+            expectRefusedWithin(caller, misuse.method, misuse.call,
+                                {"by a reporter, handler, observer or force", "between calls"});
+}
+
+TEST(IntegratorErrors, SettingsOfARunAreRefusedWhileItBegins) {
+    for (const auto& [method, set] :
+         std::vector<std::pair<const char*, std::function<void(BdfIntegrator&)>>>{
+             {"setMaximumOrder", [](BdfIntegrator& i) { i.setMaximumOrder(3); }},
+             {"addBreakTimes", [](BdfIntegrator& i) { i.addBreakTimes({0.01}); }}})
+        for (const char* caller : {"initialization", "reporter"})
+            expectRefusedWithin(caller, method,
+                                [&set = set](CallingStone& m) { set(*m.integrator); },
+                                {"an integration keeps the settings it began with"});
+}
+
+TEST(IntegratorErrors, AForceMayNotAskForWhatItsEvaluationWouldDisturb) {
+    for (const auto& [method, ask] :
+         std::vector<std::pair<const char*, std::function<void(BdfIntegrator&)>>>{
+             {"getUDot", [](BdfIntegrator& i) { i.getUDot(); }},
+             {"getMultipliers", [](BdfIntegrator& i) { i.getMultipliers(); }},
+             {"getAdvancedState", [](BdfIntegrator& i) { i.getAdvancedState(); }},
+             {"showAdvancedState", [](BdfIntegrator& i) { i.showAdvancedState(); }},
+             {"setFinalTime", [](BdfIntegrator& i) { i.setFinalTime(0.05); }}})
+        expectRefusedWithin("force", method, [&ask = ask](CallingStone& m) { ask(*m.integrator); },
+                            {"by a force", "between calls"});
 }
 
 TEST(IntegratorErrors, AValueOfTheStateThatIsNotANumberIsNamed) {

@@ -68,5 +68,29 @@ TEST(StepObserver, AnInterruptedRunGoesOnWithTheSameBits) {
     EXPECT_EQ(whole.getStatistics().stepsTaken, interrupted.getStatistics().stepsTaken);
 }
 
+TEST(StepObserver, MaySetTheFinalTimeAndReplaceItself) {
+    Pendulum pendulum;
+    BdfIntegrator integrator(pendulum.system);
+    Real last = 0;
+    const std::vector<int> weight(100, 1);  // of a closure that is not stored in place
+    integrator.setStepObserver([&, weight](Real time) {
+        if (time < 0.2) return true;
+        integrator.setStepObserver([&, weight](Real later) {
+            last = later;
+            return weight[99] == 1;
+        });
+        integrator.setFinalTime(time);
+        last = time;
+        return weight[99] == 1;
+    });
+    integrator.initialize(pendulum.state);
+    EXPECT_EQ(integrator.stepTo(1), ImplicitIntegrator::StepStatus::ReachedFinalTime);
+    EXPECT_EQ(integrator.getTime(), last);
+    EXPECT_LT(last, 0.5);
+    integrator.setFinalTime(Infinity);
+    EXPECT_EQ(integrator.stepTo(1), ImplicitIntegrator::StepStatus::ReachedTime);
+    EXPECT_GE(last, 1);
+}
+
 }  // namespace
 }  // namespace simflex

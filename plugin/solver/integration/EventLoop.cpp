@@ -206,7 +206,10 @@ void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
     m_isTimeAdvancePending = m_events.hasTimeAdvancedEvents();
     if (m_events.hasTriggers()) m_hasTriggered = locateTrigger();
     m_pending = m_hasTriggered ? Pending::Trigger : Pending::Step;
-    if (stepObserver && !stepObserver(getNewestTime())) m_isInterrupted = true;
+    if (const auto observer = stepObserver) {
+        const Scope scope(m_activity, Activity::Calling);
+        if (!(*observer)(getNewestTime())) m_isInterrupted = true;
+    }
 }
 
 double ImplicitIntegrator::Implementation::calcStepLimit(double eventTime,
@@ -240,11 +243,12 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
         if (!isLater(reportTime, eventTime) && !isLater(eventTime, reportTime))
             reportTime = eventTime;
         statistics.simbodySeconds += secondsSince(eventStart);
-        const Real target = std::min({goal, finalTime, reportTime, eventTime});
+        Real target = std::min({goal, finalTime, reportTime, eventTime});
         while (isLater(getNewestTime(), target) && !m_hasTriggered && !m_isTimeAdvancePending &&
                !m_isInterrupted && !isStepDue()) {
             advanceInternally(calcStepLimit(eventTime, target));
             ++steps;
+            target = std::min(target, finalTime);  // which the observer may have changed
         }
         // The visible State stays, so that reports and events before the step's end are not missed.
         if (std::exchange(m_isInterrupted, false))
@@ -257,7 +261,11 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
 
         if (reportTime <= visible) {
             const auto reportStart = Clock::now();
-            m_events.report(getState());
+            const State& shown = getState();
+            {
+                const Scope scope(m_activity, Activity::Calling);
+                m_events.report(shown);
+            }
             ++statistics.reports;
             statistics.outputSeconds += secondsSince(reportStart);
         }
@@ -277,13 +285,15 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
         if (isTriggered || isScheduled || isTimeAdvanced) {
             const auto handlerStart = Clock::now();
             handleAsAWhole([&] {
-                const EventDriver::Outcome outcome =
-                    isTriggered
-                        ? m_events.handleTriggered(m_state, m_triggersBefore, m_triggersAfter,
-                                                   settings.constraintTolerance)
-                    : isScheduled
-                        ? m_events.handleScheduled(m_state, settings.constraintTolerance)
-                        : m_events.handleTimeAdvanced(m_state, settings.constraintTolerance);
+                const EventDriver::Outcome outcome = [&] {
+                    const Scope scope(m_activity, Activity::Calling);
+                    return isTriggered ? m_events.handleTriggered(m_state, m_triggersBefore,
+                                                                  m_triggersAfter,
+                                                                  settings.constraintTolerance)
+                           : isScheduled
+                               ? m_events.handleScheduled(m_state, settings.constraintTolerance)
+                               : m_events.handleTimeAdvanced(m_state, settings.constraintTolerance);
+                }();
                 ++(isTriggered   ? statistics.triggeredEvents
                    : isScheduled ? statistics.scheduledEvents
                                  : statistics.timeAdvancedEvents);
@@ -306,7 +316,10 @@ ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::advance(Real 
     if (m_isTerminated) return StepStatus(StepStatus::Terminated, EndOfSimulation);
     if (getTime() < finalTime) return reach(ReachedReportTime);
     if (!m_isFinished) {
-        handleAsAWhole([&] { m_events.handleTermination(m_state, settings.constraintTolerance); });
+        handleAsAWhole([&] {
+            const Scope scope(m_activity, Activity::Calling);
+            m_events.handleTermination(m_state, settings.constraintTolerance);
+        });
         m_isFinished = true;
     }
     const bool wasReturned = std::exchange(m_isFinalTimeReturned, true);
@@ -328,26 +341,30 @@ void ImplicitIntegrator::Implementation::requireSameSystem() const {
         "State, the coordinates and speeds of getState() copied into it");
 }
 
-void ImplicitIntegrator::Implementation::runTimed(const std::function<void()>& work) {
-    requireNotRunning("stepTo(), stepOnce(), handle() or reinitialize()");
-    requireSameSystem();
+void ImplicitIntegrator::Implementation::runAlone(const std::function<void()>& work) {
     const StandardArithmetic standard;
-    const auto start_ = Clock::now();
-    m_isRunning = true;
-    const auto book = [&] {
-        m_isRunning = false;
-        m_stepper->bookPhases();
-        refreshAdvancedState();
-        statistics.totalSeconds += secondsSince(start_);
-    };
-    try {
-        acceptAdvancedState();
-        work();
-        book();
-    } catch (...) {
-        book();
-        throw;
-    }
+    const Scope scope(m_activity, Activity::Evaluating);
+    work();
+}
+
+void ImplicitIntegrator::Implementation::runTimed(const std::function<void()>& work) {
+    requireSameSystem();
+    runAlone([&] {
+        const auto start_ = Clock::now();
+        const auto book = [&] {
+            m_stepper->bookPhases();
+            refreshAdvancedState();
+            statistics.totalSeconds += secondsSince(start_);
+        };
+        try {
+            acceptAdvancedState();
+            work();
+            book();
+        } catch (...) {
+            book();
+            throw;
+        }
+    });
 }
 
 ImplicitIntegrator::StepStatus ImplicitIntegrator::Implementation::stepTo(Real time) {
@@ -385,7 +402,10 @@ void ImplicitIntegrator::Implementation::handle(const std::function<bool(State&)
             SimTK::Array_<SimTK::StageVersion> versions;
             m_state.getSystemStageVersions(versions);
             EventDriver::Outcome outcome;
-            outcome.shouldTerminate = handler(m_state);
+            {
+                const Scope scope(m_activity, Activity::Calling);
+                outcome.shouldTerminate = handler(m_state);
+            }
             outcome.lowestChange = m_state.getLowestSystemStageDifference(versions);
             outcome.hasChangedState = true;  // versions show only realized stages
             m_system.realize(m_state, Stage::Velocity);

@@ -171,43 +171,43 @@ void ImplicitIntegrator::setNewtonSystemObserver(
 }
 
 void ImplicitIntegrator::setStepObserver(std::function<bool(Real time)> observer) {
-    updImpl().stepObserver = std::move(observer);
+    updImpl().stepObserver =
+        observer ? std::make_shared<const std::function<bool(Real)>>(std::move(observer)) : nullptr;
 }
 
 void ImplicitIntegrator::initialize(const SimTK::State& state) {
-    updImpl().requireNotRunning("initialize()");
     updImpl().initialize(state);
 }
 ImplicitIntegrator::StepStatus ImplicitIntegrator::stepTo(Real time) {
-    updImpl().requireInitialized("stepTo");
+    updImpl().requireReady("stepTo");
     return updImpl().stepTo(time);
 }
 
 ImplicitIntegrator::StepStatus ImplicitIntegrator::stepOnce() {
-    updImpl().requireInitialized("stepOnce");
+    updImpl().requireReady("stepOnce");
     return updImpl().stepOnce();
 }
 
 ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::stepTo(Real reportTime,
                                                                     Real scheduledEventTime) {
-    updImpl().requireInitialized("stepTo");
+    updImpl().requireReady("stepTo");
     return updImpl().stepTo(reportTime, scheduledEventTime);
 }
 
 ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::stepBy(Real interval,
                                                                     Real scheduledEventInterval) {
-    updImpl().requireInitialized("stepBy");
+    updImpl().requireReady("stepBy");
     const Real now = updImpl().getTime();
     return updImpl().stepTo(now + interval, now + scheduledEventInterval);
 }
 
 void ImplicitIntegrator::reinitialize(SimTK::Stage lowestChangedStage, bool shouldTerminate) {
-    updImpl().requireInitialized("reinitialize");
+    updImpl().requireReady("reinitialize");
     updImpl().reinitialize(lowestChangedStage, shouldTerminate);
 }
 
 void ImplicitIntegrator::handle(const std::function<bool(SimTK::State&)>& handler) {
-    updImpl().requireInitialized("handle");
+    updImpl().requireReady("handle");
     updImpl().handle(handler);
 }
 
@@ -236,12 +236,11 @@ ImplicitIntegrator::TerminationReason ImplicitIntegrator::getTerminationReason()
 }
 
 void ImplicitIntegrator::writeCheckpoint(std::ostream& stream) {
-    updImpl().requireInitialized("writeCheckpoint");
+    updImpl().requireReady("writeCheckpoint");
     updImpl().writeCheckpoint(stream);
 }
 
 void ImplicitIntegrator::readCheckpoint(std::istream& stream, const SimTK::State& start) {
-    updImpl().requireNotRunning("readCheckpoint()");
     updImpl().readCheckpoint(stream, start);
 }
 
@@ -260,17 +259,17 @@ bool ImplicitIntegrator::isStateInterpolated() const {
 }
 
 SimTK::State& ImplicitIntegrator::updAdvancedState() {
-    updImpl().requireInitialized("updAdvancedState");
+    updImpl().requireReady("updAdvancedState");
     return updImpl().updAdvancedState();
 }
 
 const SimTK::State& ImplicitIntegrator::getAdvancedState() const {
-    updImpl().requireInitialized("getAdvancedState");
+    updImpl().requireSolution("getAdvancedState");
     return updImpl().updAdvancedState();
 }
 
 const SimTK::State& ImplicitIntegrator::showAdvancedState() const {
-    updImpl().requireInitialized("showAdvancedState");
+    updImpl().requireSolution("showAdvancedState");
     return updImpl().showAdvancedState();
 }
 
@@ -279,27 +278,27 @@ Real ImplicitIntegrator::getAdvancedTime() const {
 }
 
 SimTK::Vector ImplicitIntegrator::getUDot() const {
-    updImpl().requireInitialized("getUDot");
+    updImpl().requireSolution("getUDot");
     return updImpl().calcUDot();
 }
 
 SimTK::Vector ImplicitIntegrator::getMultipliers() const {
-    updImpl().requireInitialized("getMultipliers");
+    updImpl().requireSolution("getMultipliers");
     return updImpl().calcMultipliers(nullptr);
 }
 
 SimTK::Vector ImplicitIntegrator::getMultipliers(const SimTK::Constraint& constraint) const {
-    updImpl().requireInitialized("getMultipliers");
+    updImpl().requireSolution("getMultipliers");
     return updImpl().calcMultipliers(constraint);
 }
 
 SimTK::Vector ImplicitIntegrator::getMultipliers(const Joint& joint) const {
-    updImpl().requireInitialized("getMultipliers");
+    updImpl().requireSolution("getMultipliers");
     return updImpl().calcMultipliers(&joint);
 }
 
 SimTK::Vector ImplicitIntegrator::getFrictionForces(const Joint& joint) const {
-    updImpl().requireInitialized("getFrictionForces");
+    updImpl().requireSolution("getFrictionForces");
     return updImpl().calcFrictionForces(joint);
 }
 

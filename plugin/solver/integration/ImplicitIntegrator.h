@@ -331,7 +331,9 @@ public:
 
     /** The end of the last step, which may be later than getState(). The next step starts from the
     State as changed here, at any Stage: projected onto the constraints, with new accelerations, as
-    after an event handler. The reference stays valid as long as the integrator lives. **/
+    after an event handler. The reference stays valid as long as the integrator lives.
+    @throws std::logic_error from a reporter, handler or observer; a handler changes the State that
+        it is given. **/
     SimTK::State& updAdvancedState();
     const SimTK::State& getAdvancedState() const;
     /** Read-only advanced State, realized to Stage::Velocity, without a copy; valid until the
@@ -342,7 +344,9 @@ public:
     /** @name At getState()
     Accelerations and multipliers are those of this State, with the loads of its time and at the
     order of the State itself, however far it is from the ends of steps. The first request costs an
-    evaluation and a factorization. **/
+    evaluation and a factorization.
+    @throws std::logic_error from a force, constraint or Newton system's observer, within a step.
+    **/
     /**@{**/
     /** u̇ in Simbody's numbering. **/
     SimTK::Vector getUDot() const;

@@ -12,6 +12,8 @@ Everything in an ImplicitIntegrator except the steps, which its Stepper takes (p
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "simflex/base/SecondsSince.h"
 #include "simflex/solver/ImplicitIntegrator.h"
@@ -71,12 +73,25 @@ public:
     SimTK::Vector calcMultipliers(const Joint* joint);
     SimTK::Vector calcMultipliers(const SimTK::Constraint& constraint);
     SimTK::Vector calcFrictionForces(const Joint& joint);
+
+    /** @name Which calls are allowed
+    @throws std::logic_error naming the method **/
+    /**@{**/
     void requireInitialized(const char* method) const;
-    /** @throws std::logic_error naming the method if it is called by a reporter, handler, observer
-    or force during a step. **/
+    /** For methods that change or restart the integration: not if called by user code that runs
+    within one of them (a reporter, handler, observer, force). **/
     void requireNotRunning(const char* method) const;
-    /** @throws std::logic_error naming the setter after initialize(). **/
+    /** Both. **/
+    void requireReady(const char* method) const;
+    /** For methods that would disturb an evaluation in progress: not if called from one, by a force
+    or constraint, say. **/
+    void requireNotEvaluating(const char* method) const;
+    /** The same for methods that show the solution. **/
+    void requireSolution(const char* method) const;
+    /** For setters: not after initialize(). **/
     void requireNotInitialized(const char* method) const;
+    /**@}**/
+
     void setFinalTime(SimTK::Real time);
     void setNumThreads(int threads);
     void setMinimumStep(SimTK::Real h);
@@ -113,7 +128,8 @@ public:
     bool allowInterpolation = true;
     bool returnEveryInternalStep = false;
     int internalStepLimit = 0;  ///< 0: none
-    std::function<bool(SimTK::Real)> stepObserver;
+    /** Shared with the call in progress, which may replace it. **/
+    std::shared_ptr<const std::function<bool(SimTK::Real)>> stepObserver;
     /**@}**/
 
     IntegratorStatistics statistics;
@@ -125,10 +141,39 @@ public:
     StepsTaken stepsTaken;
 
 private:
+    /** What the current call of the integrator is doing. **/
+    enum class Activity {
+        None,        ///< there is none
+        Evaluating,  ///< stepping or starting: the equations and States are in use
+        Calling      ///< calling a reporter, handler or step observer
+    };
+    class Scope {
+    public:
+        Scope(Activity& activity, Activity now)
+            : m_activity(activity), m_before(std::exchange(activity, now)) {}
+        ~Scope() { m_activity = m_before; }
+        Scope(const Scope&) = delete;
+        Scope& operator=(const Scope&) = delete;
+
+    private:
+        Activity& m_activity;
+        const Activity m_before;
+    };
+    bool isRunning() const { return m_activity != Activity::None; }
+    /** Whether settings and the integration exist that a change could disturb. **/
+    bool hasBegun() const { return m_isInitialized || isRunning(); }
+    /** Runs the work of a public method, which is not called within another. **/
+    void runAlone(const std::function<void()>& work);
+    /** An end that was reached is none before another final time. **/
+    void noteFinalTime();
     /** Applies the waiting settings. **/
     void adoptSettings();
 
     // start
+    /** Runs `work`, which makes an integration ready to step. **/
+    void runStart(const char* method, const std::function<void()>& work);
+    /** @throws std::invalid_argument if no steps of this order can begin with it. **/
+    void checkHistory(const SimTK::Array_<SimTK::State>& history, int order) const;
     void setUp(const SimTK::State& state);
     /** Builds equations and events for this State, as at the beginning. **/
     void prepare(const SimTK::State& state);
@@ -145,18 +190,24 @@ private:
     only if enabled.
     @param forced  projects by weights even if the constraints are satisfied **/
     void takeState(Occasion occasion, bool forced = false);
+    /** Copies t, q, u and z. **/
+    void takePoint(const SimTK::State& state, SolutionPoint& point) const;
+    static void takeZ(const SimTK::State& state, SolutionPoint& point);
     /** Sets prescribed speeds to their values before the handler. **/
     void takeSpeedsBeforeLocks(std::vector<double>& u) const;
     bool projectsByWeights() const;
     /** Projects m_state as SimTK::Integrator does, positions only at events. Returns false on
     failure, with m_state unchanged. **/
     bool projectStateByWeights(Occasion occasion, bool forced);
-    /** Handles the Initialization event. **/
-    void initializeSystem();
+    /** Handles the Initialization event at m_visible's State; the equations follow.
+    @returns whether handlers have reported a change **/
+    bool initializeSystem();
     /** @throws std::runtime_error if assembly has deformed a body beyond its linear range. **/
     void checkAssembly(const FlexibleBodySubsystem& flexible);
     /** Begins the first step at m_visible's t, q, u and z. **/
     void start();
+    /** Follows the Stepper's start at m_visible. **/
+    void noteStart();
 
     // driving
     double getNewestTime() const { return m_stepper->getNewest().t; }
@@ -246,7 +297,7 @@ private:
     SimTK::Vector m_triggersBefore, m_triggersAfter, m_triggerTrial;
     bool m_hasTriggered = false, m_isTimeAdvancePending = false;
     bool m_isInitialized = false, m_isTerminated = false, m_isFinished = false;
-    bool m_isRunning = false;
+    Activity m_activity = Activity::None;
 
     Waiting m_waiting;
 
@@ -261,7 +312,7 @@ private:
     std::unique_ptr<SimTK::State> m_advanced;
     SimTK::Array_<SimTK::StageVersion> m_advancedVersions;
 
-    bool m_isInterrupted = false;
+    bool m_isInterrupted = false;  ///< by the step observer in this call
 };
 
 }  // namespace simflex

@@ -4,7 +4,6 @@
 #include <sstream>
 
 #include "simflex/base/Checkpoint.h"
-#include "simflex/base/FlushDenormals.h"
 #include "simflex/base/Hash.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/StateCopy.h"
@@ -192,50 +191,50 @@ void ImplicitIntegrator::Implementation::visitProgress(Checkpoint& c) {
 }
 
 void ImplicitIntegrator::Implementation::writeCheckpoint(std::ostream& stream) {
-    requireNotRunning("writeCheckpoint()");
-    acceptAdvancedState();
-    getState();
-    balanceVisible();
-    m_image.requireWritable(m_state);
-    Checkpoint checkpoint;
-    visitModel(checkpoint);
-    visitSettings(checkpoint);
-    m_image.write(m_builtFrom, checkpoint);
-    m_image.write(m_state, checkpoint);
-    visitProgress(checkpoint);
-    checkpoint.write(stream);
+    runAlone([&] {
+        acceptAdvancedState();
+        getState();
+        balanceVisible();
+        m_image.requireWritable(m_state);
+        Checkpoint checkpoint;
+        visitModel(checkpoint);
+        visitSettings(checkpoint);
+        m_image.write(m_builtFrom, checkpoint);
+        m_image.write(m_state, checkpoint);
+        visitProgress(checkpoint);
+        checkpoint.write(stream);
+    });
 }
 
 void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, const State& start) {
-    const StandardArithmetic standard;
-    adoptSettings();
-    Checkpoint checkpoint(stream);
-    requireTopology(m_system, start, name + "::readCheckpoint()");
-    visitModel(checkpoint);
-    visitSettings(checkpoint);
-    State builtFrom = copyState(start);
-    m_system.realize(builtFrom, Stage::Instance);
-    m_image.startFrom(builtFrom);
-    m_image.read(checkpoint, builtFrom);
-    State now = copyState(start);
-    m_system.realize(now, Stage::Instance);
-    m_image.read(checkpoint, now);
+    runStart("readCheckpoint", [&] {
+        adoptSettings();
+        Checkpoint checkpoint(stream);
+        requireTopology(m_system, start, name + "::readCheckpoint()");
+        visitModel(checkpoint);
+        visitSettings(checkpoint);
+        State builtFrom = copyState(start);
+        m_system.realize(builtFrom, Stage::Instance);
+        m_image.startFrom(builtFrom);
+        m_image.read(checkpoint, builtFrom);
+        State now = copyState(start);
+        m_system.realize(now, Stage::Instance);
+        m_image.read(checkpoint, now);
 
-    prepare(builtFrom);
-    visitProgress(checkpoint);
-    checkpoint.requireEnd();
-    if (!std::isfinite(m_visible.t) || isLater(getNewestTime(), m_visible.t))
-        Checkpoint::refuse("what it shows is later than its last point");
-    copyState(now, m_state);
-    m_system.realize(m_state, Stage::Velocity);
-    updEquations().takeVariables(m_events.getAutoUpdates(), m_state);
-    copyState(m_state, m_scratch);
-    m_stateIsCurrent = false;
-    m_isBalanced = true;
-    setFinalTime(finalTime);
-    m_isInitialized = true;
-    if (m_pending == Pending::HandledTrigger) noteTriggeredEvents();
-    refreshAdvancedState();
+        prepare(builtFrom);
+        visitProgress(checkpoint);
+        checkpoint.requireEnd();
+        if (!std::isfinite(m_visible.t) || isLater(getNewestTime(), m_visible.t))
+            Checkpoint::refuse("what it shows is later than its last point");
+        copyState(now, m_state);
+        m_system.realize(m_state, Stage::Velocity);
+        updEquations().takeVariables(m_events.getAutoUpdates(), m_state);
+        copyState(m_state, m_scratch);
+        m_stateIsCurrent = false;
+        m_isBalanced = true;
+        noteFinalTime();
+        if (m_pending == Pending::HandledTrigger) noteTriggeredEvents();
+    });
 }
 
 }  // namespace simflex

@@ -34,25 +34,48 @@ void ImplicitIntegrator::Implementation::requireInitialized(const char* method) 
 }
 
 void ImplicitIntegrator::Implementation::requireNotRunning(const char* method) const {
-    if (m_isRunning)
+    if (isRunning())
         throw std::logic_error(name + "::" + method +
-                               " by a reporter, handler, observer or force of the same "
-                               "integration: call it between stepTo() and the next");
+                               "() by a reporter, handler, observer or force of the same "
+                               "integration: call it between calls of initialize() and stepTo()");
+}
+
+void ImplicitIntegrator::Implementation::requireReady(const char* method) const {
+    requireNotRunning(method);
+    requireInitialized(method);
+}
+
+void ImplicitIntegrator::Implementation::requireNotEvaluating(const char* method) const {
+    if (m_activity == Activity::Evaluating)
+        throw std::logic_error(name + "::" + method +
+                               "() by a force, constraint or other element that is evaluated in a "
+                               "step: call it from a reporter, handler or step observer, or "
+                               "between calls of stepTo()");
+}
+
+void ImplicitIntegrator::Implementation::requireSolution(const char* method) const {
+    requireNotEvaluating(method);
+    requireInitialized(method);
 }
 
 void ImplicitIntegrator::Implementation::requireNotInitialized(const char* method) const {
-    if (m_isInitialized)
+    if (hasBegun())
         throw std::logic_error(name + "::" + method +
                                "() after initialize(): an integration keeps the settings it began "
                                "with; set them before, or make another integrator");
 }
 
 void ImplicitIntegrator::Implementation::setFinalTime(Real time) {
+    requireNotEvaluating("setFinalTime");
     if (m_isInitialized && !(time >= getNewestTime()))
         throw std::invalid_argument(name + "::setFinalTime(): time " + std::to_string(time) +
                                     " s is before " + std::to_string(getNewestTime()) +
                                     " s, which has been reached already");
     finalTime = time;
+    noteFinalTime();
+}
+
+void ImplicitIntegrator::Implementation::noteFinalTime() {
     const bool isReached = !(m_visible.t < finalTime);
     m_isFinished = m_isFinished && isReached;
     m_isFinalTimeReturned = m_isFinalTimeReturned && isReached;
@@ -61,7 +84,7 @@ void ImplicitIntegrator::Implementation::setFinalTime(Real time) {
 
 void ImplicitIntegrator::Implementation::setWaiting(Real Waiting::*setting, Real value) {
     m_waiting.*setting = value;
-    if (!m_isInitialized) adoptSettings();
+    if (!hasBegun()) adoptSettings();
 }
 
 void ImplicitIntegrator::Implementation::adoptSettings() {

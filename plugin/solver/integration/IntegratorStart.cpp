@@ -23,6 +23,7 @@ void ImplicitIntegrator::Implementation::setUp(const State& state) {
 void ImplicitIntegrator::Implementation::prepare(const State& state) {
     m_isInitialized = m_isTerminated = m_isFinished = false;
     m_topologyVersion = m_system.getSystemTopologyCacheVersion();
+    adoptSettings();
     checkSettings(state.getTime());
     m_state = makeFreshState(m_system, state);
     m_system.realize(m_state, Stage::Velocity);
@@ -71,28 +72,43 @@ void ImplicitIntegrator::Implementation::buildEquations() {
 
 void ImplicitIntegrator::Implementation::start() {
     m_stepper->start(m_visible);
+    noteStart();
+}
+
+void ImplicitIntegrator::Implementation::noteStart() {
     m_stateIsCurrent = false;
     m_isBalanced = true;
     m_hasTriggered = m_isTimeAdvancePending = false;
     if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
 }
 
+void ImplicitIntegrator::Implementation::runStart(const char* method,
+                                                  const std::function<void()>& work) {
+    requireNotRunning(method);
+    runAlone([&] {
+        const auto start_ = Clock::now();
+        work();
+        m_isInitialized = true;
+        refreshAdvancedState();
+        statistics.totalSeconds += secondsSince(start_);
+    });
+}
+
 void ImplicitIntegrator::Implementation::initialize(const State& state) {
-    const StandardArithmetic standard;
-    adoptSettings();
-    setUp(state);
-    const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system);
-    if (flexible && projectInitialState)
-        requireLinearRange(*flexible, m_state, name + "::initialize()");
-    const auto start_ = Clock::now();
-    takeState(Occasion::Start, true);
-    if (flexible && projectInitialState) checkAssembly(*flexible);
-    initializeSystem();
-    updateDiscreteVariablesAtStart();
-    start();
-    m_isInitialized = true;
-    refreshAdvancedState();
-    statistics.totalSeconds += secondsSince(start_);
+    runStart("initialize", [&] {
+        setUp(state);
+        const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system);
+        if (flexible && projectInitialState)
+            requireLinearRange(*flexible, m_state, name + "::initialize()");
+        takeState(Occasion::Start, true);
+        if (flexible && projectInitialState) checkAssembly(*flexible);
+        if (initializeSystem())
+            takeState(Occasion::Start, true);
+        else
+            takeZ(m_state, m_visible);
+        updateDiscreteVariablesAtStart();
+        start();
+    });
 }
 
 void ImplicitIntegrator::Implementation::checkAssembly(const FlexibleBodySubsystem& flexible) {
@@ -101,20 +117,19 @@ void ImplicitIntegrator::Implementation::checkAssembly(const FlexibleBodySubsyst
     requireUnforcedShapes(flexible, given, m_state);
 }
 
-void ImplicitIntegrator::Implementation::initializeSystem() {
+bool ImplicitIntegrator::Implementation::initializeSystem() {
     writeState(m_visible, m_state);
-    const EventDriver::Outcome outcome =
-        m_events.handleInitialization(m_state, settings.constraintTolerance);
+    const EventDriver::Outcome outcome = [&] {
+        const Scope scope(m_activity, Activity::Calling);
+        return m_events.handleInitialization(m_state, settings.constraintTolerance);
+    }();
     m_system.realize(m_state, Stage::Velocity);
-    if (outcome.hasChangedState) {
-        if (outcome.lowestChange > Stage::Instance)
-            takeLaterVariables(m_state);
-        else
-            buildEquations();
-        takeState(Occasion::Start, true);
-    } else {
-        for (size_t i = 0; i < m_visible.z.size(); ++i) m_visible.z[i] = m_state.getZ()[int(i)];
-    }
+    if (!outcome.hasChangedState) return false;
+    if (outcome.lowestChange > Stage::Instance)
+        takeLaterVariables(m_state);
+    else
+        buildEquations();
+    return true;
 }
 
 bool ImplicitIntegrator::Implementation::projectsByWeights() const {
@@ -165,6 +180,16 @@ void ImplicitIntegrator::Implementation::takeSpeedsBeforeLocks(std::vector<doubl
         if (getEquations().isSpeedKnown(i)) u[i] = moving[i];
 }
 
+void ImplicitIntegrator::Implementation::takeZ(const State& state, SolutionPoint& point) {
+    for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = state.getZ()[int(i)];
+}
+
+void ImplicitIntegrator::Implementation::takePoint(const State& state, SolutionPoint& point) const {
+    point.t = state.getTime();
+    getEquations().getBlocks().getFromState(state, point.q.data(), point.u.data());
+    takeZ(state, point);
+}
+
 void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool forced) {
     // The first step closes the gaps that a start leaves, and counts them as its own error.
     constexpr Real Closest = 1e-13;  // [m, rad], limited by round-off
@@ -175,10 +200,8 @@ void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool force
     bool isProjected =
         project && hasJoints && projectsByWeights() && projectStateByWeights(occasion, forced);
     SolutionPoint& point = m_visible;
-    point.t = m_state.getTime();
+    takePoint(m_state, point);
     m_stepper->enterSmoothSpan(point.t);
-    getEquations().getBlocks().getFromState(m_state, point.q.data(), point.u.data());
-    for (size_t i = 0; i < point.z.size(); ++i) point.z[i] = m_state.getZ()[int(i)];
     updEquations().setZ(point.z.data());
     // An event that prescribes speeds causes an impact. A run begins with its prescribed speeds.
     std::vector<double> before = point.u;
@@ -204,40 +227,40 @@ void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool force
     updEquations().updLoads().startStates(point.z.data());
 }
 
-void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history, int wantedOrder) {
-    const StandardArithmetic standard;
+void ImplicitIntegrator::Implementation::checkHistory(const Array_<State>& history,
+                                                      int wantedOrder) const {
+    const Real spacing = settings.fixedStep;
     const auto refuse = [&](const std::string& what) {
         throw std::invalid_argument(name + "::initialize(): " + what);
     };
     if (history.empty()) refuse("empty history");
-    if (!(settings.fixedStep > 0)) refuse("a starting history needs setFixedStep()");
+    if (!(spacing > 0)) refuse("a starting history needs setFixedStep()");
     if (history.size() > unsigned(SolutionHistory::Capacity))
         refuse("a history holds at most 7 states");
     if (int(history.size()) < wantedOrder)
         refuse("order " + std::to_string(wantedOrder) + " needs as many past states, not " +
                std::to_string(history.size()));
     for (unsigned i = 1; i < history.size(); ++i)
-        if (std::abs(history[i].getTime() - history[i - 1].getTime() - settings.fixedStep) >
-            1e-9 * settings.fixedStep)
-            refuse("states of the history must be " + std::to_string(settings.fixedStep) +
+        if (std::abs(history[i].getTime() - history[i - 1].getTime() - spacing) > 1e-9 * spacing)
+            refuse("states of the history must be " + std::to_string(spacing) +
                    " s apart, oldest first");
-    setUp(history.back());
-    std::vector<SolutionPoint> points(history.size());
-    for (unsigned i = 0; i < history.size(); ++i) {
-        State past = copyState(history[i]);
-        m_system.realize(past, Stage::Velocity);
-        SolutionPoint& point = points[i];
-        m_stepper->resize(point);
-        point.t = past.getTime();
-        getEquations().getBlocks().getFromState(past, point.q.data(), point.u.data());
-        for (size_t k = 0; k < point.z.size(); ++k) point.z[k] = past.getZ()[int(k)];
-    }
-    m_stepper->startFrom(points, wantedOrder);
-    m_visible = points.back();
-    m_stateIsCurrent = false;
-    m_isBalanced = true;
-    if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
-    m_isInitialized = true;
+}
+
+void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history, int wantedOrder) {
+    runStart("initialize", [&] {
+        checkHistory(history, wantedOrder);
+        setUp(history.back());
+        std::vector<SolutionPoint> points(history.size());
+        for (unsigned i = 0; i < history.size(); ++i) {
+            State past = copyState(history[i]);
+            m_system.realize(past, Stage::Velocity);
+            m_stepper->resize(points[i]);
+            takePoint(past, points[i]);
+        }
+        m_stepper->startFrom(points, wantedOrder);
+        m_visible = points.back();
+        noteStart();
+    });
 }
 
 }  // namespace simflex

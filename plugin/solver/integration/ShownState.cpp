@@ -30,11 +30,13 @@ void ImplicitIntegrator::Implementation::balanceVisible() {
     if (m_isBalanced || !hasSameSystem()) return;
     const StandardArithmetic standard;
     const auto start_ = Clock::now();
+    const bool isAlone = !isRunning();
+    const Scope scope(m_activity, Activity::Evaluating);
     m_stepper->balance(m_visible);
     m_isBalanced = true;
     const double seconds = secondsSince(start_);
     statistics.outputSeconds += seconds;
-    if (!m_isRunning) statistics.totalSeconds += seconds;  // otherwise runTimed() counts them
+    if (isAlone) statistics.totalSeconds += seconds;  // otherwise runTimed() counts them
 }
 
 const State& ImplicitIntegrator::Implementation::getState() {

@@ -51,7 +51,7 @@ SimTK::Integrator::SuccessfulStepStatus TimeStepper::stepTo(SimTK::Real time) {
     getIntegrator();
     if (m_native) return m_native->stepTo(time);
     ImplicitIntegrator::Implementation& implementation = m_integrator->getImplicit()->updImpl();
-    implementation.requireInitialized("stepTo");
+    implementation.requireReady("stepTo");
     return implementation.stepAsTimeStepper(time, m_reportsAll);
 }
 
