@@ -87,6 +87,46 @@ TEST(Measures, ExtremesAndDelaysAreUpdatedStepByStep) {
                 1e-3);
 }
 
+TEST(Measures, ARunFromAHistoryBeginsWithTheirInitialValues) {
+    Oscillator model;
+    const State state = model.makeState();
+    constexpr Real h = 1e-3, begin = 0.2, end = 0.5;
+    const auto integrate = [](Real from, Real to) {
+        return -1.5 / 4 * (std::cos(4 * to + 0.3) - std::cos(4 * from + 0.3));
+    };
+    for (const bool agrees : {true, false}) {
+        SCOPED_TRACE(agrees ? "integral as initialized" : "another integral");
+        Array_<State> history;
+        for (int i = -3; i <= 0; ++i) {
+            const Real t = begin + i * h;
+            State past = state;
+            past.setTime(t);
+            model.mass.setOneQ(past, 0, std::cos(3 * t));
+            model.mass.setOneU(past, 0, -3 * std::sin(3 * t));
+            past.updZ() = agrees ? 0.7 + integrate(begin, t) : 0;
+            history.push_back(past);
+        }
+        BdfIntegrator integrator(model.system);
+        integrator.setFixedStep(h);
+        integrator.setFixedOrder(3);
+        integrator.initialize(state);
+        const State& advanced = integrator.updAdvancedState();
+        integrator.initialize(history);
+        EXPECT_EQ(advanced.getTime(), integrator.getTime());
+        EXPECT_NEAR(integrator.getTime(), begin, 1e-15);
+        EXPECT_EQ(model.integral.getValue(integrator.getState()), 0.7);
+        EXPECT_NEAR(model.largest.getValue(integrator.getState()), 1.5 * std::sin(4 * begin + 0.3),
+                    1e-12);
+        // Where it leads to another State, the history is of no use.
+        integrator.stepOnce();
+        EXPECT_EQ(integrator.getLastOrder(), agrees ? 3 : 2);
+        integrator.stepTo(end);
+        EXPECT_NEAR(model.integral.getValue(integrator.getState()), 0.7 + integrate(begin, end),
+                    1e-6);
+        EXPECT_NEAR(model.mass.getOneQ(integrator.getState(), 0), std::cos(3 * end), 1e-6);
+    }
+}
+
 /** ż = −k z, fed back as a force on the slider: a coupled linear system. **/
 class Lag : public Force::Custom::Implementation {
 public:

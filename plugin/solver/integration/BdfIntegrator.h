@@ -43,6 +43,8 @@ public:
     using ImplicitIntegrator::initialize;
     /** Starts from an exact history: states at t₀, t₀+h, …, oldest first, at least as many as the
     order.
+    They are not projected. An Initialization handler that changes q, u or z begins the run at its
+    own State instead, as initialize(State) does.
     @pre setFixedStep(h) with their spacing.
     @throws std::invalid_argument if there are too few, or their spacing is different. **/
     void initialize(const SimTK::Array_<SimTK::State>& history);

@@ -250,6 +250,19 @@ void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history
     runStart("initialize", [&] {
         checkHistory(history, wantedOrder);
         setUp(history.back());
+        takePoint(m_state, m_visible);
+        writeState(m_visible, m_state);
+        const Vector given = m_state.getY();
+        initializeSystem();
+        if ((m_state.getY() - given).normInf() > 0) {
+            // The run begins with the handlers' State, to which the history does not lead.
+            takeState(Occasion::Start, true);
+            updateDiscreteVariablesAtStart();
+            start();
+            return;
+        }
+        takePoint(m_state, m_visible);
+        updateDiscreteVariablesAtStart();
         std::vector<SolutionPoint> points(history.size());
         for (unsigned i = 0; i < history.size(); ++i) {
             State past = copyState(history[i]);
