@@ -68,6 +68,37 @@ TEST(StepObserver, AnInterruptedRunGoesOnWithTheSameBits) {
     EXPECT_EQ(whole.getStatistics().stepsTaken, interrupted.getStatistics().stepsTaken);
 }
 
+TEST(StepObserver, AnInterruptionEndsWithTheCallThatReturnsIt) {
+    Pendulum pendulum;
+    BdfIntegrator integrator(pendulum.system);
+    bool goesOn = true;
+    integrator.setStepObserver([&](Real) { return goesOn; });
+    integrator.setMaximumStepSize(0.01);
+    for (const bool returnsSteps : {false, true}) {
+        integrator.initialize(pendulum.state);
+        EXPECT_EQ(integrator.stepTo(0.5, Infinity), BdfIntegrator::StartOfContinuousInterval);
+        integrator.setReturnEveryInternalStep(returnsSteps);
+        goesOn = false;
+        EXPECT_EQ(integrator.stepTo(0.5, Infinity), BdfIntegrator::TimeHasAdvanced);
+        integrator.setReturnEveryInternalStep(false);
+        goesOn = true;
+        const Real next = integrator.getTime() + 0.05;
+        EXPECT_EQ(integrator.stepTo(next, Infinity), BdfIntegrator::ReachedReportTime);
+        EXPECT_EQ(integrator.getTime(), next);
+    }
+    // An interruption that ends one run is not reported by the next one.
+    integrator.initialize(pendulum.state);
+    integrator.stepTo(0.5, Infinity);
+    integrator.setReturnEveryInternalStep(true);
+    goesOn = false;
+    integrator.stepTo(0.5, Infinity);
+    goesOn = true;
+    integrator.setReturnEveryInternalStep(false);
+    integrator.initialize(pendulum.state);
+    integrator.stepTo(0.5, Infinity);
+    EXPECT_EQ(integrator.stepTo(0.5, Infinity), BdfIntegrator::ReachedReportTime);
+}
+
 TEST(StepObserver, MaySetTheFinalTimeAndReplaceItself) {
     Pendulum pendulum;
     BdfIntegrator integrator(pendulum.system);

@@ -208,7 +208,7 @@ void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
     m_pending = m_hasTriggered ? Pending::Trigger : Pending::Step;
     if (const auto observer = stepObserver) {
         const Scope scope(m_activity, Activity::Calling);
-        if (!(*observer)(getNewestTime())) m_isInterrupted = true;
+        m_isInterrupted = !(*observer)(getNewestTime());
     }
 }
 
@@ -349,6 +349,7 @@ void ImplicitIntegrator::Implementation::runAlone(const std::function<void()>& w
 
 void ImplicitIntegrator::Implementation::runTimed(const std::function<void()>& work) {
     requireSameSystem();
+    m_isInterrupted = false;
     runAlone([&] {
         const auto start_ = Clock::now();
         const auto book = [&] {

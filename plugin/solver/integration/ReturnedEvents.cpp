@@ -55,8 +55,8 @@ ImplicitIntegrator::SuccessfulStepStatus ImplicitIntegrator::Implementation::adv
                 if (isAtNewest) m_pending = Pending::Nothing;
                 return ReachedReportTime;
             }
-            const bool hasAdvanced = returnEveryInternalStep || m_isTimeAdvancePending ||
-                                     std::exchange(m_isInterrupted, false);
+            const bool hasAdvanced =
+                returnEveryInternalStep || m_isTimeAdvancePending || m_isInterrupted;
             const SuccessfulStepStatus reason =
                 !isLater(newestTime, eventTime)                       ? ReachedScheduledEvent
                 : hasAdvanced                                         ? TimeHasAdvanced
