@@ -466,6 +466,33 @@ TEST(SimbodyApi, ACheckpointHoldsWhatWasChangedInTheAdvancedState) {
     EXPECT_EQ((integ.getState().getY() - resumed.getState().getY()).normInf(), 0);
     EXPECT_EQ(resumed.getNumStepsTaken(), integ.getNumStepsTaken());
     EXPECT_GT(model.lift.getOneU(integ.getState(), 0), 3 - 9.81 * 0.51);
+    EXPECT_EQ(resumed.getStatistics().starts, integ.getStatistics().starts);
+}
+
+TEST(SimbodyApi, ReportersSeeTheAdvancedStateOfTheirTime) {
+    class Reporter : public PeriodicEventReporter {
+    public:
+        Reporter() : PeriodicEventReporter(0.1) {}
+        void handleEvent(const State& state) const override {
+            if (!integ) return;
+            const Real advanced = integ->getAdvancedTime();
+            EXPECT_GE(advanced, state.getTime());
+            EXPECT_LE(advanced - state.getTime(), integ->getLastStepSize());
+            EXPECT_EQ(advanced, integ->showAdvancedState().getTime());
+            ++calls;
+        }
+        ImplicitIntegrator* integ = nullptr;
+        mutable int calls = 0;
+    };
+    Pendulum model;
+    auto* reporter = new Reporter();
+    model.system.addEventReporter(reporter);
+    BdfIntegrator integ(model.system);
+    integ.initialize(model.makeState());
+    reporter->integ = &integ;
+    integ.getAdvancedState();
+    integ.stepTo(1);
+    EXPECT_EQ(reporter->calls, 11);
 }
 
 //-------------------------------------------------------------------------------------------------

@@ -148,6 +148,8 @@ State& ImplicitIntegrator::Implementation::updAdvancedState() {
     if (!m_advanced) {
         m_advanced = std::make_unique<State>();
         refreshAdvancedState();
+    } else if (isRunning()) {
+        refreshAdvancedState();  // as far as the call in progress has come
     }
     // Simbody's integrators realize it this far; with flexible bodies that is expensive.
     const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system);
@@ -184,6 +186,7 @@ void ImplicitIntegrator::Implementation::acceptAdvancedState() {
         startFromHandlersState();
     });
     if (m_pending != Pending::Nothing) m_pending = Pending::Step;
+    refreshAdvancedState();
 }
 
 }  // namespace simflex
