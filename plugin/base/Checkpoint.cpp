@@ -7,7 +7,7 @@ namespace {
 
 constexpr char Kind[] = "simflex checkpoint";
 /** Version of the format. Other versions are refused. **/
-constexpr std::uint32_t Version = 7;
+constexpr std::uint32_t Version = 8;
 
 std::string readBytes(std::istream& stream) {
     try {

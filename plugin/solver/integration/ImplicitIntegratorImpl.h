@@ -304,7 +304,7 @@ private:
     // Returns pending for the last step.
     bool m_isIntervalStart = false;  ///< StartOfContinuousInterval is due
     bool m_isFinalTimeReturned = false, m_isOver = false;
-    enum class Pending { Nothing, Step, StepLimit, Trigger, HandledTrigger };
+    enum class Pending { Nothing, Step, Trigger, HandledTrigger };
     Pending m_pending = Pending::Nothing;
     TriggeredEvents m_triggered;
 
