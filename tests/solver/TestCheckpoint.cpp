@@ -549,6 +549,10 @@ TEST(Checkpoint, OtherSettingsAreRefusedByName) {
     finer.setAccuracy(1e-7);
     expectContains(messageOf([&] { read(finer, checkpoint, start); }),
                    {"setAccuracy 1e-05 instead of 1e-07", "initialize()"});
+    BdfIntegrator nearly(model.system);
+    nearly.setAccuracy(1e-5 * (1 + 1e-9));
+    expectContains(messageOf([&] { read(nearly, checkpoint, start); }),
+                   {"setAccuracy 1e-05 instead of 1.000000001e-05"});
     GeneralizedAlphaIntegrator alpha(model.system);
     alpha.setAccuracy(1e-5);
     expectContains(messageOf([&] { read(alpha, checkpoint, start); }),

@@ -106,6 +106,7 @@ TEST(IntegratorErrors, SettingsOfARunThatHasBegunAreRefused) {
             [&] { any.addForceJacobian({model.body.getFrame().getMobilizedBodyIndex()}); });
     refuses("addBreakTimes", [&] { any.addBreakTimes(std::vector<Real>{0.5}); });
     refuses("addBreakTimes", [&] { any.addBreakTimes([](Real t) { return t + 1; }); });
+    refuses("setTriggerSamples", [&] { any.setTriggerSamples(2); });
     refuses("setProjectInitialState", [&] { any.setProjectInitialState(false); });
     refuses("setMaximumOrder", [&] { bdf.setMaximumOrder(3); });
     refuses("setFixedOrder", [&] { bdf.setFixedOrder(3); });
@@ -304,6 +305,7 @@ TEST(IntegratorErrors, SettingsOfARunAreRefusedWhileItBegins) {
     for (const auto& [method, set] :
          std::vector<std::pair<const char*, std::function<void(BdfIntegrator&)>>>{
              {"setMaximumOrder", [](BdfIntegrator& i) { i.setMaximumOrder(3); }},
+             {"setTriggerSamples", [](BdfIntegrator& i) { i.setTriggerSamples(3); }},
              {"addBreakTimes", [](BdfIntegrator& i) { i.addBreakTimes({0.01}); }}})
         for (const char* caller : {"initialization", "reporter"})
             expectRefusedWithin(caller, method,

@@ -193,6 +193,7 @@ void ImplicitIntegrator::Implementation::startFromHandlersState() {
 }
 
 void ImplicitIntegrator::Implementation::advanceInternally(double limit) {
+    takeAdjustments();
     // An observer that interrupts steps sees the previously visible State.
     if (stepObserver) balanceVisible();
     if (m_events.hasAutoUpdates() && statistics.stepsTaken > 0)
@@ -343,8 +344,14 @@ void ImplicitIntegrator::Implementation::requireSameSystem() const {
 
 void ImplicitIntegrator::Implementation::runAlone(const std::function<void()>& work) {
     const StandardArithmetic standard;
-    const Scope scope(m_activity, Activity::Evaluating);
-    work();
+    try {
+        const Scope scope(m_activity, Activity::Evaluating);
+        work();
+    } catch (...) {
+        takeAdjustments();
+        throw;
+    }
+    takeAdjustments();
 }
 
 void ImplicitIntegrator::Implementation::runTimed(const std::function<void()>& work) {

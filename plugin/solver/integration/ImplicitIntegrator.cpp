@@ -33,32 +33,31 @@ ImplicitIntegrator::Implementation& ImplicitIntegrator::updImpl() const {
 
 void ImplicitIntegrator::setAccuracy(Real accuracy) {
     requirePositive(accuracy, "setAccuracy");
-    updImpl().setWaiting(&Implementation::Waiting::accuracy, accuracy);
+    updImpl().set([&](StepSettings& s) { s.accuracy = accuracy; });
 }
 
 void ImplicitIntegrator::setAccuracyNorm(AccuracyNorm norm) {
     updImpl().requireNotInitialized("setAccuracyNorm");
-    updImpl().settings.accuracyNorm = norm;
+    updImpl().set([&](StepSettings& s) { s.accuracyNorm = norm; });
 }
 
 void ImplicitIntegrator::setConstraintTolerance(Real tolerance) {
     requirePositive(tolerance, "setConstraintTolerance");
-    updImpl().setWaiting(&Implementation::Waiting::constraintTolerance, tolerance);
-    updImpl().settings.hasOwnConstraintTolerance = true;
+    updImpl().set([&](StepSettings& s) { s.ownConstraintTolerance = tolerance; });
 }
 
 void ImplicitIntegrator::setFormulation(Formulation formulation) {
     updImpl().requireNotInitialized("setFormulation");
-    updImpl().settings.formulation = formulation;
+    updImpl().set([&](StepSettings& s) { s.formulation = formulation; });
 }
 void ImplicitIntegrator::setBlockForm(BlockForm form) {
     updImpl().requireNotInitialized("setBlockForm");
-    updImpl().settings.blockForm = form;
+    updImpl().set([&](StepSettings& s) { s.blockForm = form; });
 }
 
 void ImplicitIntegrator::setInitialStepSize(Real h) {
     requirePositive(h, "setInitialStepSize");
-    updImpl().setWaiting(&Implementation::Waiting::initialStep, h);
+    updImpl().set([&](StepSettings& s) { s.initialStep = h; });
 }
 
 void ImplicitIntegrator::setMaximumStepSize(Real h) {
@@ -81,8 +80,7 @@ void ImplicitIntegrator::setNewtonTolerances(const NewtonTolerances& tolerances)
     requirePositive(tolerances.displacement, "setNewtonTolerances: displacement");
     requirePositive(tolerances.multiplier, "setNewtonTolerances: multiplier");
     requirePositive(tolerances.maxIterations, "setNewtonTolerances: maxIterations");
-    updImpl().settings.newtonTolerances = tolerances;
-    updImpl().settings.hasOwnNewtonTolerances = true;
+    updImpl().set([&](StepSettings& s) { s.ownNewtonTolerances = tolerances; });
 }
 
 void ImplicitIntegrator::setFinalTime(Real time) {
@@ -91,18 +89,18 @@ void ImplicitIntegrator::setFinalTime(Real time) {
 
 void ImplicitIntegrator::setNumThreads(int threads) {
     requirePositive(threads, "setNumThreads");
-    updImpl().setNumThreads(threads);
+    updImpl().adjust([&](AdjustableSettings& s) { s.numThreads = threads; });
 }
 
 void ImplicitIntegrator::addBreakTimes(std::vector<Real> times) {
     updImpl().requireNotInitialized("addBreakTimes");
-    updImpl().settings.breaks.add(std::move(times));
+    updImpl().set([&](StepSettings& s) { s.breaks.add(std::move(times)); });
 }
 
 void ImplicitIntegrator::addBreakTimes(std::function<Real(Real time)> next) {
     updImpl().requireNotInitialized("addBreakTimes");
     if (!next) throw std::invalid_argument(updImpl().name + "::addBreakTimes(): an empty function");
-    updImpl().settings.breaks.add(std::move(next));
+    updImpl().set([&](StepSettings& s) { s.breaks.add(std::move(next)); });
 }
 
 void ImplicitIntegrator::setProjectInitialState(bool project) {
@@ -116,6 +114,7 @@ void ImplicitIntegrator::setProjectionNorm(ProjectionNorm norm) {
 }
 
 void ImplicitIntegrator::setTriggerSamples(int count) {
+    updImpl().requireNotInitialized("setTriggerSamples");
     if (count < 1)
         throw std::invalid_argument(
             updImpl().name + "::setTriggerSamples(): " + std::to_string(count) + " is less than 1");
@@ -127,11 +126,11 @@ void ImplicitIntegrator::setAllowInterpolation(bool shouldInterpolate) {
 }
 
 void ImplicitIntegrator::setProjectInterpolatedStates(bool shouldProject) {
-    updImpl().settings.projectInterpolatedStates = shouldProject;
+    updImpl().adjust([&](AdjustableSettings& s) { s.projectInterpolatedStates = shouldProject; });
 }
 
 void ImplicitIntegrator::setUseInfinityNorm(bool useInfinityNorm) {
-    updImpl().settings.useInfinityNorm = useInfinityNorm;
+    updImpl().set([&](StepSettings& s) { s.useInfinityNorm = useInfinityNorm; });
 }
 
 bool ImplicitIntegrator::isInfinityNormInUse() const {
@@ -139,7 +138,7 @@ bool ImplicitIntegrator::isInfinityNormInUse() const {
 }
 
 void ImplicitIntegrator::setForceFullNewton(bool forceFullNewton) {
-    updImpl().setForceFullNewton(forceFullNewton);
+    updImpl().adjust([&](AdjustableSettings& s) { s.forceFullNewton = forceFullNewton; });
 }
 
 void ImplicitIntegrator::setInternalStepLimit(int steps) {
@@ -155,19 +154,19 @@ void ImplicitIntegrator::addForceJacobian(const SimTK::Force& force,
     updImpl().requireNotInitialized("addForceJacobian");
     if (force.isEmptyHandle())
         throw std::invalid_argument(updImpl().name + "::addForceJacobian(): an empty Force");
-    updImpl().settings.differentiated.push_back({force, bodies});
+    updImpl().set([&](StepSettings& s) { s.differentiated.push_back({force, bodies}); });
 }
 
 void ImplicitIntegrator::addForceJacobian(const std::vector<SimTK::MobilizedBodyIndex>& bodies) {
     updImpl().requireNotInitialized("addForceJacobian");
     if (bodies.empty())
         throw std::invalid_argument(updImpl().name + "::addForceJacobian(): no bodies named");
-    updImpl().settings.differentiated.push_back({SimTK::Force(), bodies});
+    updImpl().set([&](StepSettings& s) { s.differentiated.push_back({SimTK::Force(), bodies}); });
 }
 
 void ImplicitIntegrator::setNewtonSystemObserver(
     std::function<void(const NewtonSystem&)> observer) {
-    updImpl().setNewtonSystemObserver(std::move(observer));
+    updImpl().adjust([&](AdjustableSettings& s) { s.observer = std::move(observer); });
 }
 
 void ImplicitIntegrator::setStepObserver(std::function<bool(Real time)> observer) {
@@ -338,7 +337,8 @@ Real ImplicitIntegrator::getAccuracyInUse() const {
     return updImpl().settings.accuracy;
 }
 Real ImplicitIntegrator::getConstraintToleranceInUse() const {
-    return updImpl().settings.constraintTolerance;
+    const StepSettings& settings = updImpl().settings;
+    return settings.ownConstraintTolerance.value_or(settings.constraintTolerance);
 }
 
 void ImplicitIntegrator::resetAllStatistics() {

@@ -152,10 +152,10 @@ public:
     ImplicitIntegrator& operator=(ImplicitIntegrator&&) noexcept;
 
     /** @name Settings
-    Settings of SimTK::Integrator may be changed at any time, with the same meaning: accuracy,
-    constraint tolerance and initial step size take effect at the next initialize(), the others at
-    once, as do setNumThreads() and the observers. All other settings are fixed by initialize() and
-    refused after it. **/
+    Settings of SimTK::Integrator may be changed at any time, also by event handlers and observers:
+    accuracy, its norm, constraint tolerance and initial step size take effect at the next
+    initialize(), the others from the next step on, as do setNumThreads() and the observers. All
+    other settings are fixed by initialize() and refused after it. **/
     /**@{**/
     /** Local error allowed per step; default 1e-6. At order p the global error falls as
     accuracy^(p/(p+1)); Radau's is about as large as the accuracy.
@@ -181,7 +181,8 @@ public:
     addBreakTimes(). Report times and stepTo() times do not change a bit of the motion. **/
     void setMaximumStepSize(SimTK::Real h);
     void setMinimumStepSize(SimTK::Real h);
-    /** Steps of exactly h with no error control, for convergence studies. **/
+    /** Steps of exactly h with no error control, for convergence studies. What depends on it by
+    default (order, tolerances, norm) follows when it is set. **/
     void setFixedStep(SimTK::Real h);
     void setFixedStepSize(SimTK::Real h) { setFixedStep(h); }
     void setNewtonTolerances(const NewtonTolerances& tolerances);
@@ -214,8 +215,8 @@ public:
     /** No effect: every step ends within the constraint tolerance. **/
     void setProjectEveryStep(bool) {}
     /** Selects the infinity norm (worst coordinate) instead of the default RMS norm, as in
-    SimTK::Integrator, for AccuracyNorm::StateWeights from the next initialize() on and for the
-    projection of the initial State by ProjectionNorm::Weights. **/
+    SimTK::Integrator, for AccuracyNorm::StateWeights and for projections by
+    ProjectionNorm::Weights. **/
     void setUseInfinityNorm(bool useInfinityNorm);
     bool isInfinityNormInUse() const;
     /** Forms and factors the Newton matrix in every iteration, at a cost in time. **/

@@ -92,18 +92,14 @@ public:
     void requireNotInitialized(const char* method) const;
     /**@}**/
 
+    /** Changes settings for the next initialize(). **/
+    void set(const std::function<void(StepSettings&)>& change);
+    /** Changes settings for the next step. **/
+    void adjust(const std::function<void(AdjustableSettings&)>& change);
     void setFinalTime(SimTK::Real time);
-    void setNumThreads(int threads);
     void setMinimumStep(SimTK::Real h);
     void setMaximumStep(SimTK::Real h);
     void setFixedStep(SimTK::Real h);
-    void setForceFullNewton(bool force);
-    /** Settings that take effect at the next initialize(). **/
-    struct Waiting {
-        SimTK::Real accuracy = 1e-6, constraintTolerance = 1e-10, initialStep = 0;
-    };
-    void setWaiting(SimTK::Real Waiting::*setting, SimTK::Real value);
-    void setNewtonSystemObserver(std::function<void(const NewtonSystem&)> newObserver);
 
     /** The scheme, of the type it was constructed with. **/
     template <class Scheme>
@@ -120,7 +116,7 @@ public:
 
     /** @name Settings **/
     /**@{**/
-    StepSettings settings;
+    StepSettings settings;  ///< in use; to change them: set(), adjust()
     SimTK::Real finalTime = SimTK::Infinity;
     bool projectInitialState = true;
     ProjectionNorm projectionNorm = ProjectionNorm::Automatic;
@@ -166,8 +162,8 @@ private:
     void runAlone(const std::function<void()>& work);
     /** An end that was reached is none before another final time. **/
     void noteFinalTime();
-    /** Applies the waiting settings. **/
-    void adoptSettings();
+    /** Puts what adjust() has changed to use. **/
+    void takeAdjustments();
 
     // start
     /** Runs `work`, which makes an integration ready to step. **/
@@ -272,7 +268,8 @@ private:
     // checkpoints
     /** Identifies the model. **/
     void visitModel(Checkpoint& checkpoint) const;
-    void visitSettings(Checkpoint& checkpoint) const;
+    /** Whether `ours` are the settings of the run. **/
+    void visitSettings(Checkpoint& checkpoint, const StepSettings& ours) const;
     /** Everything that determines later steps. **/
     void visitProgress(Checkpoint& checkpoint);
 
@@ -299,7 +296,8 @@ private:
     bool m_isInitialized = false, m_isTerminated = false, m_isFinished = false;
     Activity m_activity = Activity::None;
 
-    Waiting m_waiting;
+    StepSettings m_waiting;      ///< the user's: taken by the next initialize()
+    bool m_areAdjusted = false;  ///< the next step takes its AdjustableSettings
 
     // Returns pending for the last step.
     bool m_isIntervalStart = false;  ///< StartOfContinuousInterval is due

@@ -101,6 +101,7 @@ void ImplicitStep::calcForceScales() {
 }
 
 void ImplicitStep::setNumThreads(int most) {
+    if (most == m_threadChoice.getMost()) return;
     m_threadChoice = ThreadChoice(most);
     useThreads(most);
 }

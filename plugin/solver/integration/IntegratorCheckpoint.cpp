@@ -1,10 +1,10 @@
 // Checkpoints of an integration.
 
 #include <algorithm>
-#include <sstream>
 
 #include "simflex/base/Checkpoint.h"
 #include "simflex/base/Hash.h"
+#include "simflex/base/NumberText.h"
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/StateCopy.h"
 #include "simflex/solver/integration/ImplicitIntegratorImpl.h"
@@ -129,40 +129,48 @@ void ImplicitIntegrator::Implementation::visitModel(Checkpoint& c) const {
                        "mass or frames of mobilized body " + std::to_string(int(b)));
 }
 
-void ImplicitIntegrator::Implementation::visitSettings(Checkpoint& c) const {
+void ImplicitIntegrator::Implementation::visitSettings(Checkpoint& c,
+                                                       const StepSettings& ours) const {
     visitName(c, name, "integrator");
+    constexpr ImplicitIntegrator::NewtonTolerances ByDefault{0, 0, 0, 0, 0};
+    const NewtonTolerances newton = ours.ownNewtonTolerances.value_or(ByDefault);
     std::vector<std::pair<std::string, double>> all = m_scheme->listSettings();
     const std::vector<std::pair<std::string, double>> common = {
-        {"setAccuracy", settings.accuracy},
-        {"setAccuracyNorm", double(settings.accuracyNorm)},
-        {"setUseInfinityNorm", settings.useInfinityNorm},
-        {"setConstraintTolerance",
-         settings.hasOwnConstraintTolerance ? settings.constraintTolerance : 0},
-        {"setFormulation", double(settings.formulation)},
-        {"setBlockForm", double(settings.blockForm)},
-        {"setMaximumStepSize", settings.maximumStep},
-        {"setMinimumStepSize", settings.minimumStep},
-        {"setFixedStep", settings.fixedStep},
+        {"setAccuracy", ours.accuracy},
+        {"setAccuracyNorm", double(ours.accuracyNorm)},
+        {"setUseInfinityNorm", ours.useInfinityNorm},
+        {"setConstraintTolerance", ours.ownConstraintTolerance.value_or(0)},
+        {"setProjectionNorm", double(projectionNorm)},
+        {"setFormulation", double(ours.formulation)},
+        {"setBlockForm", double(ours.blockForm)},
+        {"setInitialStepSize", ours.initialStep},
+        {"setMaximumStepSize", ours.maximumStep},
+        {"setMinimumStepSize", ours.minimumStep},
+        {"setFixedStep", ours.fixedStep},
+        {"setTriggerSamples", double(triggerSamples)},
         {"setAllowInterpolation", double(allowInterpolation)},
-        {"setForceFullNewton", double(settings.forceFullNewton)},
-        {"setNewtonTolerances: displacement", settings.newtonTolerances.displacement},
-        {"setNewtonTolerances: multiplier", settings.newtonTolerances.multiplier},
-        {"setNewtonTolerances: bodyResidual", settings.newtonTolerances.bodyResidual},
-        {"setNewtonTolerances: constraintResidual", settings.newtonTolerances.constraintResidual},
-        {"setNewtonTolerances: maxIterations", settings.newtonTolerances.maxIterations},
-        {"addForceJacobian, times called", double(settings.differentiated.size())},
-        {"addBreakTimes, times called", double(settings.breaks.numSources())}};
+        {"setProjectInterpolatedStates", double(ours.projectInterpolatedStates)},
+        {"setForceFullNewton", double(ours.forceFullNewton)},
+        {"setNewtonTolerances: displacement", newton.displacement},
+        {"setNewtonTolerances: multiplier", newton.multiplier},
+        {"setNewtonTolerances: bodyResidual", newton.bodyResidual},
+        {"setNewtonTolerances: constraintResidual", newton.constraintResidual},
+        {"setNewtonTolerances: maxIterations", double(newton.maxIterations)},
+        {"addForceJacobian, times called", double(ours.differentiated.size())},
+        {"addBreakTimes, times called", double(ours.breaks.numSources())}};
     all.insert(all.end(), common.begin(), common.end());
     for (const auto& [setting, value] : all) {
         double written = value;
         c.visit(written);
         if (written == value) continue;
-        std::ostringstream text;
-        text << "another setting was used when it was written: " << setting << " " << written
-             << " instead of " << value
-             << ". An integration is continued with the settings it began with; to change one, "
-                "initialize() from the State reached";
-        Checkpoint::refuse(text.str());
+        int digits = 6;
+        while (writeGeneral(written, digits) == writeGeneral(value, digits) && digits < 17)
+            ++digits;
+        Checkpoint::refuse("another setting was used when it was written: " + setting + " " +
+                           writeGeneral(written, digits) + " instead of " +
+                           writeGeneral(value, digits) +
+                           ". An integration is continued with the settings it began with; to "
+                           "change one, initialize() from the State reached");
     }
 }
 
@@ -198,7 +206,7 @@ void ImplicitIntegrator::Implementation::writeCheckpoint(std::ostream& stream) {
         m_image.requireWritable(m_state);
         Checkpoint checkpoint;
         visitModel(checkpoint);
-        visitSettings(checkpoint);
+        visitSettings(checkpoint, settings);
         m_image.write(m_builtFrom, checkpoint);
         m_image.write(m_state, checkpoint);
         visitProgress(checkpoint);
@@ -208,11 +216,10 @@ void ImplicitIntegrator::Implementation::writeCheckpoint(std::ostream& stream) {
 
 void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, const State& start) {
     runStart("readCheckpoint", [&] {
-        adoptSettings();
         Checkpoint checkpoint(stream);
         requireTopology(m_system, start, name + "::readCheckpoint()");
         visitModel(checkpoint);
-        visitSettings(checkpoint);
+        visitSettings(checkpoint, m_waiting);  // which prepare() takes
         State builtFrom = copyState(start);
         m_system.realize(builtFrom, Stage::Instance);
         m_image.startFrom(builtFrom);

@@ -82,52 +82,42 @@ void ImplicitIntegrator::Implementation::noteFinalTime() {
     m_isOver = m_isOver && isReached;
 }
 
-void ImplicitIntegrator::Implementation::setWaiting(Real Waiting::*setting, Real value) {
-    m_waiting.*setting = value;
-    if (!hasBegun()) adoptSettings();
+void ImplicitIntegrator::Implementation::set(const std::function<void(StepSettings&)>& change) {
+    change(m_waiting);
+    if (!hasBegun()) settings = m_waiting;
 }
 
-void ImplicitIntegrator::Implementation::adoptSettings() {
-    settings.accuracy = m_waiting.accuracy;
-    settings.constraintTolerance = m_waiting.constraintTolerance;
-    settings.initialStep = m_waiting.initialStep;
+void ImplicitIntegrator::Implementation::adjust(
+    const std::function<void(AdjustableSettings&)>& change) {
+    change(m_waiting);
+    m_areAdjusted = true;
+    if (!isRunning()) takeAdjustments();
+}
+
+void ImplicitIntegrator::Implementation::takeAdjustments() {
+    if (!std::exchange(m_areAdjusted, false)) return;
+    static_cast<AdjustableSettings&>(settings) = m_waiting;
+    if (m_stepper) m_stepper->takeAdjustments();
 }
 
 void ImplicitIntegrator::Implementation::setMinimumStep(Real h) {
-    if (m_isInitialized && settings.maximumStep > 0 && h > settings.maximumStep)
+    if (hasBegun() && m_waiting.maximumStep > 0 && h > m_waiting.maximumStep)
         throw std::invalid_argument(name + "::setMinimumStepSize(): above setMaximumStepSize()");
-    settings.minimumStep = h;
+    adjust([&](AdjustableSettings& s) { s.minimumStep = h; });
 }
 
 void ImplicitIntegrator::Implementation::setMaximumStep(Real h) {
-    if (m_isInitialized && h < std::max(settings.minimumStep, settings.fixedStep))
+    if (hasBegun() && h < std::max(m_waiting.minimumStep, m_waiting.fixedStep))
         throw std::invalid_argument(name +
                                     "::setMaximumStepSize(): below setMinimumStepSize() or "
                                     "setFixedStep()");
-    settings.maximumStep = h;
+    adjust([&](AdjustableSettings& s) { s.maximumStep = h; });
 }
 
 void ImplicitIntegrator::Implementation::setFixedStep(Real h) {
-    if (m_isInitialized && settings.maximumStep > 0 && h > settings.maximumStep)
+    if (hasBegun() && m_waiting.maximumStep > 0 && h > m_waiting.maximumStep)
         throw std::invalid_argument(name + "::setFixedStep(): above setMaximumStepSize()");
-    settings.fixedStep = h;
-    if (m_stepper) m_stepper->setNextLength(h);
-}
-
-void ImplicitIntegrator::Implementation::setForceFullNewton(bool force) {
-    settings.forceFullNewton = force;
-    if (m_stepper) m_stepper->updStep().forceFullNewton = force;
-}
-
-void ImplicitIntegrator::Implementation::setNumThreads(int threads) {
-    settings.numThreads = threads;
-    if (m_isInitialized) m_stepper->updStep().setNumThreads(settings.numThreads);
-}
-
-void ImplicitIntegrator::Implementation::setNewtonSystemObserver(
-    std::function<void(const NewtonSystem&)> newObserver) {
-    settings.observer = std::move(newObserver);
-    if (m_isInitialized) m_stepper->updStep().observer = settings.observer;
+    adjust([&](AdjustableSettings& s) { s.fixedStep = h; });
 }
 
 }  // namespace simflex

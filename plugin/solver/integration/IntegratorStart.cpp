@@ -14,6 +14,14 @@ using SimTK::State;
 using SimTK::Vector;
 using Clock = std::chrono::steady_clock;
 
+namespace {
+
+/** Tolerance of a start and of handlers' States unless the user sets one [m, rad]. Simbody's norm
+may allow steps more. **/
+constexpr Real LoosestAssembly = 1e-10;
+
+}  // namespace
+
 void ImplicitIntegrator::Implementation::setUp(const State& state) {
     requireTopology(m_system, state, name + "::initialize()");
     prepare(state);
@@ -23,7 +31,8 @@ void ImplicitIntegrator::Implementation::setUp(const State& state) {
 void ImplicitIntegrator::Implementation::prepare(const State& state) {
     m_isInitialized = m_isTerminated = m_isFinished = false;
     m_topologyVersion = m_system.getSystemTopologyCacheVersion();
-    adoptSettings();
+    settings = m_waiting;
+    m_areAdjusted = false;
     checkSettings(state.getTime());
     m_state = makeFreshState(m_system, state);
     m_system.realize(m_state, Stage::Velocity);
@@ -141,7 +150,7 @@ bool ImplicitIntegrator::Implementation::projectsByWeights() const {
 
 bool ImplicitIntegrator::Implementation::projectStateByWeights(Occasion occasion, bool forced) {
     using SimTK::ProjectOptions;
-    ProjectOptions options(m_waiting.constraintTolerance);
+    ProjectOptions options(settings.ownConstraintTolerance.value_or(LoosestAssembly));
     if (forced) options.setOption(ProjectOptions::ForceProjection);
     options.setOption(ProjectOptions::ForceFullNewton);
     if (settings.useInfinityNorm) options.setOption(ProjectOptions::UseInfinityNorm);
@@ -193,8 +202,8 @@ void ImplicitIntegrator::Implementation::takePoint(const State& state, SolutionP
 void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool forced) {
     // The first step closes the gaps that a start leaves, and counts them as its own error.
     constexpr Real Closest = 1e-13;  // [m, rad], limited by round-off
-    const Real tolerance =
-        std::min(m_waiting.constraintTolerance, std::max(settings.constraintTolerance, Closest));
+    const Real tolerance = std::min(settings.ownConstraintTolerance.value_or(LoosestAssembly),
+                                    std::max(settings.constraintTolerance, Closest));
     const bool project = occasion == Occasion::Event || projectInitialState;
     const bool hasJoints = getEquations().getTopology().numMultipliers > 0;
     bool isProjected =
@@ -229,7 +238,7 @@ void ImplicitIntegrator::Implementation::takeState(Occasion occasion, bool force
 
 void ImplicitIntegrator::Implementation::checkHistory(const Array_<State>& history,
                                                       int wantedOrder) const {
-    const Real spacing = settings.fixedStep;
+    const Real spacing = m_waiting.fixedStep;
     const auto refuse = [&](const std::string& what) {
         throw std::invalid_argument(name + "::initialize(): " + what);
     };

@@ -40,17 +40,10 @@ Stepper::Stepper(std::string name, const SimTK::MultibodySystem& system, const S
         m_hasMemory = m_hasMemory || !(SimTK::ContactTrackerSubsystem::isInstanceOf(subsystem) ||
                                        SimTK::CableTrackerSubsystem::isInstanceOf(subsystem));
     }
-    chooseSettings();
+    m_keepsMatrices = !m_formulas && updStages().keepsMatrices();
     m_step->blockForm = m_settings.blockForm;
     m_step->accuracy = m_settings.accuracy;
-    // The step's error is a fraction of the iteration's correction. If that exceeds the accuracy by
-    // this factor, the step would be rejected anyway.
-    constexpr Real BeyondSense = 1e12;
-    if (m_settings.fixedStep == 0) m_step->largestChange = BeyondSense * m_settings.accuracy;
-    m_step->forceFullNewton = m_settings.forceFullNewton;
-    m_step->observer = m_settings.observer;
-    m_step->setNumThreads(m_settings.numThreads > 0 ? m_settings.numThreads
-                                                    : omp_get_max_threads());
+    takeAdjustments();
 
     const Topology& topology = m_equations->getTopology();
     m_history.resize(topology.numQ, topology.numU, topology.numMultipliers, topology.numZ);
@@ -66,6 +59,20 @@ Stepper::Stepper(std::string name, const SimTK::MultibodySystem& system, const S
 void Stepper::resize(SolutionPoint& point) const {
     const Topology& topology = m_equations->getTopology();
     point.resize(topology.numQ, topology.numU, topology.numMultipliers, topology.numZ);
+}
+
+void Stepper::takeAdjustments() {
+    chooseSettings();
+    // The step's error is a fraction of the iteration's correction. If that exceeds the accuracy by
+    // this factor, the step would be rejected anyway.
+    constexpr Real BeyondSense = 1e12;
+    m_step->largestChange =
+        m_settings.fixedStep > 0 ? SimTK::Infinity : BeyondSense * m_settings.accuracy;
+    m_step->forceFullNewton = m_settings.forceFullNewton;
+    m_step->observer = m_settings.observer;
+    m_step->setNumThreads(m_settings.numThreads > 0 ? m_settings.numThreads
+                                                    : omp_get_max_threads());
+    if (m_settings.fixedStep > 0) m_nextLength = m_settings.fixedStep;
 }
 
 void Stepper::chooseSettings() {
@@ -91,16 +98,16 @@ void Stepper::chooseSettings() {
     constexpr Real TightTolerance = 1e-10, PartOfAccuracy = 0.1;  // as in SimTK::Integrator
     // Projection is noise to the error test.
     constexpr Real LargestNoise = 0.01;
-    if (!m_settings.hasOwnConstraintTolerance)
-        m_settings.constraintTolerance =
-            isRelative ? PartOfAccuracy * m_settings.accuracy
-                       : std::min(TightTolerance, LargestNoise * m_settings.accuracy);
-    m_step->tolerances = m_settings.newtonTolerances;
-    if (m_settings.hasOwnNewtonTolerances) return;
+    m_settings.constraintTolerance = m_settings.ownConstraintTolerance.value_or(
+        isRelative ? PartOfAccuracy * m_settings.accuracy
+                   : std::min(TightTolerance, LargestNoise * m_settings.accuracy));
+    m_step->tolerances =
+        m_settings.ownNewtonTolerances.value_or(ImplicitIntegrator::NewtonTolerances());
+    if (m_settings.ownNewtonTolerances) return;
     if (!m_formulas) {
         // Errors of steps may be far below the accuracy, and those of the iteration should not
         // dominate. An old matrix leaves the same error in every step.
-        m_step->tolerances.displacement = updStages().keepsMatrices() ? 1e-4 : 1e-3;
+        m_step->tolerances.displacement = m_keepsMatrices ? 1e-4 : 1e-3;
         m_step->tolerances.multiplier = 1e-4;
         return;
     }
@@ -161,6 +168,7 @@ void Stepper::startFrom(std::vector<SolutionPoint>& points, int order) {
         m_history.push() = point;
         before = &point;
     }
+    m_numRedundantAtStart = m_statistics.redundantConstraints;
     ++m_statistics.starts;
     m_nextLength = m_settings.fixedStep;
     m_order = order;

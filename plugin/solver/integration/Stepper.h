@@ -11,6 +11,7 @@ ImplicitIntegrator::Implementation.
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,19 +26,26 @@ ImplicitIntegrator::Implementation.
 
 namespace simflex {
 
-/** Settings of the steps. **/
-struct StepSettings {
-    SimTK::Real accuracy = 1e-6, constraintTolerance = 1e-10;
-    SimTK::Real initialStep = 0, maximumStep = 0, minimumStep = 1e-12, fixedStep = 0;
+/** Settings that may change between steps. **/
+struct AdjustableSettings {
+    SimTK::Real maximumStep = 0, minimumStep = 1e-12, fixedStep = 0;
     int numThreads = 0;
-    bool useInfinityNorm = false, forceFullNewton = false;
-    bool projectInterpolatedStates = true;
+    bool forceFullNewton = false, projectInterpolatedStates = true;
+    std::function<void(const NewtonSystem&)> observer;
+};
+
+/** Settings of the steps. **/
+struct StepSettings : AdjustableSettings {
+    SimTK::Real accuracy = 1e-6, initialStep = 0;
+    /** Those of the user; otherwise they depend on the system. **/
+    std::optional<SimTK::Real> ownConstraintTolerance;
+    std::optional<ImplicitIntegrator::NewtonTolerances> ownNewtonTolerances;
+    /** In use, chosen by the Stepper. **/
+    SimTK::Real constraintTolerance = 1e-10;
+    bool useInfinityNorm = false;
     ImplicitIntegrator::Formulation formulation = ImplicitIntegrator::Formulation::StabilizedIndex2;
     ImplicitIntegrator::BlockForm blockForm = ImplicitIntegrator::BlockForm::Automatic;
-    ImplicitIntegrator::NewtonTolerances newtonTolerances;
     ImplicitIntegrator::AccuracyNorm accuracyNorm = ImplicitIntegrator::AccuracyNorm::Automatic;
-    bool hasOwnConstraintTolerance = false, hasOwnNewtonTolerances = false;
-    std::function<void(const NewtonSystem&)> observer;
     std::vector<ForceSelection> differentiated;
     BreakTimes breaks;
 };
@@ -53,8 +61,8 @@ class Stepper {
 public:
     /** Analyses the system, its State realized to Stage::Velocity.
     @param name      for messages
-    @param settings  must outlive this, like the other references; constraintTolerance is chosen
-        unless set by the user
+    @param settings  must outlive this, like the other references; the constraint tolerance in use
+        is written to it
     @throws std::invalid_argument that names an unsupported element **/
     Stepper(std::string name, const SimTK::MultibodySystem& system, const SimTK::State& state,
             IntegrationScheme& scheme, StepSettings& settings, StepsTaken& taken,
@@ -99,7 +107,8 @@ public:
     void balance(SolutionPoint& point);
 
     double getNextLength() const { return m_nextLength; }
-    void setNextLength(double h) { m_nextLength = h; }
+    /** Follows changes of the AdjustableSettings, between steps. **/
+    void takeAdjustments();
 
     /** Moves phase times from the solver and the equations into the statistics. **/
     void bookPhases();
@@ -180,6 +189,7 @@ private:
     std::unique_ptr<Evaluation> m_equations;
     std::unique_ptr<ImplicitStep> m_step;
     bool m_hasMemory = false;
+    bool m_keepsMatrices = false;  ///< of a method with stages, at the start
     int m_numRedundantAtStart = 0;
 
     PointBalance m_balance;
