@@ -439,5 +439,43 @@ TEST(StaticEquilibrium, UprightPendulumIsNamedUnstable) {
     }
 }
 
+TEST(StaticEquilibrium, APendulumOnATurntableIsNamedUnstableWhereItFallsAway) {
+    // A bob on a massless rod of length l that swings on a table's radius, at r from its axis:
+    // V/m = −g l cos θ − Ω² (r + l sin θ)²/2.
+    const Real l = 0.5;
+    for (const Real r : {0.0, 0.3, -1.0})
+        for (const Real Omega : {0.001, 1.0, 5.0}) {
+            MultibodySystem system;
+            SimbodyMatterSubsystem matter(system);
+            GeneralForceSubsystem forces(system);
+            Force::Gravity(forces, matter, -YAxis, Gravity);
+            const Rotation zToY(-Pi / 2, XAxis);
+            MobilizedBody::Pin turn(matter.Ground(), Transform(zToY),
+                                    Body::Rigid(MassProperties(1, Vec3(0), Inertia(1))),
+                                    Transform(zToY));
+            Motion::Steady(turn, Omega);
+            MobilizedBody::Pin swing(
+                turn, Vec3(r, 0, 0),
+                Body::Rigid(MassProperties(1, Vec3(0, -l, 0), Inertia(Vec3(l * l, 0, l * l)))),
+                Transform());
+            State state = system.realizeTopology();
+            for (const Real start : {0.5, 1.0, 1.4, 1.7, 2.1, 2.6, 3.0, 3.12, -0.5, -2.0, -3.0}) {
+                SCOPED_TRACE(std::to_string(r) + " " + std::to_string(Omega) + " " +
+                             std::to_string(start));
+                swing.setOneQ(state, 0, start);
+                StaticEquilibrium equilibrium(system);
+                equilibrium.solveSteadyMotion(state);
+                const Real theta = swing.getOneQ(equilibrium.getState(), 0),
+                           x = r + l * std::sin(theta);
+                EXPECT_NEAR(Gravity * std::sin(theta), square(Omega) * x * std::cos(theta), 1e-7);
+                const Real stiffness =
+                    Gravity * std::cos(theta) -
+                    square(Omega) * (l * square(std::cos(theta)) - x * std::sin(theta));
+                EXPECT_EQ(equilibrium.getUnstableMotions().size(), stiffness > 0 ? 0u : 1u)
+                    << theta << ", " << stiffness;
+            }
+        }
+}
+
 }  // namespace
 }  // namespace simflex

@@ -1756,8 +1756,6 @@ StaticEquilibrium::Start StaticEquilibrium::begin(const State& state, Speeds spe
     m_numIterations = m_numLoadSteps = 0;
     m_isByDampedMotion = false;
     m_branch = Branch::Own;
-    m_freeMotions.clear();
-    m_unstableMotions.clear();
     Start start;
     copyState(state, start.placed);
     m_system.realize(start.placed, Stage::Velocity);
@@ -1888,6 +1886,8 @@ void StaticEquilibrium::finish(Search& search, Start& start) {
     m_numLoadSteps = search.numLoadSteps;
     m_isByDampedMotion = search.isByDampedMotion;
     m_branch = search.branch;
+    m_freeMotions.clear();
+    m_unstableMotions.clear();
     search.describeMotions(m_freeMotions, m_unstableMotions);
     start.point = search.getPoint();
     if (!start.motion.isAtRest()) {
