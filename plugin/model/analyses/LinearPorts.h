@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-Inputs and outputs of a linearised model: how its equations and probes change with numbers of its
-file. **/
+Inputs and outputs of a linearised model: derivatives of its equations and probes with respect to
+numbers in its file. **/
 
 #include <functional>
 #include <memory>
@@ -17,12 +17,11 @@ file. **/
 namespace simflex {
 namespace model {
 
-/** What becomes of an effective stress of von Mises at a node. Of random motion it has an effective
-value, but no response: its square is a quadratic form of the six components, which have. **/
+/** Treatment of a von Mises stress at a node. Under random motion it has an effective value but no
+response: its square is a quadratic form of the six components, which have responses. **/
 enum class EffectiveStress { AsItIs, ByComponents };
 
-/** Outputs that are the size of something that is zero, or otherwise have a kink where they are.
- * **/
+/** Outputs that have a kink at the State, such as the magnitude of a vector that is zero. **/
 struct OutputKinks : std::runtime_error {
     OutputKinks(std::vector<std::string> kinks, std::vector<std::string> others);
     std::vector<std::string> names;
@@ -32,17 +31,18 @@ struct OutputKinks : std::runtime_error {
 /** Columns of probes by name. **/
 class LinearOutputPorts {
 public:
-    /** @param names  "tip", "tip.y"; none: all probes
+    /** @param names  such as "tip" or "tip.y"; all probes if empty
     @throws ModelError that proposes the nearest name. **/
     LinearOutputPorts(std::shared_ptr<const Model> model, const Probes& probes,
                       const std::vector<std::string>& names,
                       EffectiveStress effectiveStress = EffectiveStress::AsItIs);
 
-    /** Others, as by the constructor. **/
+    /** Chooses other columns, as the constructor does. **/
     void choose(const std::vector<std::string>& names);
     const std::vector<LinearSystem::Port>& getPorts() const { return m_ports; }
     EffectiveStress getEffectiveStress() const { return m_effectiveStress; }
-    /** Of stresses by components: name and first of six ports, xx, yy, zz, xy, yz, zx. **/
+    /** Stresses given by components: the name, and the first of six ports xx, yy, zz, xy, yz,
+    zx. **/
     const std::vector<std::pair<std::string, int>>& getStresses() const { return m_stresses; }
     /** @param state  realized to Stage::Velocity **/
     std::vector<double> calc(const SimTK::State& state, const SimTK::Vector& uDot,
@@ -63,23 +63,24 @@ private:
     Probes m_probes;
     std::vector<Choice> m_choices;
     std::vector<LinearSystem::Port> m_ports;
-    std::vector<std::string> m_names;  ///< by which each port is chosen
+    std::vector<std::string> m_names;  ///< by which the ports are chosen
     EffectiveStress m_effectiveStress;
     std::vector<std::pair<std::string, int>> m_stresses;
 };
 
-/** Numbers of a model's file by path. **/
+/** Numbers in a model's file, by path. **/
 class LinearInputPorts {
 public:
-    /** @param paths  "loads.push.force.y", "loads.push": all of it; "push": an input of the model
-    @throws ModelError that names what there is, and for one that is given twice. **/
+    /** @param paths  such as "loads.push.force.y"; "loads.push" for all numbers of the load; "push"
+        for an input of the model
+    @throws ModelError for an unknown path, with the known ones, and for a path given twice. **/
     LinearInputPorts(const ModelText& text, const ModelOptions& options, const Model& model,
                      const std::vector<std::string>& paths);
 
     const std::vector<LinearSystem::Port>& getPorts() const { return m_ports; }
-    /** Builds the model with other numbers, some times for each input.
-    @param observed, outputs  what is observed, and its names as LinearOutputPorts takes them
-    @param observer  called before each of them
+    /** Builds the model with other numbers, several times for each input.
+    @param observed, outputs  the ports observed, and their names as LinearOutputPorts takes them
+    @param observer  called before each build
     @throws std::runtime_error for an input that changes parts or the structure of the model, the
         speed of a motion, or nothing. **/
     LinearInputs differentiate(const OperatingPoint& point, const LinearOutputPorts& observed,
@@ -88,12 +89,12 @@ public:
 
 private:
     struct Source {
-        std::string setting;  ///< path as settings have it, items of lists by number
+        std::string setting;  ///< path as in settings, with items of lists by number
         std::string text;     ///< the number as written
-        double value;         ///< now; NaN: a law
-        int input = -1;       ///< number of its state; then there is no setting
+        double value;         ///< present value; NaN for a law
+        int input = -1;       ///< number of the input's state; if >= 0 there is no setting
     };
-    /** The model's own inputs that a path means: "push", "inputs.push", "inputs". **/
+    /** Adds the model's own inputs if a path means them: "push", "inputs.push", "inputs". **/
     bool addInputs(const std::vector<std::string>& path);
     void refuseTwin(size_t port) const;
     void add(const ModelValue& value, const std::string& path, const std::string& setting,
@@ -106,18 +107,20 @@ private:
     std::vector<Source> m_sources;
 };
 
-/** A force moment·ω² that turns about an axis of Ground, at the frequency of the response. **/
+/** A force moment·ω² that rotates about an axis of Ground at the frequency of the response. **/
 struct Unbalance {
-    std::string on;     ///< frame, as a model file has it
+    std::string on;     ///< frame, as in a model file
     double moment = 0;  ///< mass times distance from the axis [kg m]
-    int axis = 0;       ///< 0 x, 1 y, 2 z: it turns from the next one to the one after
+    int axis = 0;       ///< 0 x, 1 y, 2 z; the force rotates from the next axis to the one after
 };
 
-/** Inputs and outputs of a model about a State, ready for any frequency: at rest by block
-elimination, along a steady motion or with states of the model's own by matrices of first order. **/
+/** Response of a model's outputs to its inputs about a State, at any frequency. It uses block
+elimination at rest, and first-order matrices along a steady motion or if the model has states of
+its own. **/
 class ModelResponse {
 public:
-    /** As linearizeModel(). @param unbalance  the last input, "unbalance" **/
+    /** Takes the arguments of linearizeModel(). @param unbalance  becomes the last input,
+    "unbalance" **/
     ModelResponse(const ModelText& text, const ModelOptions& options,
                   const std::shared_ptr<const Model>& model, const Probes& probes,
                   const SimTK::State& about, const std::vector<std::string>& inputs,
@@ -129,23 +132,23 @@ public:
     const std::vector<std::pair<std::string, int>>& getStresses() const { return m_stresses; }
     const std::vector<LinearSystem::Port>& getInputs() const { return m_inputs; }
     const std::vector<LinearSystem::Port>& getOutputs() const { return m_outputs; }
-    /** By which the same outputs are chosen again. **/
+    /** Names that choose the same outputs again. **/
     const std::vector<std::string>& getOutputNames() const { return m_outputNames; }
     /** See LinearSystem. **/
     const std::vector<std::string>& getLeftOut() const { return m_leftOut; }
-    /** At frequencies [Hz]. @param observer  told how many are done **/
+    /** Responses at frequencies [Hz]. @param observer  called with the number of those done **/
     std::vector<SimTK::Matrix_<SimTK::Complex>> calcTransfers(
         const std::vector<double>& frequencies,
         const std::function<void(size_t done)>& observer) const;
-    /** At a frequency, what outputs would be if all that moves, moved along what they see: a
-    response that is next to nothing beside this is round-off. Nothing
-    where only joints' forces are observed. **/
+    /** Largest values that outputs could have at a frequency, if all motion were along their
+    gradients: a response that is tiny compared with its bound is round-off. Zero for outputs that
+    observe only forces of joints. **/
     SimTK::Matrix calcBounds(double frequency) const;
-    /** Displacements in Simbody's numbering of u, a column for each input.
-    @throws std::runtime_error for what is not at rest. **/
+    /** Displacements in Simbody's numbering of u, with a column for each input.
+    @throws std::runtime_error if the system is not at rest. **/
     SimTK::Matrix_<SimTK::Complex> calcMotions(double frequency) const;
     const SimTK::State& getState() const { return m_state; }
-    /** Independent motions that grow by themselves. **/
+    /** Number of independent motions that grow without excitation. **/
     int countUnstable() const {
         return m_blocks ? m_blocks->countUnstable() : m_space->countUnstable();
     }
@@ -154,7 +157,7 @@ private:
     SimTK::Matrix_<SimTK::Complex> combine(const SimTK::Matrix_<SimTK::Complex>& responses,
                                            double omega) const;
 
-    std::shared_ptr<const Model> m_model;  ///< with a load where the unbalance is
+    std::shared_ptr<const Model> m_model;  ///< with a load at the place of the unbalance
     SimTK::State m_state;
     std::optional<Unbalance> m_unbalance;
     std::vector<LinearSystem::Port> m_inputs, m_outputs;
@@ -166,40 +169,40 @@ private:
     std::optional<StateSpace> m_space, m_motions;  ///< of outputs; of displacements
 };
 
-/** Responses at frequencies [Hz]; the observer is told how many are done. **/
+/** Returns responses at frequencies [Hz]; the observer is called with the number of those done. **/
 using TransferFunction = std::function<std::vector<SimTK::Matrix_<SimTK::Complex>>(
     const std::vector<double>& frequencies, const std::function<void(size_t done)>& observer)>;
-/** Which responses are no more than round-off, for each output and input: those that are so at all
-frequencies. @param bounds  see ModelResponse::calcBounds() **/
+/** Finds, for each output and input, whether the response is round-off at all frequencies.
+@param bounds  see ModelResponse::calcBounds() **/
 std::vector<std::vector<bool>> findRoundOff(
     const std::vector<SimTK::Matrix_<SimTK::Complex>>& transfers,
     const std::vector<SimTK::Matrix>& bounds);
-/** Whether frequencies are added between the wanted ones where responses turn: enough to see them,
-or to integrate their squares. **/
+/** Whether frequencies are added between the given ones where responses change quickly: enough to
+show the responses, or to integrate their squares. **/
 enum class Refinement { None, AtResonances, ForIntegrals };
-/** Fills frequencies and transfers. @param frequencies  [Hz], in any order; each counts once **/
+/** Fills frequencies and transfers of `response`.
+@param frequencies  [Hz], in any order; duplicates are dropped **/
 void calcHarmonicResponse(const TransferFunction& calcTransfers,
                           const std::vector<double>& frequencies, Refinement refinement,
                           const std::function<void(double fraction)>& observer,
                           HarmonicResponse& response);
 
-/** A one-sided power spectral density over frequency, by straight lines in logarithms; zero
- * outside.
- * **/
+/** A one-sided power spectral density over frequency: straight lines between points on logarithmic
+axes, zero outside them. **/
 struct Spectrum {
-    std::vector<double> frequencies;  ///< ascending [Hz]; none: everywhere the first density
+    std::vector<double> frequencies;  ///< ascending [Hz]; if empty: the first density, everywhere
     std::vector<double> densities;    ///< [unit²/Hz]
 
     double calcDensity(double frequency) const;
 };
-/** Of densities at ascending frequencies, by the same lines. **/
+/** Integrates densities at ascending frequencies, with the same lines between them. **/
 double integrateSpectrum(const std::vector<double>& frequencies,
                          const std::vector<double>& densities);
 
-/** The whole model. @param about  assembled
-@param form  of its states
-@throws std::runtime_error if the State is no equilibrium and no steady motion, or what is observed
-    follows the speed of an input, with the cure. **/
+/** Linearises the whole model. @param about  an assembled State
+@param form  of the model's states
+@throws std::runtime_error, with the cure, if the State is neither an equilibrium nor a steady
+    motion, or if an output follows the speed of an input. **/
 LinearSystem linearizeModel(const ModelText& text, const ModelOptions& options,
                             const std::shared_ptr<const Model>& model, const Probes& probes,
                             const SimTK::State& about, const std::vector<std::string>& inputs,

@@ -1,7 +1,7 @@
 #pragma once
 /** @file
-What laws of a model file depend on: its probes and states as signals of the motion, with their
-derivatives, and the states' equations.
+Makes the quantities that laws of a model file depend on: probes and states, as signals of the
+motion with their derivatives. Adds the states' equations to the system.
 
     SignalBuilder signals(file, frames, options, system);
     signals.addStates();
@@ -26,7 +26,7 @@ class SignalBuilder {
 public:
     using Locals = std::map<std::string, Signal>;
 
-    /** @param options  those of FMUs, and who is asked whether to go on with them **/
+    /** @param options  how FMUs are run, and the function that decides whether to go on **/
     SignalBuilder(const ModelValue& file, const ModelFrames& frames, const ModelOptions& options,
                   ModelSystem& system);
     ~SignalBuilder();
@@ -37,46 +37,47 @@ public:
     /** Adds the equations of all states, and their names to the system. **/
     void addStates();
 
-    /** What is known of an event, in states of consecutive numbers: how often it has happened, what
-    its name means, and 1 while it waits for its condition to hold, 0 for it to end. **/
+    /** The states of an event, which have consecutive numbers: Count is how often the event has
+    happened, which its name stands for in laws; Waiting is 1 while the event waits for its
+    condition to become true, 0 while it waits for the condition to become false. **/
     enum class EventState { Count, Waiting };
     void addEventStates(const ModelValue& event);
-    /** Number of a state of type `rate`, or of an event's count. @throws ModelError. **/
+    /** Finds the number of a state of type `rate`, or of an event's count. @throws ModelError. **/
     int findState(const ModelValue& name) const;
 
-    /** Of a law that is a comparison: how far it holds, see Formula. **/
+    /** Makes the margin by which a law that is a comparison holds, see Formula. **/
     Signal makeMargin(const ModelValue& condition);
-    /** Of a law, or of a function of time.
-    @throws ModelError if it names what no force can depend on, or depends on itself. **/
+    /** Makes the signal of a law or of a function of time.
+    @throws ModelError if it names a quantity that no force can depend on, or depends on itself. **/
     Signal make(const ModelValue& value, const Locals& locals = {});
 
-    /** A joint by name or {joint:, coordinate:}: its coordinate, which counts turns, and its rate.
-    @param column  which, where the joint has several and `coordinate` is not given
+    /** Coordinate, which counts turns, and rate of a joint given by name or {joint:, coordinate:}.
+    @param column  number of the coordinate if the joint has several and `coordinate` is not given
     @throws ModelError if there is no such coordinate. **/
     std::pair<Joint, int> findCoordinateOf(const ModelValue& joint, int column = -1) const;
     Signal makeCoordinate(const ModelValue& joint, int column = -1);
     Signal makeCoordinateRate(const ModelValue& joint, int column = -1);
 
-    /** On words of laws that mean something and are the names of something else. **/
+    /** Notes on words in laws that have a meaning there and are also names of something else. **/
     const std::vector<std::string>& getNotes() const { return m_notes; }
 
 private:
     class StateEntry;
 
-    /** @throws ModelError if something else that laws know has it. **/
+    /** @throws ModelError if another quantity that laws know has the entry's name. **/
     void checkNewName(const ModelValue& entry) const;
     void addEntry(const ModelValue& entry);
-    /** How a formula is evaluated: itself, or its margin. **/
+    /** Whether a formula gives its own value, or its margin. **/
     enum class Value { Own, Margin };
     Signal compile(const ModelValue& formula, const Locals& locals, Value value = Value::Own);
-    /** A probe whose name is an own quantity of a motor's law, and that measures just this. **/
+    /** Whether a probe that has the name of a motor's own quantity also measures that quantity. **/
     bool isOfSameCoordinate(const std::string& probeName, const ModelValue& law) const;
     void noteSharedWords(const VariableFormula& formula, const ModelValue& law,
                          const std::vector<std::string>& own);
     Signal find(const std::string& name, const ModelValue& law);
-    /** Empty if it is not known. **/
+    /** Empty if the unit is not known. **/
     std::string findUnit(const std::string& name, bool isLocal) const;
-    /** Those of a probe that laws can depend on; else none. **/
+    /** Columns of a probe that laws can depend on; empty for other probes. **/
     std::vector<std::string> listColumns(const ModelValue& probe) const;
     Signal makeOfProbe(const ModelValue& probe, int column);
     Signal makeOfMobilizer(const ModelValue& map, bool isRate);
@@ -88,18 +89,18 @@ private:
     ModelSystem& m_system;
     std::vector<std::unique_ptr<StateEntry>> m_states;
     std::vector<Sampling> m_samplings;
-    std::vector<std::string> m_open;  ///< probes and states that are being made
+    std::vector<std::string> m_open;  ///< probes and states under construction
     std::vector<std::string> m_notes;
 
     struct OfProbe {
         Signal signal;
         double numFormulas;
     };
-    std::map<std::string, OfProbe> m_ofProbes;  ///< that have been made
-    double m_numFormulas = 0;  ///< of what has been made last, counted where they are named
+    std::map<std::string, OfProbe> m_ofProbes;  ///< made so far
+    double m_numFormulas = 0;  ///< in the last signal made; those of a name count at each use
 };
 
-/** The joint's name and number of a joint or {joint:, coordinate:}. **/
+/** Reads a joint, or {joint:, coordinate:}: the joint's name and the coordinate's number. **/
 std::pair<ModelValue, int> readJointCoordinate(const ModelValue& value);
 
 }  // namespace model

@@ -1,1 +1,1 @@
-"""What stress tests share: see harness.py for how they are run."""
+"""Code shared by the stress tests; harness.py runs them."""

@@ -1,7 +1,7 @@
-"""Builds a model file's keys, as seen from another origin, turned, in other units of length and mass, or by other names.
+"""Builds a model file's keys: with another origin, rotated axes, other units of length and mass, or other names.
 
-Everything is given in the units and axes of one nominal mechanism; the View says how the model file shows it. Two models of one
-mechanism by different Views have the same motion, and a Quantity says how a probe's values compare.
+Everything is given in the units and axes of one nominal mechanism; a View says how the model file shows it. Two models
+of one mechanism with different Views have the same motion, and a Quantity says how the values of a probe compare.
 """
 
 import copy
@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-# Names that laws, constants or the program itself use in other places.
+# Names that laws, constants or the program itself also use elsewhere.
 OWN_QUANTITIES = ["speed", "length", "angle", "rate"]
 OTHER_NAMES = ["force", "torque", "position", "velocity", "energy", "work", "gap", "damping", "stiffness", "time", "state", "load",
                "x", "y", "z", "e", "q", "u", "mass", "axis", "norm", "run", "initial"]
@@ -43,13 +43,13 @@ class View:
         return _numbers(self.length * np.asarray(x, float))
 
     def unit(self, mass: int, length: int) -> float:
-        """The factor of a quantity in kg^mass m^length s^n: a force has (1, 1), an energy (1, 2)."""
+        """The factor of a quantity in kg^mass m^length s^n: (1, 1) for a force, (1, 2) for an energy."""
         return self.mass**mass * self.length**length
 
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """What a probe is: its kind, its power of mass and length, and whether axes and origin do not matter."""
+    """A probe's kind, its powers of mass and length, and whether it is independent of axes and origin."""
 
     kind: str  # position, velocity, acceleration, force, energy, discrete, momentum
     mass: int = 0
@@ -78,7 +78,7 @@ class Joint:
     bodies: tuple  # of Body or None (Ground)
     point: np.ndarray
     axis: np.ndarray
-    probes: list = dataclasses.field(default_factory=list)  # names of (coordinate, rate), of one degree of freedom
+    probes: list = dataclasses.field(default_factory=list)  # names of (coordinate, rate), for one degree of freedom
 
     @property
     def freedom(self) -> int:
@@ -87,7 +87,7 @@ class Joint:
 
 @dataclasses.dataclass
 class Conserved:
-    """A momentum that is kept: linear along `axis`, or angular about the axis through `point`."""
+    """A conserved momentum: linear along `axis`, or angular about the axis through `point`."""
 
     kind: str
     axis: np.ndarray
@@ -96,31 +96,31 @@ class Conserved:
 
 @dataclasses.dataclass
 class Facts:
-    """What is true of a mechanism, for checks to know."""
+    """Properties of a mechanism that checks rely on."""
 
     conserved: list = dataclasses.field(default_factory=list)
-    is_conservative: bool = True  # neither loads nor dissipation: T + V is constant
+    is_conservative: bool = True  # no loads and no dissipation: T + V is constant
     is_redundant: bool = False  # reactions are not determined
     has_friction: bool = False
     has_impact: bool = False  # stops
     moves_by_time: bool = False  # a prescribed motion that moves
     has_formula_potential: bool = True  # V is known by formulas
     jumps: list = dataclasses.field(default_factory=list)  # times at which loads or samples jump
-    whole: list = dataclasses.field(default_factory=list)  # probes that are whole numbers
+    whole: list = dataclasses.field(default_factory=list)  # probes whose values are whole numbers
     driven: list = dataclasses.field(default_factory=list)  # (probe, formula of t in Python): a prescribed coordinate
-    counters: list = dataclasses.field(default_factory=list)  # (probe, period): 1 more each period
+    counters: list = dataclasses.field(default_factory=list)  # (probe, period): grows by 1 each period
     potentials: list = dataclasses.field(default_factory=list)  # functions of the probes: potential energy of connectors
     bushings: list = dataclasses.field(default_factory=list)  # probes of their angles
-    springs: list = dataclasses.field(default_factory=list)  # probes of the places of their two ends
+    springs: list = dataclasses.field(default_factory=list)  # probes of the positions of their two ends
     sprung: set = dataclasses.field(default_factory=set)  # joints about whose axes torsion springs act
     actions: dict = dataclasses.field(default_factory=dict)  # event → list of its actions
     has_known_rates: bool = True  # initial speeds are determined by initial rates
-    has_statics: bool = False  # an equilibrium is looked for after the motion
+    has_statics: bool = False  # a static analysis follows the motion
     axis_of_rotation: tuple = (0.0, 1.0, 0.0)  # the model may be turned about it
 
 
 class Names:
-    """Names of what formulas know: dangerous ones, or plain."""
+    """Names of quantities in formulas: dangerous ones, or plain ones."""
 
     def __init__(self, rng: np.random.Generator, plain: bool):
         self._plain = plain
@@ -130,7 +130,7 @@ class Names:
         self._count = 0
 
     def take(self, stands_in_law: bool = False) -> str:
-        """A new name; one that stands in a connector's law is none of the law's own quantities, which win there."""
+        """A new name. In a connector's law it is not one of the law's own quantities, which take precedence there."""
         self._count += 1
         source = self._own if not stands_in_law and self._rng.random() < 0.6 else self._other
         danger = source.pop() if source and self._rng.random() < 0.7 else None
@@ -138,7 +138,7 @@ class Names:
 
 
 class Builder:
-    """A model that grows: its keys, bodies and joints, what its probes are, and what is true of it."""
+    """A model under construction: its keys, bodies and joints, the quantities of its probes, and its facts."""
 
     def __init__(self, view: View, rng_of_names: np.random.Generator):
         self.view = view
@@ -155,11 +155,11 @@ class Builder:
     # ---- values
 
     def number(self, value: float, mass: int = 0, length: int = 0) -> str:
-        """A number as a formula has it."""
+        """A number as text for a formula."""
         return repr(float(value) * self.view.unit(mass, length))
 
     def parameter(self, value: float, mass: int = 0, length: int = 0) -> str:
-        """A value that stands under `parameters`; returns the formula that names it."""
+        """Adds a value to `parameters`; returns the formula that names it."""
         name = self.names.take()
         self.keys["parameters"][name] = float(value) * self.view.unit(mass, length)
         return name
@@ -194,7 +194,7 @@ class Builder:
         return body
 
     def frame(self, body: Body, point, R=None):
-        """A frame at a point of Ground, as placed; of a flexible body it is fixed to the interface near by."""
+        """A frame at a point of Ground, as placed; on a flexible body it is fixed to the nearest interface."""
         turned = {} if R is None else {"rotation": {"quaternion": to_quaternion((self.view.R if body is None else body.R.T) @ R)}}
         if body is None:
             return {"on": "ground", "position": self.view.point(point), **turned}
@@ -208,10 +208,10 @@ class Builder:
     # ---- joints
 
     def add_joint(self, type: str, first: Body, second: Body, point, axis, apart: float = 0, **more) -> Joint:
-        """@param apart  how far along the axis F is from M, as placed"""
+        """@param apart  distance of F from M along the axis, as placed"""
         joint = Joint(f"j{len(self.joints)}", type, (first, second), np.asarray(point), np.asarray(axis))
         entry = {"type": type, "between": [self.frame(first, joint.point - apart * joint.axis), self.frame(second, point)], **more}
-        if type == "universal":   # its two axes stand in the frames
+        if type == "universal":   # its two axes are those of the frames
             R = frame_along(axis, 2)
             entry["between"] = [self.frame(first, point, R), self.frame(second, point, R)]
         elif type in ("pin", "slider", "cylinder", "planar", "screw"):
@@ -255,7 +255,7 @@ class Builder:
         return any(body.bar for body in self.bodies)
 
     def to_dict(self) -> dict:
-        """The keys of the model file, without those that are empty; a copy."""
+        """A copy of the model file's keys, without empty ones."""
         keys = copy.deepcopy({name: value for name, value in self.keys.items() if value != {}})
         initial = {name: value for name, value in keys.pop("initial").items() if value}
         return {**keys, "initial": initial} if initial else keys

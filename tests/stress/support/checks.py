@@ -1,4 +1,4 @@
-"""Checks of a mechanism: each generates texts that name the differences and their size."""
+"""Checks of a mechanism. Each yields texts that name the differences and their size."""
 
 import time
 import warnings
@@ -12,15 +12,15 @@ from .generator import DURATION, ROWS
 from .runs import Case, Run, run_file, run_program
 
 ACCURACY = 1e-6  # of runs [m]
-FINER = 100  # times that of the reference
-LESS_FINER = 10  # of Radau, where it has to converge to the reference, which is of it, too
+FINER = 100  # the accuracy is divided by this for the reference
+LESS_FINER = 10  # the same when Radau must converge to the reference, which is itself Radau's
 FACTOR = 30.0  # of the bounds on errors of methods
-ORDER = {"radau": 3, "bdf": 2, "generalized_alpha": 2}  # by which the error of a step is controlled
-CONVERGENCE = 0.7  # of its order, by which a method has to converge where it is beyond the bound
+ORDER = {"radau": 3, "bdf": 2, "generalized_alpha": 2}  # the order that controls the error of a step
+CONVERGENCE = 0.7  # part of its order with which a method must converge if it exceeds the bound
 START_BOUND = 1e-3  # of kinetic energy at the start
 ROUND_OFF = 1e-9  # of the size of a quantity
 PERTURBATION = 1e-5
-APART, GRAZE = 5e-3, 1e-4  # [m] distance of carts that have left each other, and of those that turn round where they meet
+APART, GRAZE = 5e-3, 1e-4  # [m] distance of carts that have separated; of carts that turn back where they would meet
 FLOORS = {"position": 1.0, "velocity": 1.0, "acceleration": 10.0, "force": 10.0, "energy": 1.0, "momentum": 1.0, "discrete": 1.0,
           "angle": 1.0}
 
@@ -98,7 +98,7 @@ def get_reference(case: Case) -> Run:
 
 
 def grazes(run: Run) -> bool:
-    """Whether carts that have been apart come back to where they meet, and turn round there: whether they meet is round-off."""
+    """Whether separated carts turn back just where they would meet: round-off then decides whether they do."""
     if "xb_minus_xa" not in run:
         return False
     way = scipy.interpolate.CubicSpline(run.time, run.nominal("xb_minus_xa")[:, 0])(np.linspace(run.time[0], run.time[-1], 20001))
@@ -107,7 +107,7 @@ def grazes(run: Run) -> bool:
 
 
 def calc_sensitivity(case: Case) -> float:
-    """Growth of a relative change of the mechanism; infinite if the events differ, or may."""
+    """Growth of a relative change of the mechanism; infinite if the events differ, or might differ."""
     reference = get_reference(case)
     if grazes(reference):
         return np.inf
@@ -122,7 +122,7 @@ def calc_sensitivity(case: Case) -> float:
 
 
 def check_momentum(case: Case):
-    """Momentum about free axes is conserved: as reported by the program, and of rigid bodies from their states."""
+    """Momentum about free axes is conserved: that reported, and that calculated from the states of rigid bodies."""
     run, builder = case.run("main"), case.builder
     if not case.facts.conserved:
         return
@@ -141,7 +141,7 @@ def check_momentum(case: Case):
 
 
 def check_energy(case: Case):
-    """T from states, V from formulas, constant energy balance, constant T + V without external power."""
+    """T follows from states and V from formulas; the balance is constant, and T + V without external power."""
     run, facts = case.run("main"), case.facts
     size = mechanics.calc_energy_size(run)
     kinetic = sum(run[f"{body.name}_T"] for body in case.builder.bodies)
@@ -151,7 +151,7 @@ def check_energy(case: Case):
             yield from _compare_energy(f"kinetic energy of {body.name} by its state", mechanics.calc_kinetic(run, body),
                                        run[f"{body.name}_T"], size, run, ROUND_OFF)
     bound = FACTOR * ACCURACY**0.75 + ACCURACY * mechanics.calc_largest_force(run) / size
-    if case.builder.has_flexible():  # its fast modes die away
+    if case.builder.has_flexible():  # fast modes die away
         bound *= 30 if vibrates_after_impact(case) else 3
     yield from _compare_energy("balance and its start", run["B"], run["B"][0] + 0 * run["B"], size, run, bound)
     if facts.has_formula_potential and not case.builder.has_flexible():
@@ -171,7 +171,7 @@ def _compare_energy(what, value, right, size, run, bound):
 
 
 def check_turns(case: Case):
-    """Angles, with whole turns, are integrals of their rates; driven coordinates follow their functions."""
+    """Angles, including whole turns, are integrals of their rates; driven coordinates follow their functions."""
     run = case.run("main")
     for joint in case.builder.joints:
         if joint.probes and joint.type in ("pin", "slider") and not run.events:
@@ -216,7 +216,7 @@ def check_zero(case: Case):
 
 
 def check_statics(case: Case):
-    """Driven coordinates after a static analysis and in analyses that start from it."""
+    """Driven coordinates keep their turns in a static analysis and in analyses that start from it."""
     if not case.facts.has_statics:
         return
     results = run_file(case.folder / "main.yaml", case.folder / "statics.h5")
@@ -249,7 +249,7 @@ def check_discrete(case: Case):
 
 
 def check_impulse(case: Case):
-    """Speeds just before and after each event, from a session that stops there."""
+    """Speeds just before and after each event obey mechanics; a session stops there to read them."""
     events = [(name, time) for name, time in case.run("main").events if name in case.facts.actions]
     for name, time in events:
         near = [other for other, at in case.run("main").events if 1e-7 < abs(at - time) < 1e-3]
@@ -290,7 +290,7 @@ def check_schemes(case: Case):
 
 
 def vibrates_after_impact(case: Case) -> bool:
-    """Whether a flexible part has an impact or is let go: unresolved modes decay with the damping of each method."""
+    """Whether a flexible part has an impact or is released: unresolved modes then decay as each method damps them."""
     return case.builder.has_flexible() and (case.facts.has_impact or case.facts.has_friction or has_impulses(case) or
                                             acts(case, "release"))
 
@@ -305,13 +305,13 @@ def acts(case: Case, *actions: str) -> bool:
 
 
 def _compare_with_reference(case: Case, run: Run) -> list:
-    """Speeds of vibrating bodies are limited by their fastest mode, so only positions of flexible bodies are compared."""
+    """Compares only positions with flexible bodies: their fastest mode limits the accuracy of speeds."""
     kinds = ("position",) if case.builder.has_flexible() else ("position", "velocity", "energy", "momentum")
     return calc_differences(get_reference(case), run, kinds)
 
 
 def check_rows(case: Case):
-    """Rows every 10 h equal those of every h; steps agree because their maximum does."""
+    """Rows every 10 h equal those every h; the steps agree because both have the same maximum."""
     fine = case.run("main")
     coarse = case.run("coarse", change=lambda keys: keys["analyses"]["run"].update(interval=10 * DURATION / ROWS))
     common = Run.__new__(Run)
@@ -347,9 +347,9 @@ def _are_same_bits(run: Run, other: Run, probes=None) -> bool:
 
 
 def check_views(case: Case):
-    """Changes the origin, axes, and units of length and mass."""
+    """Another origin, other axes, and other units of length and mass change nothing."""
     if not case.facts.has_known_rates:
-        return  # the projection of speeds onto joints weighs speeds, which depend on axes and units
+        return  # the projection onto joints weights speeds, and weights depend on axes and units
     run = case.run("main")
     turn = to_rotation(case.facts.axis_of_rotation, 0.7)
     views = {"moved": View(tuple(map(tuple, turn)), (1.3, -0.4, 2.1))}
@@ -368,7 +368,7 @@ def check_views(case: Case):
 
 
 def check_analyses(case: Case):
-    """Compares all analyses at once, one at a time, and one that is stopped and resumed."""
+    """All analyses at once, one at a time, and stopped and resumed give the same bits."""
     path = case.write("analyses")
     whole = run_file(path, case.folder / "whole.h5")
     for name in case.builder.keys["analyses"]:
@@ -394,7 +394,7 @@ def _compare_analyses(what, whole, other):
 
 
 def _check_resumed(case: Case, path, whole):
-    """A slow probe stops a run at a row, since progress is reported every 50 ms only."""
+    """Stops a run at a row by a slow probe, because progress is reported only every 50 ms."""
     import simflex
 
     calls = iter(range(10**9))

@@ -1,5 +1,5 @@
-"""Commands of the program, ended when they hang. A busy machine makes none hang: what counts is the time of the processor, and
-whether a command stands still."""
+"""Runs commands of the program, and ends those that hang. A busy machine does not count as a hang: the criteria are
+processor time, and whether a command makes no progress at all."""
 
 import os
 import resource
@@ -9,14 +9,14 @@ import tempfile
 import time
 from pathlib import Path
 
-PROCESSOR_SECONDS = 60  # a command that takes more goes on for ever
-STILL_SECONDS = 60  # so does one of which no thread has run, or waited for a processor or a disk, for so long
-PERIOD = 0.05  # [s] between two looks
-WORKING = "RD"  # states of threads, as proc(5) names them
+PROCESSOR_SECONDS = 60  # a command that takes more counts as endless
+STILL_SECONDS = 60  # so does one with no thread running or waiting for a processor or a disk for so long
+PERIOD = 0.05  # [s] between two checks
+WORKING = "RD"  # states of working threads, as named in proc(5)
 
 
 def call(arguments: list, folder: Path, environment: dict, memory: int = resource.RLIM_INFINITY) -> subprocess.CompletedProcess:
-    """Runs a command to its end; the status is None if it hangs, and all of its processes are ended then.
+    """Runs a command to its end. If it hangs, all of its processes are ended and the status is None.
 
     `memory`: largest size of each process [bytes]"""
     limit = (memory, memory)
@@ -35,7 +35,7 @@ def call(arguments: list, folder: Path, environment: dict, memory: int = resourc
 
 
 def _wait(process: subprocess.Popen) -> bool:
-    """Waits until it ends or hangs: whether it ends."""
+    """Waits until the process ends or hangs. Returns whether it ended."""
     used, since = -1.0, time.monotonic()
     while True:
         try:
@@ -50,7 +50,7 @@ def _wait(process: subprocess.Popen) -> bool:
 
 
 def _look(session: int) -> tuple:
-    """Processor time [s] of a session's processes with that of their ended children, and whether a thread of theirs works."""
+    """Processor time [s] of a session's processes and their ended children, and whether any of their threads works."""
     ticks, is_working = 0, False
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -65,5 +65,5 @@ def _look(session: int) -> tuple:
 
 
 def _read_fields(process: Path) -> list:
-    """The fields of proc(5)'s `stat` from the state on."""
+    """The fields of `stat` in proc(5), beginning with the state."""
     return (process / "stat").read_text(errors="replace").rpartition(")")[2].split()

@@ -1,4 +1,4 @@
-"""What files hold, but for what the clock and the folder have put into them."""
+"""Content of files, except for what depends on the clock and the folder."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import numpy as np
 
 
 def read_content(file: Path):
-    """Bytes; of an HDF5 file all that it holds but for the time that it took and where the model was."""
+    """The bytes of a file; of an HDF5 file, all content except the time taken and the path of the model."""
     if file.suffix != ".h5":
         return file.read_bytes()
     content = {}

@@ -1,8 +1,9 @@
-"""Random mechanisms: trees and loops of rigid and flexible bodies, and all that acts in them.
+"""Random mechanisms: trees and loops of rigid and flexible bodies, with the forces, motions and events in them.
 
-A mechanism is a function of (seed, index): `make(seed, index, view)` draws the same one for every View. Bodies hang on each other
-as placed (joints are closed to round-off), loops take no more freedom than their bodies have, and what would have no answer is
-not made: no mechanism is over-constrained, none moves by more than some metres a second.
+A mechanism is a function of (seed, index): `make(seed, index, view)` draws the same one for every View. Bodies are
+connected as placed (joints are closed to round-off), and loops remove no more freedom than their bodies have.
+Mechanisms without a definite answer are not made: none is over-constrained, and none moves by more than some metres a
+second.
 """
 
 import numpy as np
@@ -112,7 +113,7 @@ def _close_loops(b: Builder, rng, tips, with_ground: bool) -> None:
     kind = rng.choice(["none", "rod", "plane", "coupler", "gear"])
     single = [joint for joint in b.joints if joint.type == "pin" and (with_ground or joint.bodies[0] is not None)]
     mobilizers = [body["mobilizer"]["type"] for body in b.keys["bodies"].values() if "mobilizer" in body]
-    if "weld" in mobilizers + [joint.type for joint in b.joints]:  # there may be no freedom to take
+    if "weld" in mobilizers + [joint.type for joint in b.joints]:  # there may be no freedom to remove
         return
     if kind == "rod" and len(tips) >= 3:
         anchor = tips[0][3] + rng.normal(size=3)
@@ -155,7 +156,7 @@ def _make_tree(b: Builder, rng) -> None:
 
 
 def _make_isolated(b: Builder, rng) -> None:
-    """Bodies without external loads, free or on one joint: momentum about its free axes is conserved for any internal forces."""
+    """Bodies without external loads, free or on one joint: internal forces conserve momentum about free axes."""
     type = str(rng.choice(["free", "pin", "pin", "slider", "cylinder", "planar", "ball"]))
     point, axis = rng.uniform(-0.5, 0.5, 3), _unit_vector(rng)
     mobilizer = None
@@ -247,7 +248,7 @@ def _make_slider_crank(b: Builder, rng) -> None:
 
 
 def _make_carts(b: Builder, rng) -> None:
-    """Carts on one rail that are coupled, released and caught again where they meet, on springs, under loads and motors."""
+    """Coupled carts on a rail, on springs, under loads and motors; released, and coupled again where they meet."""
     axis = X
     carts = [_add_rigid_bar(b, rng, [0, 0, 0.1 * k], [0.2, 0.1, 0.1 * k]) for k in range(2)]
     rails = [b.add_joint("slider", None, cart, cart.x, axis) for cart in carts]
@@ -277,7 +278,7 @@ def _make_carts(b: Builder, rng) -> None:
 
 
 def _make_winch(b: Builder, rng) -> None:
-    """A driven drum makes several turns and winds up the rope of a load; the following static analyses preserve its turns."""
+    """A driven drum makes several turns and winds up the rope of a load; later static analyses keep its turns."""
     b.set_gravity([0, -9.8, 0])
     drum = _add_rigid_bar(b, rng, [0, 0, 0], [0.2, 0, 0])
     load = _add_rigid_bar(b, rng, [0.5, -1, 0], [0.5, -1.2, 0])
@@ -482,7 +483,7 @@ def _is_driven(b: Builder, joint) -> bool:
 
 
 def _add_states(b: Builder, rng) -> None:
-    """States that watch or count."""
+    """States that observe quantities or count."""
     if rng.random() < 0.5:
         period = float(rng.choice([0.007, 0.01, 0.013]))
         counter = b.names.take()
@@ -556,7 +557,7 @@ def _add_rates(b: Builder, rng) -> None:
 
 
 def _are_rates_known(b: Builder) -> bool:
-    """Whether the initial rates determine all speeds, so that the projection onto joints, whose weights depend on units, changes none."""
+    """Whether initial rates determine all speeds, so that projection, whose weights depend on units, changes none."""
     rated = b.keys["initial"]["rates"]
     has_mobilizers = any("mobilizer" in body for body in b.keys["bodies"].values())
     return not (rated or b.facts.moves_by_time) or not has_mobilizers and all(
@@ -564,7 +565,7 @@ def _are_rates_known(b: Builder) -> bool:
 
 
 def _drop_released(b: Builder) -> None:
-    """Coordinates of released joints are undefined from there on: they and their dependents are not compared."""
+    """Coordinates of released joints are undefined after the release: they and their dependents are not compared."""
     released = {action["release"] for actions in b.facts.actions.values() for action in actions if "release" in action}
     for joint in b.joints:
         if joint.name in released:
@@ -594,7 +595,7 @@ def _add_probes(b: Builder) -> None:
             if joint.type not in ("ball", "rod", "point_in_plane"):
                 b.probe(f"{joint.name}_t", {"reaction": joint.name, "part": "torque", "component": "norm"}, "force", 1, 2)
     for joint in b.joints:
-        if joint.probes:   # a probe by a name that laws know, which is nobody's
+        if joint.probes:   # a probe that has a name used in laws but is referred to by none
             b.keys["probes"][b.names.take()] = {"coordinate": joint.name}
             break
     for kind in ("kinetic", "potential", "work", "balance"):

@@ -1,6 +1,6 @@
-"""Binary glTF as its specification defines it, read with nothing of simflex.
+"""Reads binary glTF according to its specification, without any code of simflex.
 
-    scene = gltf.Animation(path)     # ValueError: it breaks a rule
+    scene = gltf.Animation(path)     # ValueError if the file breaks a rule
     points, nodes = scene.place(number, frame)
 
 Khronos: glTF 2.0 Specification, https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
@@ -56,7 +56,7 @@ class Animation:
         return values
 
     def check(self):
-        """What the specification demands of meshes, nodes and animations."""
+        """Checks what the specification requires of meshes, nodes and animations."""
         accessors = self.json["accessors"]
         for mesh in self.json["meshes"]:
             for primitive in mesh["primitives"]:
@@ -113,7 +113,7 @@ class Animation:
         return None, None
 
     def place(self, number, frame):
-        """Vertices of a node's mesh in the scene, and the numbers of their nodes."""
+        """Vertices of a scene node's mesh, in the axes of the scene, and their numbers in the finite element mesh."""
         node = self.json["nodes"][number]
         mesh = self.json["meshes"][node["mesh"]]
         primitive = mesh["primitives"][0]

@@ -4,8 +4,9 @@
     if __name__ == "__main__":
         harness.main(__doc__, "mechanisms", try_case, count=100, limit=120)
 
-A case is a function of seed and index alone, so that `--index` repeats one. What a failed case leaves in its folder is kept
-in build/stress/NAME; the folders of others are removed. The last line is '37 passed, 0 failed', the exit status 1 if any failed.
+A case is a function of seed and index alone, so `--index` repeats one. The folder of a failed case is kept in
+build/stress/NAME; those of other cases are removed. The last line is like '37 passed, 0 failed'; the exit status is 1
+if any case failed.
 """
 
 import argparse
@@ -24,14 +25,14 @@ from pathlib import Path
 
 @dataclasses.dataclass
 class Outcome:
-    """What came of a case: what differs, by how much; and what was tried or refused, counted over all cases."""
+    """Result of a case: its failures, and counts of what was tried or refused, which are summed over all cases."""
 
     failures: list[str] = dataclasses.field(default_factory=list)
     counts: collections.Counter = dataclasses.field(default_factory=collections.Counter)
     title: str = ""
 
     def fail(self, check: str, text: str) -> None:
-        """Adds a failure; `check` names the kind, as 'energy'."""
+        """Adds a failure; `check` names its kind, such as 'energy'."""
         self.failures.append(f"{check}: {text}")
 
 
@@ -55,7 +56,7 @@ class Worker:
         self.pipe.send((seed, index, self.folder))
 
     def calc_seconds(self) -> float:
-        """Time of the processor that the case has taken: a busy machine makes no difference."""
+        """Processor time that the case has taken, which a busy machine does not change."""
         return self._read_processor_time() - self.used
 
     def _read_processor_time(self) -> float:
@@ -66,7 +67,7 @@ class Worker:
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def receive(self) -> Outcome:
-        """The outcome of a case that has ended, be it by the end of its process."""
+        """The outcome of a case that has ended, even if its process ended with it."""
         try:
             return self.pipe.recv()
         except EOFError:
@@ -87,7 +88,7 @@ class Worker:
 
 
 def _work(try_case, pipe, log: Path) -> None:
-    """The loop of a worker; what is written to its standard output and error goes to `log`."""
+    """The loop of a worker; its standard output and error go to `log`."""
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
     os.dup2(file, 1)
     os.dup2(file, 2)
@@ -123,10 +124,10 @@ def parse(description: str, name: str, count: int) -> argparse.Namespace:
 
 
 def main(description: str, name: str, try_case, *, count: int, limit: float, prepare=None) -> None:
-    """Tries cases as the command line says and exits.
+    """Tries the cases that the command line selects, and exits.
 
-    `limit`: seconds of the processor after which a case counts as hanging; `prepare` is called once with the folder FOLDER/parts, which cases
-    find as ../parts."""
+    `limit`: processor time [s] after which a case counts as hanging.
+    `prepare`: called once with the folder FOLDER/parts, which cases find as ../parts."""
     arguments = parse(description, name, count)
     indices = ([arguments.index] if arguments.index is not None
                else list(range(arguments.first, arguments.first + arguments.count)))

@@ -1,4 +1,4 @@
-"""What mechanics says of a run, calculated here from the states of bodies and the formulas of the model alone."""
+"""Laws of mechanics for a run, evaluated only from the states of bodies and the formulas of the model."""
 
 import math
 
@@ -6,15 +6,15 @@ import numpy as np
 
 from .runs import Run
 
-WINDOW = 1e-5  # [s] between the looks at speeds before and after an event
-WINDOW_OF_FLEXIBLE = 1e-7  # of what vibrates, from impacts before too
+WINDOW = 1e-5  # [s] between samples of the speeds before and after an event
+WINDOW_OF_FLEXIBLE = 1e-7  # the same with flexible bodies, which may still vibrate from earlier impacts
 
 
 # ---- rigid bodies
 
 
 def calc_rotations(angles: np.ndarray) -> np.ndarray:
-    """n×3×3 of body-fixed x-y-z angles, n×3."""
+    """Rotations (n×3×3) from body-fixed x-y-z angles (n×3)."""
     c, s = np.cos(angles), np.sin(angles)
     zero, one = np.zeros(len(angles)), np.ones(len(angles))
     Rx = np.array([[one, zero, zero], [zero, c[:, 0], -s[:, 0]], [zero, s[:, 0], c[:, 0]]])
@@ -24,7 +24,7 @@ def calc_rotations(angles: np.ndarray) -> np.ndarray:
 
 
 class BodyMotion:
-    """Centre of mass, its velocity, angular velocity, inertia about it in Ground's axes: n rows each."""
+    """Centre of mass, its velocity, the angular velocity, and the inertia about it in Ground's axes: n rows each."""
 
     def __init__(self, rows, body, view):
         name = body.name
@@ -60,13 +60,13 @@ def calc_momentum(run: Run):
 
 
 def calc_momentum_size(run: Run) -> float:
-    """What momenta of single bodies amount to."""
+    """Size of the momenta of single bodies."""
     mass = sum(body.mass for body in run.builder.bodies)
     return max(1.0, math.sqrt(2 * mass * float(np.max(run["K"]))))
 
 
 def project_momentum(conserved, linear, angular) -> np.ndarray:
-    """The component of momentum that a free axis keeps."""
+    """The component of momentum that is conserved about a free axis."""
     if conserved.kind == "linear":
         return linear @ conserved.axis
     return (angular - np.cross(conserved.point, linear)) @ conserved.axis
@@ -82,14 +82,14 @@ def calc_energy_size(run: Run) -> float:
 
 
 def calc_largest_force(run: Run) -> float:
-    """Of weight on Earth and what joints transmit [N]; an error of the accuracy moves it, and no step resolves vibrations of a
-    flexible part that are smaller."""
+    """Largest of the weight on Earth and the forces in joints [N]. It does work on an error as large as the accuracy,
+    and no step resolves smaller vibrations of a flexible part."""
     weight = 9.8 * sum(body.mass for body in run.builder.bodies) * run.builder.view.unit(1, 1)
     return max([weight] + [np.abs(run[f"{joint.name}_f"]).max() for joint in run.builder.joints if f"{joint.name}_f" in run])
 
 
 def calc_potential(run: Run) -> np.ndarray:
-    """Weight and connectors, by formulas."""
+    """Potential energy of weight and connectors, by formulas."""
     view, gravity = run.builder.view, run.builder.keys.get("gravity", [0, 0, 0])
     potential = np.zeros(len(run.time))
     for body in run.builder.bodies:
@@ -102,7 +102,7 @@ def calc_potential(run: Run) -> np.ndarray:
 
 
 def evaluate(formula: str, times: np.ndarray) -> np.ndarray:
-    """A formula of t as the model file has it."""
+    """Values of a formula of t, written as in the model file."""
     known = {"cos": np.cos, "sin": np.sin, "step": _step, "t": times, "__builtins__": {}}
     return np.broadcast_to(eval(formula, known), times.shape)
 
@@ -114,7 +114,7 @@ def _step(t, t0, y0, t1, y1):
 
 
 def integrate(values: np.ndarray, h: float) -> np.ndarray:
-    """Integral from the first row to each: cubic through four neighbours."""
+    """Integral from the first row to each row, by cubics through four neighbours."""
     n = len(values)
     parts = np.zeros(n)
     for k in range(1, n):
@@ -136,13 +136,13 @@ def _look(session, builder) -> dict:
 
 
 def _extrapolate(looks: list) -> dict:
-    """By a parabola: looks at one, two and three windows from the event."""
+    """Extrapolates to the event by a parabola through samples one, two and three windows away from it."""
     near, middle, far = looks
     return {name: 3 * near[name] - 3 * middle[name] + far[name] for name in near}
 
 
 def look_at_event(case, time: float):
-    """Quantities just before and after an event, extrapolated to it from three looks on each side; None where it does not happen."""
+    """Quantities just before and after an event, from three samples on each side; None if it does not happen there."""
     import warnings
 
     import simflex
@@ -164,7 +164,7 @@ def look_at_event(case, time: float):
 
 
 def check_impulse(case, name: str, time: float, actions: list):
-    """Energy and momentum over an event; texts of what is wrong."""
+    """Checks energy and momentum across an event. Yields texts of what is wrong."""
     looks = look_at_event(case, time)
     if looks is None:
         return
@@ -190,7 +190,7 @@ def check_impulse(case, name: str, time: float, actions: list):
 
 
 def calc_energy_of_change(before: dict, after: dict, builder) -> float:
-    """Kinetic energy of the speeds' change: what an inelastic impact takes away where no constraint moves."""
+    """Kinetic energy of the change of speeds, which an inelastic impact dissipates if no constraint moves."""
     energy = 0.0
     for body in builder.bodies:
         old, new = BodyMotion(before, body, builder.view), BodyMotion(after, body, builder.view)

@@ -24,7 +24,7 @@ BARS = [Bar("soft", 0.5, 0.02, 6, 4e8, 1500, False), Bar("stiff", 0.3, 0.02, 4, 
 
 
 def write_deck(bar: Bar, path: Path) -> None:
-    """Bricks of 8 nodes in a row, centred on the x axis."""
+    """Writes a deck of 8-node bricks in a row, centred on the x axis."""
     lines, near, far = ["*NODE"], [], []
     for i in range(bar.elements + 1):
         for z in range(2):
@@ -45,7 +45,7 @@ def write_deck(bar: Bar, path: Path) -> None:
 
 
 def reduce_bars(folder: Path) -> None:
-    """Writes NAME.h5 of all bars into a folder, unless they are there."""
+    """Writes NAME.h5 for each bar into a folder, unless it is already there."""
     import simflex
 
     for bar in BARS:

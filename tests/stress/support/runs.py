@@ -1,4 +1,4 @@
-"""Runs of one mechanism: by other views, settings, analyses; kept by name, so that checks share them."""
+"""Runs of one mechanism with other views, settings and analyses. They are kept by name, so that checks share them."""
 
 import os
 import subprocess
@@ -13,7 +13,7 @@ from .builder import Builder, View
 
 
 class Run:
-    """Rows of probes of one analysis, in the units of the view that it was run by."""
+    """Rows of the probes of one analysis, in the units of its view."""
 
     def __init__(self, analysis, builder: Builder):
         self.builder = builder
@@ -34,21 +34,21 @@ class Run:
         return iter(self._rows)
 
     def nominal(self, probe: str) -> np.ndarray:
-        """Rows of a probe in the units of the nominal mechanism, n×columns."""
+        """Rows of a probe in the units of the nominal mechanism (n×columns)."""
         quantity = self.builder.quantities[probe]
         rows = self._rows[probe] / self.builder.view.unit(quantity.mass, quantity.length)
         return rows.reshape(len(self.time), -1)
 
 
 class _Dumper(yaml.SafeDumper):
-    """Lists and maps without further ones in one line, no anchors."""
+    """Writes lists and maps without nested ones on one line, and no anchors."""
 
     def ignore_aliases(self, data):
         return True
 
 
 class Case:
-    """A mechanism of (seed, index), and the runs that have been made of it."""
+    """The mechanism of (seed, index), and the runs made of it so far."""
 
     def __init__(self, seed: int, index: int, folder: Path):
         self.seed, self.index, self.folder = seed, index, folder
@@ -66,7 +66,7 @@ class Case:
         return path
 
     def run(self, tag: str, view: View = None, change=None) -> Run:
-        """The analysis `run`, done once for each tag."""
+        """Results of the analysis `run`, which is done once for each tag."""
         if tag not in self._runs:
             builder = generator.make(self.seed, self.index, view) if view else self.builder
             results = run_file(self.write(tag, builder, change), self.folder / f"{tag}.h5", ["run"])
@@ -75,7 +75,7 @@ class Case:
 
 
 def run_file(path: Path, output: Path, analyses=(), **more):
-    """Runs a model file; its warnings stay with its results."""
+    """Runs a model file. Warnings are kept only in the results."""
     import simflex
 
     with warnings.catch_warnings():
@@ -84,5 +84,5 @@ def run_file(path: Path, output: Path, analyses=(), **more):
 
 
 def run_program(*arguments, folder: Path) -> subprocess.CompletedProcess:
-    """The program `simflex`, which SIMFLEX_PROGRAM names."""
+    """Runs the program `simflex`, which SIMFLEX_PROGRAM names."""
     return commands.call([os.environ["SIMFLEX_PROGRAM"], *map(str, arguments)], folder, {})
