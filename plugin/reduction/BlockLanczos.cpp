@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <random>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "simflex/base/Chunk.h"
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/ParallelFor.h"
 
@@ -30,50 +32,93 @@ constexpr Index ChunkRows = 512;             // rows that fit into the cache
 constexpr Index VectorWorthThreads = 20000;  // rows worth starting threads for
 constexpr Index Sums = 64;                   // partial sums of consecutive chunks
 
-/** The basis V and its operations, in chunks of rows. **/
+/** Consecutive rows. **/
+struct Rows {
+    Index begin, end;
+};
+
+/** Calls visit(number of columns of V as a constant, their first, first column of W, number of
+columns of W) for panels of V and W that stay in registers. **/
+template <class Visit>
+void forPanels(const Vectors& V, const Vectors& W, const Visit& visit) {
+    const auto forColumns = [&](auto count, Index column) {
+        for (Index j = 0; j < W.cols(); j += ChunkSize)
+            visit(count, column, j, int(std::min<Index>(ChunkSize, W.cols() - j)));
+    };
+    Index column = 0;
+    for (; column + ChunkSize <= V.cols(); column += ChunkSize)
+        forColumns(std::integral_constant<int, ChunkSize>(), column);
+    for (; column < V.cols(); ++column) forColumns(std::integral_constant<int, 1>(), column);
+}
+
+/** Adds VᵀW, summed over some rows, to the rows of S from `first` on. **/
+void addTransposed(const Vectors& V, const Vectors& W, Rows rows, Vectors& S, Index first = 0) {
+    forPanels(V, W, [&](auto count, Index column, Index j, int width) {
+        const Index strideV = V.cols(), strideW = W.cols();
+        const double *v = V.data() + rows.begin * strideV + column,
+                     *w = W.data() + rows.begin * strideW + j;
+        Chunk sums[count];
+        for (int c = 0; c < count; ++c) sums[c] = loadChunk(&S(first + column + c, j), width);
+        for (Index row = rows.begin; row < rows.end; ++row, v += strideV, w += strideW) {
+            const Chunk values = loadChunk(w, width);
+            for (int c = 0; c < count; ++c) sums[c] += v[c] * values;
+        }
+        for (int c = 0; c < count; ++c) storeChunk(sums[c], &S(first + column + c, j), width);
+    });
+}
+
+/** Adds V S to some rows of W; S has the rows of another matrix from `first` on. **/
+void addProduct(const Vectors& V, const Vectors& S, Rows rows, Vectors& W, Index first = 0) {
+    forPanels(V, W, [&](auto count, Index column, Index j, int width) {
+        const Index strideV = V.cols(), strideW = W.cols();
+        const double* v = V.data() + rows.begin * strideV + column;
+        double* w = W.data() + rows.begin * strideW + j;
+        Chunk factors[count];
+        for (int c = 0; c < count; ++c) factors[c] = loadChunk(&S(first + column + c, j), width);
+        for (Index row = rows.begin; row < rows.end; ++row, v += strideV, w += strideW) {
+            Chunk sum = loadChunk(w, width);
+            for (int c = 0; c < count; ++c) sum += v[c] * factors[c];
+            storeChunk(sum, w, width);
+        }
+    });
+}
+
+/** The basis V, block by block, and its operations, in chunks of rows. **/
 class Basis {
 public:
-    Basis(Index size, Index capacity) : m_V(size, capacity) {}
+    explicit Basis(Index size) : m_size(size) {}
 
-    Index size() const { return m_V.rows(); }
     Index count() const { return m_count; }
-    Index capacity() const { return m_V.cols(); }
 
-    void grow(Index capacity) { m_V.conservativeResize(Eigen::NoChange, capacity); }
-
-    void append(const MatrixXd& block) {
-        m_V.middleCols(m_count, block.cols()) = block;
+    void append(Vectors block) {
         m_count += block.cols();
+        m_blocks.push_back(std::move(block));
     }
 
     /** W ← W − V VᵀW, twice. The first pass uses the columns from `from` on: W contains only
     round-off of the others. @returns the coefficients removed, count×k. **/
-    MatrixXd orthogonalize(MatrixXd& W, Index from = 0) const {
-        const auto V = m_V.leftCols(m_count), near = m_V.middleCols(from, m_count - from);
-        const MatrixXd first =
-            sum(near.cols(), W.cols(), [&](Index row, Index rows, MatrixXd& part) {
-                part.noalias() += near.middleRows(row, rows).transpose() * W.middleRows(row, rows);
-            });
-        MatrixXd second = sum(m_count, W.cols(), [&](Index row, Index rows, MatrixXd& part) {
-            W.middleRows(row, rows).noalias() -= near.middleRows(row, rows) * first;
-            part.noalias() += V.middleRows(row, rows).transpose() * W.middleRows(row, rows);
+    MatrixXd orthogonalize(Vectors& W, Index from = 0) const {
+        const Vectors first = sum(m_count, W.cols(), [&](Rows rows, Vectors& part) {
+            addTransposedBasis(from, W, rows, part);
         });
-        forChunks([&](Index row, Index rows) {
-            W.middleRows(row, rows).noalias() -= V.middleRows(row, rows) * second;
+        const Vectors minusFirst = -first;
+        const Vectors second = sum(m_count, W.cols(), [&](Rows rows, Vectors& part) {
+            addBasisProduct(from, minusFirst, rows, W);
+            addTransposedBasis(0, W, rows, part);
         });
-        second.bottomRows(near.cols()) += first;
-        return second;
+        const Vectors minusSecond = -second;
+        forChunks([&](Rows rows) { addBasisProduct(0, minusSecond, rows, W); });
+        return first + second;
     }
 
     /** Orthonormalises W, W = Q B, while keeping it orthogonal to V; directions shorter than
     `shortest` are dropped. @returns B. **/
-    MatrixXd orthonormalize(MatrixXd& W, double shortest) const {
+    MatrixXd orthonormalize(Vectors& W, double shortest) const {
         MatrixXd B = MatrixXd::Identity(W.cols(), W.cols());
         for (int pass = 0; W.cols() > 0; ++pass) {
             const Index width = W.cols();
-            MatrixXd gram = sum(width, width, [&](Index row, Index rows, MatrixXd& part) {
-                part.noalias() += W.middleRows(row, rows).transpose() * W.middleRows(row, rows);
-            });
+            MatrixXd gram = sum(width, width,
+                                [&](Rows rows, Vectors& part) { addTransposed(W, W, rows, part); });
             const VectorXd norms = gram.diagonal().cwiseSqrt();
             const VectorXd scale = norms.unaryExpr([](double x) { return x > 0 ? 1 / x : 0.0; });
             gram = scale.asDiagonal() * gram * scale.asDiagonal();
@@ -90,11 +135,9 @@ public:
             const VectorXd root = lambda.tail(kept).cwiseSqrt();
             const MatrixXd toQ = scale.asDiagonal() * U * root.cwiseInverse().asDiagonal();
             B = root.asDiagonal() * U.transpose() * norms.asDiagonal() * B;
-            forChunks([&](Index row, Index rows) {
-                const MatrixXd part = W.middleRows(row, rows) * toQ;
-                W.block(row, 0, rows, kept) = part;
+            W = calcProduct(kept, [&, factors = Vectors(toQ)](Rows rows, Vectors& result) {
+                addProduct(W, factors, rows, result);
             });
-            W.conservativeResize(Eigen::NoChange, kept);
             const bool good = dropped == 0 && lambda[0] > IllScaled &&
                               norms.minCoeff() > std::sqrt(IllScaled) * longest;
             if (kept == 0 || (pass > 0 && good)) break;
@@ -105,63 +148,109 @@ public:
     }
 
     /** V S. **/
-    MatrixXd combine(const MatrixXd& S) const {
-        const auto V = m_V.leftCols(m_count);
-        MatrixXd result(size(), S.cols());
-        forChunks([&](Index row, Index rows) {
-            result.middleRows(row, rows).noalias() = V.middleRows(row, rows) * S;
+    Vectors combine(const MatrixXd& S) const {
+        return calcProduct(S.cols(), [&, factors = Vectors(S)](Rows rows, Vectors& result) {
+            addBasisProduct(0, factors, rows, result);
+        });
+    }
+
+    /** V ← V S, in place. **/
+    void replaceBy(const MatrixXd& S) {
+        forChunks([&](Rows rows) {
+            const Index count = rows.end - rows.begin;
+            Vectors part = Vectors::Zero(count, S.cols());
+            forBlocks(0, [&](const Vectors& V, Index at) {
+                part.noalias() += V.middleRows(rows.begin, count) * S.middleRows(at, V.cols());
+            });
+            Index at = 0;
+            for (Vectors& V : m_blocks) {
+                const Index width = std::min(V.cols(), S.cols() - at);
+                if (width <= 0) break;
+                V.block(rows.begin, 0, count, width) = part.middleCols(at, width);
+                at += V.cols();
+            }
+        });
+        m_count = 0;
+        std::vector<Vectors> blocks;
+        blocks.swap(m_blocks);
+        for (Vectors& V : blocks) {
+            const Index width = std::min(V.cols(), S.cols() - m_count);
+            if (width == 0) break;
+            if (width < V.cols()) V = V.leftCols(width).eval();
+            append(std::move(V));
+        }
+    }
+
+private:
+    int chooseThreads() const { return m_size >= VectorWorthThreads ? omp_get_max_threads() : 1; }
+
+    Index numChunks() const { return (m_size + ChunkRows - 1) / ChunkRows; }
+    Rows rowsOf(Index chunk) const {
+        return {chunk * ChunkRows, std::min((chunk + 1) * ChunkRows, m_size)};
+    }
+
+    template <class Work>
+    void forChunks(const Work& work) const {
+        parallelFor(numChunks(), chooseThreads(), [&](Index chunk) { work(rowsOf(chunk)); });
+    }
+
+    /** Returns what `add` adds to the rows of a matrix. **/
+    template <class Add>
+    Vectors calcProduct(Index numColumns, const Add& add) const {
+        Vectors result(m_size, numColumns);
+        forChunks([&](Rows rows) {
+            result.middleRows(rows.begin, rows.end - rows.begin).setZero();
+            add(rows, result);
         });
         return result;
     }
 
-    /** V ← V S. **/
-    void replaceBy(const MatrixXd& S) {
-        forChunks([&](Index row, Index rows) {
-            const MatrixXd part = m_V.block(row, 0, rows, m_count) * S;
-            m_V.block(row, 0, rows, S.cols()) = part;
-        });
-        m_count = S.cols();
+    /** Calls work(block, its first column) for the blocks from column `from` on. **/
+    template <class Work>
+    void forBlocks(Index from, const Work& work) const {
+        Index column = 0;
+        for (const Vectors& V : m_blocks) {
+            if (column >= from) work(V, column);
+            column += V.cols();
+        }
     }
 
-private:
-    int chooseThreads() const { return size() >= VectorWorthThreads ? omp_get_max_threads() : 1; }
-
-    template <class Work>
-    void forChunks(const Work& work) const {
-        const Index numChunks = (size() + ChunkRows - 1) / ChunkRows;
-        parallelFor(numChunks, chooseThreads(), [&](Index chunk) {
-            const Index row = chunk * ChunkRows;
-            work(row, std::min(ChunkRows, size() - row));
-        });
+    /** Adds VᵀW of some rows to S, with the columns of V from `from` on. **/
+    void addTransposedBasis(Index from, const Vectors& W, Rows rows, Vectors& S) const {
+        forBlocks(from, [&](const Vectors& V, Index at) { addTransposed(V, W, rows, S, at); });
     }
 
+    /** Adds V S to some rows of W, with the columns of V from `from` on. **/
+    void addBasisProduct(Index from, const Vectors& S, Rows rows, Vectors& W) const {
+        forBlocks(from, [&](const Vectors& V, Index at) { addProduct(V, S, rows, W, at); });
+    }
+
+    /** Adds up a matrix over all rows, in a fixed order. **/
     template <class Work>
-    MatrixXd sum(Index numRows, Index numColumns, const Work& work) const {
-        const Index numChunks = (size() + ChunkRows - 1) / ChunkRows,
-                    numSums = std::min(Sums, numChunks);
-        std::vector<MatrixXd> parts(static_cast<size_t>(numSums));
+    Vectors sum(Index numRows, Index numColumns, const Work& work) const {
+        const Index numSums = std::min(Sums, numChunks());
+        std::vector<Vectors> parts(static_cast<size_t>(numSums));
         parallelFor(numSums, chooseThreads(), [&](Index k) {
-            MatrixXd part = MatrixXd::Zero(numRows, numColumns);
-            const Index end = (k + 1) * numChunks / numSums;
-            for (Index chunk = k * numChunks / numSums; chunk < end; ++chunk) {
-                const Index row = chunk * ChunkRows;
-                work(row, std::min(ChunkRows, size() - row), part);
-            }
+            Vectors part = Vectors::Zero(numRows, numColumns);
+            const Index end = (k + 1) * numChunks() / numSums;
+            for (Index chunk = k * numChunks() / numSums; chunk < end; ++chunk)
+                work(rowsOf(chunk), part);
             parts[size_t(k)] = std::move(part);
         });
         for (size_t k = 1; k < parts.size(); ++k) parts[0] += parts[k];
         return parts[0];
     }
 
-    MatrixXd m_V;  // memory of columns from m_count on is not touched
+    const Index m_size;
+    std::vector<Vectors> m_blocks;
     Index m_count = 0;
 };
 
 /** Reproducible pseudo-random numbers in −½…½, the same on all platforms. **/
 class RandomBlock {
 public:
-    MatrixXd make(Index size, Index width) {
-        MatrixXd block(size, width);
+    Vectors make(Index size, Index width) {
+        Vectors block(size, width);
         for (Index k = 0; k < block.size(); ++k)
             block.data()[k] = double(m_generator() >> 11) * 0x1p-53 - 0.5;
         return block;
@@ -220,11 +309,12 @@ Verdict judge(const Ritz& ritz, const ModeRange& range, double accuracy, Index b
 Eigenpairs solveDensely(const SymmetricOperator& C, const ModeRange& range,
                         const std::string& phase, const ProgressCallback& progress) {
     const Index size = C.size(), width = 32;
-    MatrixXd full(size, size), Y;
+    MatrixXd full(size, size);
+    Vectors Y;
     for (Index k = 0; k < size; k += width) {
         reportProgress(progress, phase, double(k) / double(size));
         const Index columns = std::min(width, size - k);
-        MatrixXd X = MatrixXd::Zero(size, columns);
+        Vectors X = Vectors::Zero(size, columns);
         X.middleRows(k, columns).setIdentity();
         C.apply(X, Y);
         full.middleCols(k, columns) = Y;
@@ -262,9 +352,10 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
     if (bounded) capacity = std::max<Index>(capacity, range.count + 8 * blockSize);
     capacity = std::min(capacity, size);
 
-    Basis basis(size, capacity);
+    Basis basis(size);
     RandomBlock random;
-    MatrixXd T(0, 0), W = random.make(size, blockSize), Y;
+    MatrixXd T(0, 0);
+    Vectors W = random.make(size, blockSize);
     basis.orthonormalize(W, 0);
     Eigenpairs result;
     VectorXd found;                                                   // values before the last
@@ -276,9 +367,10 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
     for (;;) {
         // One step: append the block W to V and replace it by C W orthogonalised against V.
         const Index width = W.cols(), before = basis.count();
-        basis.append(W);
-        C.apply(W, Y);
-        W.swap(Y);
+        Vectors CW;
+        C.apply(W, CW);
+        basis.append(std::move(W));
+        W.swap(CW);
         numApplied += width;
         ++result.numBlocks;
         ++sinceFresh;
@@ -320,10 +412,8 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
             if (++numRestarts > MostRestarts)
                 throw std::runtime_error("Lanczos did not converge in " +
                                          std::to_string(MostRestarts) + " restarts");
-            if (verdict.numFound > capacity / 2 && capacity < size) {
+            if (verdict.numFound > capacity / 2 && capacity < size)
                 capacity = std::min(2 * capacity, size);
-                basis.grow(capacity);
-            }
             const Index wanted = bounded ? std::max<Index>(range.count, verdict.numFound)
                                          : verdict.numFound,
                         room = capacity - 4 * blockSize;
@@ -337,7 +427,7 @@ Eigenpairs calcLargestEigenpairs(const SymmetricOperator& C, const ModeRange& ra
         if (wantsFresh) {
             sinceFresh = 0;
             const Index fresh = std::min(blockSize, size - basis.count() - W.cols());
-            MatrixXd both(size, W.cols() + fresh);
+            Vectors both(size, W.cols() + fresh);
             both << W, random.make(size, fresh);
             basis.orthogonalize(both);
             basis.orthonormalize(both, 0);

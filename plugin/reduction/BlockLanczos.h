@@ -27,6 +27,7 @@ orthogonalization procedure with constant synchronization requirements, SIAM J. 
 #include <limits>
 #include <string>
 
+#include "Vectors.h"
 #include "simflex/base/Progress.h"
 
 namespace simflex {
@@ -38,7 +39,7 @@ public:
     virtual Eigen::Index size() const = 0;
 
     /** Y ← C X, both size×k. **/
-    virtual void apply(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const = 0;
+    virtual void apply(const Vectors& X, Vectors& Y) const = 0;
 };
 
 /** Range of eigenpairs: the `count` largest, but none below `smallest`. **/
@@ -48,9 +49,9 @@ struct ModeRange {
 };
 
 struct Eigenpairs {
-    Eigen::VectorXd values;   ///< descending
-    Eigen::MatrixXd vectors;  ///< orthonormal columns
-    int numBlocks = 0;        ///< number of applications of C to a block
+    Eigen::VectorXd values;  ///< descending
+    Vectors vectors;         ///< orthonormal columns
+    int numBlocks = 0;       ///< number of applications of C to a block
 };
 
 struct LanczosOptions {

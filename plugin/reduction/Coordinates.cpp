@@ -163,13 +163,11 @@ SymmetricMatrix Coordinates::assembleStiffness() const {
     return transform(m_stiffness->matrix(), ofUnknowns);
 }
 
-Shapes Coordinates::expand(const std::vector<int>& listed, const Eigen::MatrixXd& q) const {
+Shapes Coordinates::expand(const std::vector<int>& listed, const Vectors& q) const {
     Shapes u = Shapes::Zero(m_model.K.size, q.cols());
-    const Eigen::Index count = q.cols();
     if (isIdentity()) {
 #pragma omp parallel for schedule(static)
-        for (size_t k = 0; k < listed.size(); ++k)
-            for (Eigen::Index j = 0; j < count; ++j) u(listed[k], j) = q(Eigen::Index(k), j);
+        for (size_t k = 0; k < listed.size(); ++k) u.row(listed[k]) = q.row(Eigen::Index(k));
         return u;
     }
     const NodalConstraints& T = m_T;
@@ -183,13 +181,11 @@ Shapes Coordinates::expand(const std::vector<int>& listed, const Eigen::MatrixXd
     return u;
 }
 
-Eigen::MatrixXd Coordinates::contract(const std::vector<int>& listed, const Shapes& f) const {
-    const Eigen::Index count = f.cols();
-    Eigen::MatrixXd g(Eigen::Index(listed.size()), count);
+Vectors Coordinates::contract(const std::vector<int>& listed, const Shapes& f) const {
+    Vectors g(Eigen::Index(listed.size()), f.cols());
     if (isIdentity()) {
 #pragma omp parallel for schedule(static)
-        for (size_t k = 0; k < listed.size(); ++k)
-            for (Eigen::Index j = 0; j < count; ++j) g(Eigen::Index(k), j) = f(listed[k], j);
+        for (size_t k = 0; k < listed.size(); ++k) g.row(Eigen::Index(k)) = f.row(listed[k]);
         return g;
     }
     const NodalConstraints& T = m_T;
@@ -209,7 +205,7 @@ std::vector<int> Coordinates::listAll() const {
     return all;
 }
 
-Eigen::MatrixXd Coordinates::solve(const Shapes& u) const {
+Vectors Coordinates::solve(const Shapes& u) const {
     if (isIdentity()) return u;
     SymmetricMatrix identity;
     identity.size = m_model.K.size;
@@ -227,7 +223,7 @@ Eigen::MatrixXd Coordinates::solve(const Shapes& u) const {
             m_model.source + ": the constraints have a coordinate that moves no node" +
             (singular.row >= 0 ? " (number " + std::to_string(singular.row) + ")" : std::string()));
     }
-    Eigen::MatrixXd q = normal.solve(contract(all, u));
+    Vectors q = normal.solve(contract(all, u));
     for (int pass = 0; pass < 2; ++pass)  // iterative refinement
         q += normal.solve(contract(all, u - expand(all, q)));
     return q;
@@ -235,7 +231,7 @@ Eigen::MatrixXd Coordinates::solve(const Shapes& u) const {
 
 Shapes Coordinates::solveRigid(const Shapes& R) const {
     if (isIdentity()) return R;
-    Eigen::MatrixXd q = solve(R);
+    Vectors q = solve(R);
     const Shapes missed = R - expand(listAll(), q);
     for (Eigen::Index j = 0; j < 6; ++j) {
         Eigen::Index row = 0;

@@ -31,14 +31,14 @@ public:
 
     /** Returns u = T q for the columns of q. The rows of q are the listed coordinates; all others
     are zero. **/
-    Shapes expand(const std::vector<int>& listed, const Eigen::MatrixXd& q) const;
+    Shapes expand(const std::vector<int>& listed, const Vectors& q) const;
 
     /** Returns the listed rows of Tᵀ f. **/
-    Eigen::MatrixXd contract(const std::vector<int>& listed, const Shapes& f) const;
+    Vectors contract(const std::vector<int>& listed, const Shapes& f) const;
 
     /** Returns the q for which T q is closest to u (numDofs×k), by least squares.
     @throws std::invalid_argument if a coordinate moves no node. **/
-    Eigen::MatrixXd solve(const Shapes& u) const;
+    Vectors solve(const Shapes& u) const;
 
     /** Returns q_R with T q_R = R for the rigid motions R (numDofs×6).
     @throws std::invalid_argument if the constraints oppose them. **/

@@ -53,7 +53,7 @@ public:
     Index size() const override { return m_static.cols() + m_held.size(); }
 
     /** Returns Ξ x. **/
-    Shapes toShapes(const MatrixXd& X) const {
+    Shapes toShapes(const Vectors& X) const {
         Shapes u = m_held.toShapes(X.bottomRows(m_held.size()));
         u.noalias() += m_static * X.topRows(m_static.cols());
         const MatrixXd motions = m_RMR.solve(MatrixXd(m_MR.transpose() * u));
@@ -61,7 +61,7 @@ public:
         return u;
     }
 
-    void apply(const MatrixXd& X, MatrixXd& Y) const override {
+    void apply(const Vectors& X, Vectors& Y) const override {
         Shapes f = m_m.multiplyPerAxis(toShapes(X));
         const MatrixXd accelerations = m_RMR.solve(MatrixXd(m_R.transpose() * f));
         f -= m_MR * accelerations;

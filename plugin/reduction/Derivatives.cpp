@@ -40,7 +40,7 @@ public:
     std::optional<Shapes> calc(const FeModel& variant) const {
         if (haveSameTies(m_model, variant) && !areInterfacesMoved(variant)) return {};
         const Coordinates coordinates(variant);
-        MatrixXd q = coordinates.solve(m_modes.Phi);
+        Vectors q = coordinates.solve(m_modes.Phi);
         Shapes R(m_modes.Phi.rows(), 6);
         for (int node = 0; node < variant.mesh.numNodes(); ++node)
             R.middleRows<3>(3 * node) = calcRigidMotion(positionOf(variant, node) - m_rigid.center);

@@ -124,7 +124,7 @@ class NormalModesOperator : public SymmetricOperator {
 public:
     NormalModesOperator(const FixedInterfaces& held, const FullRows& m) : m_held(held), m_m(m) {}
     Index size() const override { return m_held.size(); }
-    void apply(const MatrixXd& X, MatrixXd& Y) const override {
+    void apply(const Vectors& X, Vectors& Y) const override {
         Y = m_held.fromForces(m_m.multiplyPerAxis(m_held.toShapes(X)));
     }
 
@@ -209,12 +209,12 @@ struct FixedInterfaces::Data {
     MatrixXd solveCY(const MatrixXd& B) const { return CY.solve(B); }
 
     /** Returns K⁻¹ B of the free coordinates. **/
-    MatrixXd solveFree(const MatrixXd& B) const {
-        return solver ? solver->solve(B) : cholesky.solve(B);
+    Vectors solveFree(const Vectors& B) const {
+        return solver ? Vectors(solver->solve(B)) : cholesky.solve(B);
     }
 
     /** Returns loads on the free coordinates; of a supported part, in equilibrium. **/
-    MatrixXd takeForces(const Shapes& f) const {
+    Vectors takeForces(const Shapes& f) const {
         if (!isSupported()) return coordinates.contract(free, f);
         const MatrixXd resultant = rigid.R.transpose() * f;
         return coordinates.contract(free, f - spread(G.transpose() * resultant));
@@ -222,7 +222,7 @@ struct FixedInterfaces::Data {
 
     /** Returns shapes for the free coordinates; of a supported part, with its interfaces at
     rest. **/
-    Shapes makeShapes(const MatrixXd& x) const {
+    Shapes makeShapes(const Vectors& x) const {
         Shapes u = coordinates.expand(free, x);
         if (!isSupported()) return u;
         const MatrixXd motion = G * calcMean(u);
@@ -449,8 +449,9 @@ void FixedInterfaces::Data::prepareMeans() {
     Y = solveFree(C);
     CY = Eigen::LDLT<MatrixXd>(C.transpose() * Y);
     if (solver) return;
-    cholesky.solveLower(C, Q);
-    Q = orthonormalize(Q);
+    Vectors half;
+    cholesky.solveLower(C, half);
+    Q = orthonormalize(half);
 }
 
 FixedInterfaces::FixedInterfaces(const std::string& part, const FeModel& model,
@@ -471,19 +472,21 @@ Index FixedInterfaces::size() const {
     return Index(m_data->free.size());
 }
 
-Shapes FixedInterfaces::toShapes(const MatrixXd& z) const {
+Shapes FixedInterfaces::toShapes(const Vectors& z) const {
     const Data& d = *m_data;
     if (d.free.empty()) return Shapes::Zero(d.model.K.size, z.cols());
-    MatrixXd x = z;
-    if (d.Q.cols() > 0) x.noalias() -= d.Q * (d.Q.transpose() * z).eval();
-    d.cholesky.solveUpper(x, x);
+    Vectors x;
+    if (d.Q.cols() == 0)
+        d.cholesky.solveUpper(z, x);
+    else
+        d.cholesky.solveUpper(z - d.Q * (d.Q.transpose() * z), x);
     return d.makeShapes(x);
 }
 
-MatrixXd FixedInterfaces::fromForces(const Shapes& f) const {
+Vectors FixedInterfaces::fromForces(const Shapes& f) const {
     const Data& d = *m_data;
-    if (d.free.empty()) return MatrixXd::Zero(0, f.cols());
-    MatrixXd y = d.takeForces(f);
+    if (d.free.empty()) return Vectors::Zero(0, f.cols());
+    Vectors y = d.takeForces(f);
     d.cholesky.solveLower(y, y);
     if (d.Q.cols() > 0) y -= d.Q * (d.Q.transpose() * y).eval();
     return y;
@@ -492,7 +495,7 @@ MatrixXd FixedInterfaces::fromForces(const Shapes& f) const {
 Shapes FixedInterfaces::solve(const Shapes& f) const {
     const Data& d = *m_data;
     if (d.free.empty() || f.cols() == 0) return Shapes::Zero(d.model.K.size, f.cols());
-    MatrixXd x = d.solveFree(d.takeForces(f));
+    Vectors x = d.solveFree(d.takeForces(f));
     if (d.C.cols() > 0) x -= d.Y * d.solveCY(d.C.transpose() * x);
     return d.makeShapes(x);
 }
@@ -514,7 +517,7 @@ Shapes FixedInterfaces::calcConstraintModes() const {
     }
     const Shapes u = d.coordinates.expand(d.tied, d.tiedMotion);
     if (d.free.empty()) return u;
-    MatrixXd x = d.solveFree(-d.coordinates.contract(d.free, d.products.K.multiply(u)));
+    Vectors x = d.solveFree(-d.coordinates.contract(d.free, d.products.K.multiply(u)));
     if (d.C.cols() > 0) {
         const MatrixXd missing = prescribed - d.C.transpose() * x;
         x += d.Y * d.solveCY(missing);
@@ -561,7 +564,7 @@ double FixedInterfaces::estimateConditionNumber() const {
     // ‖K⁻¹‖₁ is the largest column norm: taken over the eight columns that random signs show to be
     // the longest. Eight vectors cost as much as one.
     const Index n = Index(d.free.size()), width = std::min<Index>(ChunkSize, n);
-    MatrixXd X(n, width);
+    Vectors X(n, width);
     std::mt19937_64 random{20250401};
     for (Index k = 0; k < X.size(); ++k) X.data()[k] = random() >> 63 ? -1 : 1;
     const Eigen::VectorXd lengths = d.solveFree(X).rowwise().norm();

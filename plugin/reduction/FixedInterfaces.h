@@ -56,8 +56,8 @@ public:
     /** Computes the lowest modes with the interfaces held; `range` is of 1/ω². **/
     NormalModes calcNormalModes(const ModeRange& range, const ProgressCallback& progress) const;
 
-    Shapes toShapes(const Eigen::MatrixXd& z) const;    ///< Θ z; not with another StiffnessSolver
-    Eigen::MatrixXd fromForces(const Shapes& f) const;  ///< Θᵀ f; not with another StiffnessSolver
+    Shapes toShapes(const Vectors& z) const;    ///< Θ z; not with another StiffnessSolver
+    Vectors fromForces(const Shapes& f) const;  ///< Θᵀ f; not with another StiffnessSolver
 
     long numFactorEntries() const;
     /** Returns a lower bound of ‖K‖₁‖K⁻¹‖₁ of the factored matrix, seldom too small by more than a

@@ -47,26 +47,24 @@ struct SparseCholesky::Data {
     /** Solves eight columns at a time. `take` and `give` map rows of L to rows of X and Y; null is
     the identity. **/
     template <class Solve>
-    void solve(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y, const SuiteSparse_long* take,
+    void solve(const Vectors& X, Vectors& Y, const SuiteSparse_long* take,
                const SuiteSparse_long* give, const Solve& solveBlock) {
-        constexpr int Width = SupernodalSolve::Width;
         const Eigen::Index size = X.rows();
         if (!solver) prepareSolves();  // after a factor was loaded and found intact
         Y.resize(size, X.cols());
         block.resize(size_t(size));
-        for (Eigen::Index first = 0; first < X.cols(); first += Width) {
-            const int width = int(std::min<Eigen::Index>(Width, X.cols() - first));
+        for (Eigen::Index first = 0; first < X.cols(); first += ChunkSize) {
+            const int width = int(std::min<Eigen::Index>(ChunkSize, X.cols() - first));
 #pragma omp parallel for schedule(static) if (size >= RowsWorthThreads)
             for (Eigen::Index k = 0; k < size; ++k) {
                 const Eigen::Index row = take ? take[k] : k;
-                for (int j = 0; j < width; ++j) block[size_t(k)].x[j] = X(row, first + j);
-                for (int j = width; j < Width; ++j) block[size_t(k)].x[j] = 0;
+                block[size_t(k)] = loadChunk(&X.coeffRef(row, first), width);
             }
-            solveBlock(block[0].x);
+            solveBlock(block.data());
 #pragma omp parallel for schedule(static) if (size >= RowsWorthThreads)
             for (Eigen::Index k = 0; k < size; ++k) {
                 const Eigen::Index row = give ? give[k] : k;
-                for (int j = 0; j < width; ++j) Y(row, first + j) = block[size_t(k)].x[j];
+                storeChunk(block[size_t(k)], &Y.coeffRef(row, first), width);
             }
         }
     }
@@ -101,10 +99,7 @@ struct SparseCholesky::Data {
     cholmod_factor* factor = nullptr;
     Prediction prediction;
     std::unique_ptr<SupernodalSolve> solver;
-    struct alignas(64) Eight {
-        double x[SupernodalSolve::Width];
-    };
-    std::vector<Eight> block;
+    std::vector<Chunk> block;
 };
 
 SparseCholesky::SparseCholesky() : m_data(std::make_unique<Data>()) {}
@@ -264,24 +259,24 @@ void SparseCholesky::load(Archive& in) {
     visitArrays(in, L);
 }
 
-Eigen::MatrixXd SparseCholesky::solve(const Eigen::MatrixXd& B) const {
+Vectors SparseCholesky::solve(const Vectors& B) const {
     Data& d = *m_data;
-    Eigen::MatrixXd X;
-    d.solve(B, X, d.order(), d.order(), [&](double* x) {
+    Vectors X;
+    d.solve(B, X, d.order(), d.order(), [&](Chunk* x) {
         d.solver->solveLower(x);
         d.solver->solveUpper(x);
     });
     return X;
 }
 
-void SparseCholesky::solveLower(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const {
+void SparseCholesky::solveLower(const Vectors& X, Vectors& Y) const {
     Data& d = *m_data;
-    d.solve(X, Y, d.order(), nullptr, [&](double* x) { d.solver->solveLower(x); });
+    d.solve(X, Y, d.order(), nullptr, [&](Chunk* x) { d.solver->solveLower(x); });
 }
 
-void SparseCholesky::solveUpper(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const {
+void SparseCholesky::solveUpper(const Vectors& X, Vectors& Y) const {
     Data& d = *m_data;
-    d.solve(X, Y, nullptr, d.order(), [&](double* x) { d.solver->solveUpper(x); });
+    d.solve(X, Y, nullptr, d.order(), [&](Chunk* x) { d.solver->solveUpper(x); });
 }
 
 double SparseCholesky::estimateReciprocalCondition() const {

@@ -11,11 +11,11 @@ number of threads.
 
 The ordering is the better of METIS's nested dissection and, where it is cheap to try, AMD. **/
 
-#include <Eigen/Dense>
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
 
+#include "Vectors.h"
 #include "simflex/base/Progress.h"
 #include "simflex/fe/FeModel.h"
 
@@ -51,13 +51,13 @@ public:
     void load(Archive& in);
 
     /** Returns A⁻¹ B for many right-hand sides. @pre factor(). **/
-    Eigen::MatrixXd solve(const Eigen::MatrixXd& B) const;
+    Vectors solve(const Vectors& B) const;
 
     /** Y ← L⁻¹ P X for many right-hand sides; Y may be X. @pre factor(). **/
-    void solveLower(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const;
+    void solveLower(const Vectors& X, Vectors& Y) const;
 
     /** Y ← Pᵀ L⁻ᵀ X for many right-hand sides; Y may be X. @pre factor(). **/
-    void solveUpper(const Eigen::MatrixXd& X, Eigen::MatrixXd& Y) const;
+    void solveUpper(const Vectors& X, Vectors& Y) const;
 
     /** Returns a rough estimate of 1/cond(A). @pre factor(). **/
     double estimateReciprocalCondition() const;

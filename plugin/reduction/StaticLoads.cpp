@@ -60,12 +60,12 @@ public:
         : m_held(held), m_m(m), m_omegaSquared(omega * omega) {}
 
     /** @returns whether it has converged **/
-    bool solve(const MatrixXd& b, MatrixXd& z, const ProgressCallback& progress,
+    bool solve(const Vectors& b, Vectors& z, const ProgressCallback& progress,
                const std::string& phase) const {
         const Index count = b.cols();
-        const auto zeros = [&] { return MatrixXd(MatrixXd::Zero(b.rows(), count)); };
+        const auto zeros = [&] { return Vectors(Vectors::Zero(b.rows(), count)); };
         z = zeros();
-        MatrixXd vOld = zeros(), w = zeros(), wOld = zeros(), v = b;
+        Vectors vOld = zeros(), w = zeros(), wOld = zeros(), v = b;
         Eigen::ArrayXd beta = b.colwise().norm().transpose();
         const Eigen::ArrayXd size = beta;
         const auto invert = [](double x) { return x > 0 ? 1 / x : 0.0; };
@@ -75,7 +75,7 @@ public:
         for (int step = 0; step < MostFrequencySteps; ++step) {
             if ((eta.abs() <= FrequencyAccuracy * size).all()) return true;
             reportProgress(progress, phase, -1);
-            MatrixXd next =
+            Vectors next =
                 v - m_omegaSquared * m_held.fromForces(m_m.multiplyPerAxis(m_held.toShapes(v))) -
                 vOld * beta.matrix().asDiagonal();
             const Eigen::ArrayXd alpha = (v.array() * next.array()).colwise().sum().transpose();
@@ -89,7 +89,7 @@ public:
             sOld = s;
             c = rho0 * inverse;
             s = betaNew * inverse;
-            MatrixXd wNew =
+            Vectors wNew =
                 (v - wOld * rho3.matrix().asDiagonal() - w * rho2.matrix().asDiagonal()) *
                 inverse.matrix().asDiagonal();
             wOld.swap(w);
@@ -177,7 +177,7 @@ Shapes makeFrequencyLoads(const std::string& part, const FeProducts& products,
     const double omega = 2 * M_PI * hertz;
     Shapes f(products.m.size() * 3, constraint.cols() + pointLoads.cols());
     f << omega * omega * products.m.multiplyPerAxis(constraint), pointLoads;
-    MatrixXd z;
+    Vectors z;
     if (!ShiftedSolver(held, products.m, omega)
              .solve(held.fromForces(f), z, progress, "modes at a frequency"))
         throw std::invalid_argument(

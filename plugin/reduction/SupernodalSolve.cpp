@@ -4,14 +4,11 @@
 
 #include <algorithm>
 
-#include "simflex/base/Chunk.h"
-
 namespace simflex {
 namespace {
 
 using Index = std::int64_t;
 
-constexpr int Width = SupernodalSolve::Width;
 constexpr int Panel = 8;                       // columns whose right-hand sides stay in registers
 constexpr int SharedColumns = 64;              // columns of a large supernode between two barriers
 constexpr Index WorthSharing = 65536;          // entries worth waking threads for
@@ -21,8 +18,6 @@ constexpr Index RowsPerShare = 256;
 constexpr double Subtrees = 24;  // the largest subtree has at most 1/Subtrees of all entries
 
 using Row = Chunk;
-static_assert(Width == ChunkSize);
-
 using Buffer = std::vector<Row>;
 
 /** y_r ← y_r − Σ_c L_rc x_c for the rows of a panel of `Columns` columns. **/
@@ -146,8 +141,7 @@ void SupernodalSolve::findSubtrees() {
     }
 }
 
-void SupernodalSolve::solveLower(double* values) {
-    Row* x = reinterpret_cast<Row*>(values);
+void SupernodalSolve::solveLower(Row* x) {
     std::vector<Buffer> buffers(size_t(m_shared ? omp_get_max_threads() : 1),
                                 Buffer(size_t(m_mostRows)));
 #pragma omp parallel for schedule(dynamic, 1) if (m_shared)
@@ -204,8 +198,7 @@ void SupernodalSolve::solveLower(double* values) {
     }
 }
 
-void SupernodalSolve::solveUpper(double* values) {
-    Row* x = reinterpret_cast<Row*>(values);
+void SupernodalSolve::solveUpper(Row* x) {
     Row* below = m_work->shared.data();
     for (auto at = m_top.rbegin(); at != m_top.rend(); ++at) {
         const Index s = *at;

@@ -14,22 +14,21 @@ are bit-identical. **/
 #include <vector>
 
 #include "SupernodalFactor.h"
+#include "simflex/base/Chunk.h"
 
 namespace simflex {
 
 class SupernodalSolve {
 public:
-    static constexpr int Width = 8;
-
     /** @param L  must outlive this object. **/
     explicit SupernodalSolve(const SupernodalFactor& L);
     ~SupernodalSolve();
 
-    /** x ← L⁻¹ x, where x is size×8, row-major, aligned to 64 bytes. **/
-    void solveLower(double* x);
+    /** x ← L⁻¹ x, where x is size×8, row-major. **/
+    void solveLower(Chunk* x);
 
     /** x ← L⁻ᵀ x. **/
-    void solveUpper(double* x);
+    void solveUpper(Chunk* x);
 
 private:
     struct Subtree;

@@ -1,19 +1,17 @@
 #pragma once
 /** @file
-Products of the finite element matrices with many vectors at once. Internal to reduction.
-
-Vectors are columns of row-major matrices: the values of one degree of freedom in all vectors are
-contiguous, so each matrix entry is read once for all of them. **/
+Products of the finite element matrices with many vectors at once. Internal to reduction. **/
 
 #include <Eigen/Dense>
 
+#include "Vectors.h"
 #include "simflex/fe/FeModel.h"
 #include "simflex/fe/elements/SectionUnknowns.h"
 
 namespace simflex {
 
 /** Displacements of all degrees of freedom (rows, 3·node + axis) in several shapes (columns). **/
-using Shapes = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Shapes = Vectors;
 
 /** Both triangles of a symmetric sparse matrix, by rows. **/
 class FullRows {

@@ -211,7 +211,7 @@ Spent calcFloor(const SymmetricMatrix& K, const ReductionTimings& timings, int n
     watch = Stopwatch();
     cholesky.factor(K);
     const Spent factoring = watch.read();
-    Eigen::MatrixXd X = Eigen::MatrixXd::Ones(K.size, 8), Y;
+    Vectors X = Vectors::Ones(K.size, 8), Y;
     watch = Stopwatch();
     int pairs = 0;
     while (pairs < 3 || (watch.read().wall < 2 && pairs < 20)) {

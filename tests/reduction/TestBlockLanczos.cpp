@@ -27,7 +27,7 @@ public:
 
     Index size() const override { return _d.size(); }
 
-    void apply(const MatrixXd& X, MatrixXd& Y) const override {
+    void apply(const Vectors& X, Vectors& Y) const override {
         Y = reflect(_d.asDiagonal() * reflect(X));
         numApplied += X.cols();
     }
@@ -55,7 +55,7 @@ void expectEigenpairs(const SymmetricOperator& C, const Eigenpairs& pairs,
         EXPECT_NEAR(pairs.values[k], expected[k], 1e-12 * expected[k] + 1e-15 * expected[0]) << k;
     const MatrixXd gram = pairs.vectors.transpose() * pairs.vectors;
     EXPECT_LT((gram - MatrixXd::Identity(gram.rows(), gram.cols())).norm(), 1e-12);
-    MatrixXd CV;
+    Vectors CV;
     C.apply(pairs.vectors, CV);
     const MatrixXd residual = CV - pairs.vectors * pairs.values.asDiagonal();
     for (Index k = 0; k < expected.size(); ++k)

@@ -65,8 +65,8 @@ TEST(SparseCholesky, TriangularSolvesMakeTheInverse) {
     const MatrixXd full = toDense(A);
     SparseCholesky cholesky;
     cholesky.factor(A);
-    const MatrixXd B = MatrixXd::Random(A.size, 11);
-    MatrixXd half, X;
+    const Vectors B = Vectors::Random(A.size, 11);
+    Vectors half, X;
     cholesky.solveLower(B, half);
     cholesky.solveUpper(half, X);
     EXPECT_LT((full * X - B).norm(), 1e-13 * full.norm());
