@@ -155,7 +155,8 @@ struct FixedInterfaces::Data {
     std::shared_ptr<StiffnessSolver> solver;  ///< replaces cholesky if set
 
     double norm = 0;        ///< ‖K‖₁ of the free coordinates
-    std::vector<int> free;  ///< coordinates that are neither tied nor supported, ascending
+    std::vector<int> free;  ///< coordinates that are neither tied nor supported: ascending, once
+                            ///< factored in the order of L
     std::vector<int> tied;  ///< those that follow a rigid interface, ascending
     MatrixXd tiedMotion;    ///< motion of the tied coordinates per unit of each boundary coordinate
 
@@ -210,7 +211,11 @@ struct FixedInterfaces::Data {
 
     /** Returns K⁻¹ B of the free coordinates. **/
     Vectors solveFree(const Vectors& B) const {
-        return solver ? Vectors(solver->solve(B)) : cholesky.solve(B);
+        if (solver) return solver->solve(B);
+        Vectors X = B;
+        cholesky.solveLower(X);
+        cholesky.solveUpper(X);
+        return X;
     }
 
     /** Returns loads on the free coordinates; of a supported part, in equilibrium. **/
@@ -449,8 +454,8 @@ void FixedInterfaces::Data::prepareMeans() {
     Y = solveFree(C);
     CY = Eigen::LDLT<MatrixXd>(C.transpose() * Y);
     if (solver) return;
-    Vectors half;
-    cholesky.solveLower(C, half);
+    Vectors half = C;
+    cholesky.solveLower(half);
     Q = orthonormalize(half);
 }
 
@@ -463,9 +468,15 @@ FixedInterfaces::~FixedInterfaces() = default;
 
 void FixedInterfaces::factor(int numModes, const ReductionOptions& options,
                              const ProgressCallback& progress) {
-    m_data->findCoordinates();
-    if (!m_data->free.empty()) m_data->factorFree(numModes, options, progress);
-    m_data->prepareMeans();
+    Data& d = *m_data;
+    d.findCoordinates();
+    if (!d.free.empty()) d.factorFree(numModes, options, progress);
+    if (!d.free.empty() && !d.solver) {
+        std::vector<int> order = d.cholesky.listOrder();
+        for (int& row : order) row = d.free[size_t(row)];
+        d.free.swap(order);
+    }
+    d.prepareMeans();
 }
 
 Index FixedInterfaces::size() const {
@@ -475,11 +486,9 @@ Index FixedInterfaces::size() const {
 Shapes FixedInterfaces::toShapes(const Vectors& z) const {
     const Data& d = *m_data;
     if (d.free.empty()) return Shapes::Zero(d.model.K.size, z.cols());
-    Vectors x;
-    if (d.Q.cols() == 0)
-        d.cholesky.solveUpper(z, x);
-    else
-        d.cholesky.solveUpper(z - d.Q * (d.Q.transpose() * z), x);
+    Vectors x = z;
+    if (d.Q.cols() > 0) x.noalias() -= d.Q * (d.Q.transpose() * z).eval();
+    d.cholesky.solveUpper(x);
     return d.makeShapes(x);
 }
 
@@ -487,7 +496,7 @@ Vectors FixedInterfaces::fromForces(const Shapes& f) const {
     const Data& d = *m_data;
     if (d.free.empty()) return Vectors::Zero(0, f.cols());
     Vectors y = d.takeForces(f);
-    d.cholesky.solveLower(y, y);
+    d.cholesky.solveLower(y);
     if (d.Q.cols() > 0) y -= d.Q * (d.Q.transpose() * y).eval();
     return y;
 }
@@ -561,13 +570,17 @@ long FixedInterfaces::numFactorEntries() const {
 double FixedInterfaces::estimateConditionNumber() const {
     const Data& d = *m_data;
     if (d.free.empty()) return 1;
-    // ‖K⁻¹‖₁ is the largest column norm: taken over the eight columns that random signs show to be
-    // the longest. Eight vectors cost as much as one.
+    // ‖K⁻¹‖₁ is the largest column norm: taken over the eight columns with the largest diagonals,
+    // which L⁻ᵀ shows of random signs. Eight vectors cost as much as one.
     const Index n = Index(d.free.size()), width = std::min<Index>(ChunkSize, n);
     Vectors X(n, width);
     std::mt19937_64 random{20250401};
     for (Index k = 0; k < X.size(); ++k) X.data()[k] = random() >> 63 ? -1 : 1;
-    const Eigen::VectorXd lengths = d.solveFree(X).rowwise().norm();
+    if (d.solver)
+        X = d.solveFree(X);
+    else
+        d.cholesky.solveUpper(X);
+    const Eigen::VectorXd lengths = X.rowwise().norm();
     std::vector<Index> rows(static_cast<size_t>(n));
     std::iota(rows.begin(), rows.end(), Index(0));
     std::partial_sort(rows.begin(), rows.begin() + width, rows.end(), [&](Index a, Index b) {

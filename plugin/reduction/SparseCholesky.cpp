@@ -44,28 +44,24 @@ struct SparseCholesky::Data {
         cholmod_l_finish(&common);
     }
 
-    /** Solves eight columns at a time. `take` and `give` map rows of L to rows of X and Y; null is
-    the identity. **/
+    /** Solves eight columns of X at a time, in place. Row k of L belongs to row order[k] of X, by
+    default k. **/
     template <class Solve>
-    void solve(const Vectors& X, Vectors& Y, const SuiteSparse_long* take,
-               const SuiteSparse_long* give, const Solve& solveBlock) {
-        const Eigen::Index size = X.rows();
+    void solve(Vectors& X, const SuiteSparse_long* order, const Solve& solveBlock) {
         if (!solver) prepareSolves();  // after a factor was loaded and found intact
-        Y.resize(size, X.cols());
+        if (!order && X.cols() == ChunkSize) return solveBlock(reinterpret_cast<Chunk*>(X.data()));
+        const Eigen::Index size = X.rows();
         block.resize(size_t(size));
         for (Eigen::Index first = 0; first < X.cols(); first += ChunkSize) {
             const int width = int(std::min<Eigen::Index>(ChunkSize, X.cols() - first));
+            const auto at = [&](Eigen::Index k) {
+                return &X.coeffRef(order ? order[k] : k, first);
+            };
 #pragma omp parallel for schedule(static) if (size >= RowsWorthThreads)
-            for (Eigen::Index k = 0; k < size; ++k) {
-                const Eigen::Index row = take ? take[k] : k;
-                block[size_t(k)] = loadChunk(&X.coeffRef(row, first), width);
-            }
+            for (Eigen::Index k = 0; k < size; ++k) block[size_t(k)] = loadChunk(at(k), width);
             solveBlock(block.data());
 #pragma omp parallel for schedule(static) if (size >= RowsWorthThreads)
-            for (Eigen::Index k = 0; k < size; ++k) {
-                const Eigen::Index row = give ? give[k] : k;
-                storeChunk(block[size_t(k)], &Y.coeffRef(row, first), width);
-            }
+            for (Eigen::Index k = 0; k < size; ++k) storeChunk(block[size_t(k)], at(k), width);
         }
     }
 
@@ -261,22 +257,24 @@ void SparseCholesky::load(Archive& in) {
 
 Vectors SparseCholesky::solve(const Vectors& B) const {
     Data& d = *m_data;
-    Vectors X;
-    d.solve(B, X, d.order(), d.order(), [&](Chunk* x) {
+    Vectors X = B;
+    d.solve(X, d.order(), [&](Chunk* x) {
         d.solver->solveLower(x);
         d.solver->solveUpper(x);
     });
     return X;
 }
 
-void SparseCholesky::solveLower(const Vectors& X, Vectors& Y) const {
-    Data& d = *m_data;
-    d.solve(X, Y, d.order(), nullptr, [&](Chunk* x) { d.solver->solveLower(x); });
+void SparseCholesky::solveLower(Vectors& X) const {
+    m_data->solve(X, nullptr, [&](Chunk* x) { m_data->solver->solveLower(x); });
 }
 
-void SparseCholesky::solveUpper(const Vectors& X, Vectors& Y) const {
-    Data& d = *m_data;
-    d.solve(X, Y, nullptr, d.order(), [&](Chunk* x) { d.solver->solveUpper(x); });
+void SparseCholesky::solveUpper(Vectors& X) const {
+    m_data->solve(X, nullptr, [&](Chunk* x) { m_data->solver->solveUpper(x); });
+}
+
+std::vector<int> SparseCholesky::listOrder() const {
+    return {m_data->order(), m_data->order() + size()};
 }
 
 double SparseCholesky::estimateReciprocalCondition() const {

@@ -7,13 +7,14 @@ number of threads.
     SparseCholesky cholesky;
     const auto& prediction = cholesky.analyze(A);   // seconds, and says what factor() will take
     cholesky.factor(A);
-    cholesky.solveLower(B, Y);
+    const Vectors X = cholesky.solve(B);
 
 The ordering is the better of METIS's nested dissection and, where it is cheap to try, AMD. **/
 
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
+#include <vector>
 
 #include "Vectors.h"
 #include "simflex/base/Progress.h"
@@ -53,11 +54,13 @@ public:
     /** Returns A⁻¹ B for many right-hand sides. @pre factor(). **/
     Vectors solve(const Vectors& B) const;
 
-    /** Y ← L⁻¹ P X for many right-hand sides; Y may be X. @pre factor(). **/
-    void solveLower(const Vectors& X, Vectors& Y) const;
+    /** X ← L⁻¹ X and X ← L⁻ᵀ X for many right-hand sides, in the order of L. @pre factor(). **/
+    void solveLower(Vectors& X) const;
+    void solveUpper(Vectors& X) const;
 
-    /** Y ← Pᵀ L⁻ᵀ X for many right-hand sides; Y may be X. @pre factor(). **/
-    void solveUpper(const Vectors& X, Vectors& Y) const;
+    /** Returns the row of A that each row of L belongs to: that of the non-zero in a row of P.
+    @pre analyze(). **/
+    std::vector<int> listOrder() const;
 
     /** Returns a rough estimate of 1/cond(A). @pre factor(). **/
     double estimateReciprocalCondition() const;

@@ -211,12 +211,11 @@ Spent calcFloor(const SymmetricMatrix& K, const ReductionTimings& timings, int n
     watch = Stopwatch();
     cholesky.factor(K);
     const Spent factoring = watch.read();
-    Vectors X = Vectors::Ones(K.size, 8), Y;
+    const Vectors X = Vectors::Ones(K.size, 8);
     watch = Stopwatch();
     int pairs = 0;
     while (pairs < 3 || (watch.read().wall < 2 && pairs < 20)) {
-        cholesky.solveUpper(X, Y);
-        cholesky.solveLower(Y, X);
+        cholesky.solve(X);
         ++pairs;
     }
     const int numSolves = timings.numLanczosBlocks + (numConstraint + 7) / 8;

@@ -65,12 +65,18 @@ TEST(SparseCholesky, TriangularSolvesMakeTheInverse) {
     const MatrixXd full = toDense(A);
     SparseCholesky cholesky;
     cholesky.factor(A);
-    const Vectors B = Vectors::Random(A.size, 11);
-    Vectors half, X;
-    cholesky.solveLower(B, half);
-    cholesky.solveUpper(half, X);
-    EXPECT_LT((full * X - B).norm(), 1e-13 * full.norm());
-    EXPECT_NEAR(half.squaredNorm(), (B.transpose() * X).trace(), 1e-12 * half.squaredNorm());
+    const std::vector<int> order = cholesky.listOrder();
+    for (const int width : {8, 11}) {
+        const Vectors B = Vectors::Random(A.size, width);
+        Vectors half(A.size, width), X(A.size, width);
+        for (int k = 0; k < A.size; ++k) half.row(k) = B.row(order[size_t(k)]);
+        cholesky.solveLower(half);
+        Vectors ofOrder = half;
+        cholesky.solveUpper(ofOrder);
+        for (int k = 0; k < A.size; ++k) X.row(order[size_t(k)]) = ofOrder.row(k);
+        EXPECT_LT((full * X - B).norm(), 1e-13 * full.norm());
+        EXPECT_NEAR(half.squaredNorm(), (B.transpose() * X).trace(), 1e-12 * half.squaredNorm());
+    }
 }
 
 TEST(SparseCholesky, SolvesOfLargeSupernodesAreRight) {
