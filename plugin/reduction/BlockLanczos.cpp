@@ -28,7 +28,7 @@ constexpr double NearlyThere = 1e-3;  // residual relative to the eigenvalue bel
 constexpr double IllScaled = 1e-6;    // squared singular values of a block that needs another pass
 constexpr int StepsOfFreshBlock = 8;
 constexpr int MostRestarts = 300;
-constexpr Index ChunkRows = 512;             // rows that fit into the cache
+constexpr Index ChunkRows = 256;             // rows that fit into the cache
 constexpr Index VectorWorthThreads = 20000;  // rows worth starting threads for
 constexpr Index Sums = 64;                   // partial sums of consecutive chunks
 
@@ -37,50 +37,61 @@ struct Rows {
     Index begin, end;
 };
 
-/** Calls visit(number of columns of V as a constant, their first, first column of W, number of
-columns of W) for panels of V and W that stay in registers. **/
-template <class Visit>
-void forPanels(const Vectors& V, const Vectors& W, const Visit& visit) {
-    const auto forColumns = [&](auto count, Index column) {
+/** Adds VᵀW to S for some columns of V and at most eight of W. All are row-major. **/
+template <int Columns>
+void addTransposed(const double* V, Index strideV, const double* W, Index strideW, Index numRows,
+                   double* S, Index strideS, int width) {
+    Chunk sums[Columns];
+#pragma GCC unroll 8
+    for (int c = 0; c < Columns; ++c) sums[c] = loadChunk(S + c * strideS, width);
+    for (Index row = 0; row < numRows; ++row, V += strideV, W += strideW) {
+        const Chunk w = loadChunk(W, width);
+#pragma GCC unroll 8
+        for (int c = 0; c < Columns; ++c) sums[c] += V[c] * w;
+    }
+#pragma GCC unroll 8
+    for (int c = 0; c < Columns; ++c) storeChunk(sums[c], S + c * strideS, width);
+}
+
+/** Adds V S to W for some columns of V and at most eight of W. **/
+template <int Columns>
+void addProduct(const double* V, Index strideV, double* W, Index strideW, Index numRows,
+                const double* S, Index strideS, int width) {
+    Chunk factors[Columns];
+#pragma GCC unroll 8
+    for (int c = 0; c < Columns; ++c) factors[c] = loadChunk(S + c * strideS, width);
+    for (Index row = 0; row < numRows; ++row, V += strideV, W += strideW) {
+        Chunk w = loadChunk(W, width);
+#pragma GCC unroll 8
+        for (int c = 0; c < Columns; ++c) w += V[c] * factors[c];
+        storeChunk(w, W, width);
+    }
+}
+
+/** Calls one of the above, with the products of eight columns of V or of one, until all are done. S
+begins at row `first`. **/
+template <class Eight, class One, class Left, class Right>
+void forPanels(const Eight& eight, const One& one, const Vectors& V, Left& W, Rows rows, Right& S,
+               Index first) {
+    for (Index column = 0; column < V.cols();) {
+        const bool isPanel = column + ChunkSize <= V.cols();
         for (Index j = 0; j < W.cols(); j += ChunkSize)
-            visit(count, column, j, int(std::min<Index>(ChunkSize, W.cols() - j)));
-    };
-    Index column = 0;
-    for (; column + ChunkSize <= V.cols(); column += ChunkSize)
-        forColumns(std::integral_constant<int, ChunkSize>(), column);
-    for (; column < V.cols(); ++column) forColumns(std::integral_constant<int, 1>(), column);
+            (isPanel ? eight : one)(&V.coeffRef(rows.begin, column), V.cols(),
+                                    &W.coeffRef(rows.begin, j), W.cols(), rows.end - rows.begin,
+                                    &S.coeffRef(first + column, j), S.cols(),
+                                    int(std::min<Index>(ChunkSize, W.cols() - j)));
+        column += isPanel ? ChunkSize : 1;
+    }
 }
 
 /** Adds VᵀW, summed over some rows, to the rows of S from `first` on. **/
 void addTransposed(const Vectors& V, const Vectors& W, Rows rows, Vectors& S, Index first = 0) {
-    forPanels(V, W, [&](auto count, Index column, Index j, int width) {
-        const Index strideV = V.cols(), strideW = W.cols();
-        const double *v = V.data() + rows.begin * strideV + column,
-                     *w = W.data() + rows.begin * strideW + j;
-        Chunk sums[count];
-        for (int c = 0; c < count; ++c) sums[c] = loadChunk(&S(first + column + c, j), width);
-        for (Index row = rows.begin; row < rows.end; ++row, v += strideV, w += strideW) {
-            const Chunk values = loadChunk(w, width);
-            for (int c = 0; c < count; ++c) sums[c] += v[c] * values;
-        }
-        for (int c = 0; c < count; ++c) storeChunk(sums[c], &S(first + column + c, j), width);
-    });
+    forPanels(addTransposed<ChunkSize>, addTransposed<1>, V, W, rows, S, first);
 }
 
 /** Adds V S to some rows of W; S has the rows of another matrix from `first` on. **/
 void addProduct(const Vectors& V, const Vectors& S, Rows rows, Vectors& W, Index first = 0) {
-    forPanels(V, W, [&](auto count, Index column, Index j, int width) {
-        const Index strideV = V.cols(), strideW = W.cols();
-        const double* v = V.data() + rows.begin * strideV + column;
-        double* w = W.data() + rows.begin * strideW + j;
-        Chunk factors[count];
-        for (int c = 0; c < count; ++c) factors[c] = loadChunk(&S(first + column + c, j), width);
-        for (Index row = rows.begin; row < rows.end; ++row, v += strideV, w += strideW) {
-            Chunk sum = loadChunk(w, width);
-            for (int c = 0; c < count; ++c) sum += v[c] * factors[c];
-            storeChunk(sum, w, width);
-        }
-    });
+    forPanels(addProduct<ChunkSize>, addProduct<1>, V, W, rows, S, first);
 }
 
 /** The basis V, block by block, and its operations, in chunks of rows. **/

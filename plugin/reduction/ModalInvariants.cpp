@@ -25,8 +25,12 @@ void checkZero(const std::string& part, const char* quantity, int mode, double f
     throw std::invalid_argument(text.str());
 }
 
-std::vector<double> listEntries(const Eigen::MatrixXd& A) {
-    return {A.data(), A.data() + A.size()};
+/** Returns the entries column by column. **/
+template <class Matrix>
+std::vector<double> listEntries(const Eigen::MatrixBase<Matrix>& A) {
+    std::vector<double> entries(size_t(A.size()));
+    Eigen::Map<Eigen::MatrixXd>(entries.data(), A.rows(), A.cols()) = A;
+    return entries;
 }
 
 }  // namespace

@@ -24,9 +24,11 @@ using Buffer = std::vector<Row>;
 template <int Columns>
 inline void subtractProduct(const double* L, Index stride, Index numRows, const Row* x, Row* y) {
     Row held[Columns];
+#pragma GCC unroll 8
     for (int c = 0; c < Columns; ++c) held[c] = x[c];
     for (Index r = 0; r < numRows; ++r) {
         Row sum = y[r];
+#pragma GCC unroll 8
         for (int c = 0; c < Columns; ++c) sum -= L[r + c * stride] * held[c];
         y[r] = sum;
     }
@@ -46,11 +48,14 @@ inline void subtractProduct(const double* L, Index stride, Index numRows, int nu
 template <int Columns>
 inline void subtractTransposed(const double* L, Index stride, Index numRows, const Row* y, Row* x) {
     Row sum[Columns];
+#pragma GCC unroll 8
     for (int c = 0; c < Columns; ++c) sum[c] = x[c];
     for (Index r = 0; r < numRows; ++r) {
         const Row value = y[r];
+#pragma GCC unroll 8
         for (int c = 0; c < Columns; ++c) sum[c] -= L[r + c * stride] * value;
     }
+#pragma GCC unroll 8
     for (int c = 0; c < Columns; ++c) x[c] = sum[c];
 }
 
