@@ -570,17 +570,13 @@ long FixedInterfaces::numFactorEntries() const {
 double FixedInterfaces::estimateConditionNumber() const {
     const Data& d = *m_data;
     if (d.free.empty()) return 1;
-    // ‖K⁻¹‖₁ is the largest column norm: taken over the eight columns with the largest diagonals,
-    // which L⁻ᵀ shows of random signs. Eight vectors cost as much as one.
+    // ‖K⁻¹‖₁ is the largest column norm: taken over the eight columns that random signs show to be
+    // the longest. Eight vectors cost as much as one.
     const Index n = Index(d.free.size()), width = std::min<Index>(ChunkSize, n);
     Vectors X(n, width);
     std::mt19937_64 random{20250401};
     for (Index k = 0; k < X.size(); ++k) X.data()[k] = random() >> 63 ? -1 : 1;
-    if (d.solver)
-        X = d.solveFree(X);
-    else
-        d.cholesky.solveUpper(X);
-    const Eigen::VectorXd lengths = X.rowwise().norm();
+    const Eigen::VectorXd lengths = d.solveFree(X).rowwise().norm();
     std::vector<Index> rows(static_cast<size_t>(n));
     std::iota(rows.begin(), rows.end(), Index(0));
     std::partial_sort(rows.begin(), rows.begin() + width, rows.end(), [&](Index a, Index b) {

@@ -16,12 +16,13 @@ constexpr Eigen::Index SumsInRegisters = 3;       // chunks
 template <int Chunks>
 inline void addUpRow(const double* values, const std::int32_t* columns, std::int64_t count,
                      const double* x, Eigen::Index width, double* y) {
-    Chunk sum[Chunks];
-    for (Chunk& part : sum) part = Chunk{};
+    Chunk sum[Chunks] = {};
     for (std::int64_t k = 0; k < count; ++k) {
         const double* of = x + columns[k] * width;
+#pragma GCC unroll 3
         for (int c = 0; c < Chunks; ++c) sum[c] += values[k] * loadChunk(of + c * ChunkSize);
     }
+#pragma GCC unroll 3
     for (int c = 0; c < Chunks; ++c) storeChunk(sum[c], y + c * ChunkSize);
 }
 
@@ -74,23 +75,20 @@ Shapes FullRows::multiplyBlocks(const Shapes& X, int rowsPerEntry) const {
 }
 
 Shapes LowerTriangle::multiply(const Shapes& X) const {
-    constexpr Eigen::Index Width = 8;  // vectors per pass over the matrix
-    using Row = Eigen::Array<double, Width, 1>;
     const int size = m_lower.size;
     Shapes Y(X.rows(), X.cols());
-    const Eigen::Index numPasses = (X.cols() + Width - 1) / Width;
+    const Eigen::Index numPasses = (X.cols() + ChunkSize - 1) / ChunkSize;
     const int threads =
-        m_lower.values.size() * 8 >= ProductsWorthThreads ? omp_get_max_threads() : 1;
+        m_lower.values.size() * ChunkSize >= ProductsWorthThreads ? omp_get_max_threads() : 1;
     parallelFor(numPasses, threads, Schedule::WhoeverIsFree, [&](Eigen::Index pass) {
-        const Eigen::Index first = pass * Width, width = std::min(Width, X.cols() - first);
-        std::vector<Row> x(static_cast<size_t>(size)), y(static_cast<size_t>(size), Row::Zero());
-        for (int row = 0; row < size; ++row) {
-            x[size_t(row)].setZero();
-            for (Eigen::Index j = 0; j < width; ++j) x[size_t(row)][j] = X(row, first + j);
-        }
+        const Eigen::Index first = pass * ChunkSize;
+        const int width = int(std::min<Eigen::Index>(ChunkSize, X.cols() - first));
+        std::vector<Chunk> x(static_cast<size_t>(size)), y(static_cast<size_t>(size), Chunk{});
+        for (int row = 0; row < size; ++row)
+            x[size_t(row)] = loadChunk(&X.coeffRef(row, first), width);
         for (int column = 0; column < size; ++column) {
-            const Row own = x[size_t(column)];
-            Row sum = Row::Zero();
+            const Chunk own = x[size_t(column)];
+            Chunk sum{};
             for (auto k = m_lower.columnStarts[column]; k < m_lower.columnStarts[column + 1]; ++k) {
                 const int row = m_lower.rows[k];
                 const double value = m_lower.values[k];
@@ -104,7 +102,7 @@ Shapes LowerTriangle::multiply(const Shapes& X) const {
             y[size_t(column)] += sum;
         }
         for (int row = 0; row < size; ++row)
-            for (Eigen::Index j = 0; j < width; ++j) Y(row, first + j) = y[size_t(row)][j];
+            storeChunk(y[size_t(row)], &Y.coeffRef(row, first), width);
     });
     return Y;
 }
