@@ -208,28 +208,52 @@ ModeRange chooseNormalModes(const ReductionOptions& options, int numStatic, Inde
     return range;
 }
 
-/** Returns how many of the modes found are kept: those wanted, and one more if its frequency is
-within 1 % of the last one's and the next one's is not. Half a pair of equal frequencies, such as
-the bending modes of a round shaft, would make the part asymmetric. **/
+/** Whether mode k has the frequency of the one before it but for round-off, which then decides what
+the modes of the group are. **/
+bool isInGroup(const Eigen::VectorXd& omegaSquared, Index k) {
+    constexpr double Equal = 1 + 1e-6;  // in ω²
+    return k > 0 && k < omegaSquared.size() && omegaSquared[k] < Equal * omegaSquared[k - 1];
+}
+
+/** Returns how many of the modes found are kept: those wanted, and the others of a group of equal
+frequencies, as of equal bays, unless these are more than all that are wanted: then none of the
+group. One more mode is kept if its frequency is within 1 % of the last one's and the next one's is
+not: half a pair, such as the bending modes of a round shaft, would make the part asymmetric. **/
 Index chooseNumKept(const ModeRange& wanted, const Eigen::VectorXd& omegaSquared) {
     constexpr double Near = 1.02;  // in ω²
     const Index found = omegaSquared.size();
     Index kept = 0;
     while (kept < std::min<Index>(found, wanted.count) && omegaSquared[kept] * wanted.smallest <= 1)
         ++kept;
+    Index first = kept, end = kept;
+    while (isInGroup(omegaSquared, end)) ++end;
+    if (end > kept) {
+        while (isInGroup(omegaSquared, first)) --first;
+        return end > 2 * kept && first > 0 ? first : end;
+    }
     const auto isTwin = [&](Index k) {
         return k > 0 && k < found && omegaSquared[k] < Near * omegaSquared[k - 1];
     };
     return isTwin(kept) && !isTwin(kept + 1) ? kept + 1 : kept;
 }
 
-/** Extends a range by the modes that chooseNumKept() compares with. **/
-ModeRange widen(ModeRange range, Index most) {
+/** Finds the modes wanted, and those that chooseNumKept() compares with. **/
+FixedInterfaces::NormalModes calcModesOf(const FixedInterfaces& held, const ModeRange& wanted,
+                                         const ProgressCallback& progress) {
     constexpr double Beyond = 1.05;  // in ω²
-    constexpr int MoreModes = 2;
-    if (range.count < most) range.count = int(std::min<Index>(most, range.count + MoreModes));
+    ModeRange range = wanted;
     range.smallest /= Beyond;
-    return range;
+    for (int more = 2;; more *= 8) {
+        if (wanted.count < held.size())
+            range.count = int(std::min<Index>(held.size(), Index(wanted.count) + more));
+        FixedInterfaces::NormalModes modes = held.calcNormalModes(range, progress);
+        const Index found = modes.omegaSquared.size();
+        const bool isWholeGroup = found < range.count || found == held.size() ||
+                                  found > 2 * Index(wanted.count) ||
+                                  !isInGroup(modes.omegaSquared, found - 1) ||
+                                  chooseNumKept(wanted, modes.omegaSquared) < found;
+        if (isWholeGroup) return modes;
+    }
 }
 
 }  // namespace
@@ -295,12 +319,13 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
     reportProgress(progress, "normal modes", -1);
     FixedInterfaces::NormalModes normal;
     stages.run("normal modes", {&normal.shapes}, {&normal.omegaSquared},
-               [&] { normal = held->calcNormalModes(widen(wanted, held->size()), progress); });
+               [&] { normal = calcModesOf(*held, wanted, progress); });
     const Index numNormal = chooseNumKept(wanted, normal.omegaSquared);
+    const bool isLacking =
+        !options.highestFrequency && normal.omegaSquared.size() < Index(wanted.count);
     normal.omegaSquared.conservativeResize(numNormal);
     normal.shapes = normal.shapes.leftCols(numNormal).eval();
     timings.numLanczosBlocks = normal.numBlocks;
-    const bool isLacking = !options.highestFrequency && numNormal < wanted.count;
     const auto join = [&](Index loadsTaken, const FixedInterfaces::NormalModes& modes) {
         const Shapes attachments = makeAttachments(loads.leftCols(loadsTaken),
                                                    deflection.leftCols(loadsTaken), modes.shapes);
@@ -330,6 +355,10 @@ ModeBasis calcCraigBamptonBasis(const FeModel& model, const FeProducts& products
         basis.lack = std::to_string(wanted.count) +
                      " normal modes are asked for, but the mesh has only " +
                      std::to_string(numNormal) + ": ask for fewer modes or refine the mesh";
+    if (!options.highestFrequency && numNormal > wanted.count)
+        basis.group = std::to_string(numNormal) + " normal modes are taken instead of " +
+                      std::to_string(wanted.count) +
+                      ", since the frequencies of the last ones are the same";
     if (isFiner && !isLacking) {
         ModeRange more;
         more.count = int(std::min<Index>(numNormal + options.numFurtherModes, held->size()));

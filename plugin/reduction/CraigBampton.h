@@ -27,6 +27,7 @@ struct ModeBasis {
     /** Why there are fewer normal modes than requested; empty otherwise. Reported only after the
     existing shapes have proved that the mesh holds together. **/
     std::string lack;
+    std::string group;  ///< which modes more than those asked for are taken, and why; or empty
     std::shared_ptr<const FixedInterfaces> held;
     std::shared_ptr<const ModeBasis> finer;  ///< with further normal modes and inertia relief
 };

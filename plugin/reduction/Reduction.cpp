@@ -116,7 +116,9 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
             modes = calcMeanAxisModes(options.name, products, rigid, masters, of);
         } catch (const LoosePieces&) {
             throw;  // remains with fewer modes
-        } catch (const std::invalid_argument&) {
+        } catch (const std::invalid_argument& error) {
+            if (!of.group.empty())
+                throw std::invalid_argument(std::string(error.what()) + ". " + of.group);
             if (of.lack.empty()) throw;
         }
         if (!of.lack.empty())
@@ -162,11 +164,17 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
 }
 
 std::string describeTwin(const ReducedBody& body, const ReductionOptions& options) {
-    if (options.highestFrequency || body.numModes <= options.numModes - 6) return "";
-    return "the next normal mode has the frequency of the last one, as in round parts, and is kept "
-           "with it: " +
-           std::to_string(body.numModes) + " modes instead of " +
-           std::to_string(options.numModes - 6);
+    const int wanted = options.numModes - 6;
+    if (options.highestFrequency || body.numModes == wanted) return "";
+    const std::string counts =
+        ": " + std::to_string(body.numModes) + " modes instead of " + std::to_string(wanted);
+    if (body.numModes < wanted)
+        return "the mesh has no more normal modes, or so many of the same frequency, as those of "
+               "equal bays, that a few of them would be an arbitrary choice and none is kept" +
+               counts;
+    return "the next normal mode has the frequency of the last one, as in round parts or those of "
+           "equal bays, and is kept with it" +
+           counts;
 }
 
 std::vector<std::string> listInterfaceWarnings(const FeModel& model,

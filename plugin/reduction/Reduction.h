@@ -79,7 +79,8 @@ struct ReductionOptions {
     per direction of each load point, those of inertia relief and frequencies, and normal modes for
     the rest; the part gets numModes − 6. Without interfaces: free-free modes including the six
     rigid ones. One mode is added if the frequency of the next normal mode is within 1 % of the last
-    one's, so that pairs, as of round parts, stay together. **/
+    one's, so that pairs, as of round parts, stay together; larger groups of equal frequencies, as
+    of equal bays, are kept whole, or left out if they would more than double the normal modes. **/
     int numModes = 50;
     /** If set, takes all normal modes up to this frequency instead of numModes [Hz]. **/
     std::optional<double> highestFrequency;
@@ -134,8 +135,8 @@ elements without them.
 ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
                    const ProgressCallback& progress = {}, ReductionTimings* timings = nullptr);
 
-/** Reports a mode added to keep a pair together, see ReductionOptions::numModes; "" if there is
-none. **/
+/** Reports modes added or left out to keep equal frequencies together, see
+ReductionOptions::numModes; "" if there are none. **/
 std::string describeTwin(const ReducedBody& body, const ReductionOptions& options);
 
 /** Returns warnings about input that reduce() accepts but is probably unintended: a master point

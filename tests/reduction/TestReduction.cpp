@@ -231,10 +231,13 @@ TEST_F(ReductionTest, AHingeInsideThePartIsRefused) {
                                                      " rigid modes; it must have 6"));
         ReductionOptions one = both;
         one.interfaces.pop_back();
-        EXPECT_THAT(errorOf(one, hinged), HasSubstr("singular beyond the six rigid motions"));
+        // Found by the factorization or by a mode, as round-off decides.
+        const auto isNamed = ::testing::AnyOf(HasSubstr("singular beyond the six rigid motions"),
+                                              HasSubstr("rigid modes; it must have 6"));
+        EXPECT_THAT(errorOf(one, hinged), isNamed);
         ReductionOptions none = both;
         none.interfaces.clear();
-        EXPECT_THAT(errorOf(none, hinged), HasSubstr("singular beyond the six rigid motions"));
+        EXPECT_THAT(errorOf(none, hinged), isNamed);
     }
 }
 
