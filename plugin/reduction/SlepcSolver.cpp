@@ -407,8 +407,9 @@ void calcModesTogether(const CorrectedMatrix* M, const MatrixXd* D, int numWante
     if (pairs) {
         pairs->values = values;
         const Index size = broadcast<std::int64_t>(M->M.size);
-        pairs->vectors.resize(size, count);
-        gatherRows(vectors, &pairs->vectors);
+        MatrixXd whole(size, count);
+        gatherRows(vectors, &whole);
+        pairs->vectors = whole;
     } else {
         broadcast<std::int64_t>(0);
         gatherRows(vectors, nullptr);
