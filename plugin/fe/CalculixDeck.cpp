@@ -89,7 +89,9 @@ Hash hashCards(const std::vector<DeckCard>& cards) {
 
 FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options) {
     reportProgress(options.progress, ReadingDeck, 0);
-    std::vector<DeckCard> cards = readModelCards(path, options.progress);
+    std::vector<DeckCard> cards =
+        readModelCards(path, options.progress,
+                       options.refusesIncludes ? DeckIncludes::Refused : DeckIncludes::Read);
     reportProgress(options.progress, ReadingDeck, ReadingCards);
     Hash hash;
     if (options.checkpoint) hash = hashCards(cards);

@@ -66,6 +66,8 @@ struct CalculixOptions {
     bool leavesContactOut = false;
     /** S3, S4, S4R and beams are the solids that CalculiX makes of them, which lock. **/
     bool hasCalculixShells = false;
+    /** Refuses *INCLUDE: for decks that another program wrote, which open no other file. **/
+    bool refusesIncludes = false;
     /** Parameters of the deck with respect to which the reduced K and M are differentiated,
     "thickness:SKIN": see DesignParameter.h. **/
     std::vector<std::string> derivatives;

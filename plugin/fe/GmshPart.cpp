@@ -186,7 +186,9 @@ void callGmsh(const std::string& path, const GmshOptions& options, const fs::pat
     checkSpace(folder, "Gmsh cannot write the mesh");  // Gmsh continues on a full disk and
                                                        // truncates the mesh
     const std::string errors = readErrors(run.log);
-    if (end.isSuccess() && errors.empty() && fs::exists(folder / output)) return;
+    if (end.isSuccess() && errors.empty() &&
+        fs::is_regular_file(fs::symlink_status(folder / output)))
+        return;
     std::string message =
         path + ": Gmsh could not mesh the part:" + (end.signal ? " it " + end.describe() : "") +
         (errors.empty() ? readLastLines(run.log, MostGmshLines) : errors);
@@ -532,7 +534,8 @@ std::vector<std::string> writeDeck(const std::string& path, const fs::path& mesh
     const Choice choice(path, options);
     std::ofstream out(deck);
     out.imbue(std::locale::classic());
-    const std::vector<DeckCard> cards = readDeckCards(mesh.string());
+    const std::vector<DeckCard> cards =
+        readDeckCards(mesh.string(), options.calculix.progress, DeckIncludes::Refused);
     std::map<int, int> materialOf;
     if (choice.isNeeded()) materialOf = findElements(cards, choice, areNamesToCheck);
     std::set<int> materials;
@@ -649,6 +652,7 @@ FeModel meshPart(const std::string& path, const GmshOptions& options) {
         return text;
     };
     CalculixOptions calculix = options.calculix;
+    calculix.refusesIncludes = true;
     for (auto member : {&CalculixOptions::note, &CalculixOptions::warn})
         if (options.calculix.*member)
             calculix.*member = [&options, member, withoutPlace](const std::string& text) {

@@ -13,6 +13,7 @@ Capabilities of Gmsh scripts; meshes and CAD files must not act as scripts. **/
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 
 #include "fe/TestDecks.h"
 #include "simflex/base/ChildProcess.h"
@@ -131,6 +132,26 @@ TEST_F(ShieldedScripts, WriteNoFiles) {
                 AllOf(HasSubstr("Unable to open file '" + target), ::testing::EndsWith(kHint)));
     EXPECT_THAT(listModel(), ElementsAre("box.geo"));
     EXPECT_FALSE(fs::exists(folder / "OUT"));
+}
+
+/** A script can write the mesh itself, which must not read what the script may not. **/
+TEST_F(ShieldedScripts, WriteNoMeshThatReadsFiles) {
+    const std::string outside = folder / "outside.txt";
+    testing::writeText(outside, "*NSET, NSET=SECRET\n1\n");
+    for (const std::string& include : {"*INCLUDE, INPUT=" + outside, "* include,\ninput=" + outside,
+                                       "*NSET, NSET=A\n\"*INCLUDE\", INPUT=" + outside}) {
+        std::string script = "f = Str(StrCat(GetEnv(\"HOME\"), \"/mesh.inp\"));\n";
+        std::istringstream lines(
+            "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT, TYPE=C3D4, ELSET=V\n"
+            "1,1,2,3,4\n" +
+            include);
+        for (std::string line; std::getline(lines, line);)
+            script += "Printf('" + line + "') >> Str(f);\n";
+        EXPECT_THAT(read(optionsOf(write("box.geo", script + "Exit;\n"))),
+                    AllOf(HasSubstr("*INCLUDE: a mesh that another program wrote includes no file"),
+                          Not(HasSubstr("SECRET"))))
+            << include;
+    }
 }
 
 TEST_F(ShieldedScripts, OptionsBesideAScriptAreAScript) {

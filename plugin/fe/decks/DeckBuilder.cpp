@@ -1963,12 +1963,13 @@ private:
 
 }  // namespace
 
-std::vector<DeckCard> readModelCards(const std::string& path, const ProgressCallback& progress) {
+std::vector<DeckCard> readModelCards(const std::string& path, const ProgressCallback& progress,
+                                     DeckIncludes includes) {
     const std::string suffix = lowerCase(std::filesystem::path(path).extension().string());
     for (const char* bulk : {".bdf", ".nas", ".dat"})
-        if (suffix == bulk) return readNastranCards(path);
-    if (suffix == ".cdb") return readAnsysCards(path);
-    std::vector<DeckCard> cards = readDeckCards(path, progress);
+        if (suffix == bulk) return readNastranCards(path, progress);
+    if (suffix == ".cdb") return readAnsysCards(path, progress);
+    std::vector<DeckCard> cards = readDeckCards(path, progress, includes);
     applyParameters(cards);
     return cards;
 }

@@ -22,7 +22,7 @@ DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards,
 /** Reads the cards of a deck (.inp), or the equivalent ones of Nastran bulk data (.bdf, .nas, .dat)
 or an Ansys model (.cdb).
 @throws as their readers. **/
-std::vector<DeckCard> readModelCards(const std::string& path,
-                                     const ProgressCallback& progress = {});
+std::vector<DeckCard> readModelCards(const std::string& path, const ProgressCallback& progress = {},
+                                     DeckIncludes includes = DeckIncludes::Read);
 
 }  // namespace simflex

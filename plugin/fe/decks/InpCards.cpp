@@ -100,7 +100,8 @@ private:
 
 class CardReader {
 public:
-    explicit CardReader(const ProgressCallback& progress) : m_progress(progress) {}
+    CardReader(const ProgressCallback& progress, DeckIncludes includes)
+        : m_progress(progress), m_areIncludesRead(includes == DeckIncludes::Read) {}
 
     std::vector<DeckCard> cards;
 
@@ -128,6 +129,9 @@ public:
             if (card.keyword == "INCLUDE") {
                 read(resolve(card, path), card.where(), depth + 1);
             } else {
+                if (!m_areIncludesRead)
+                    refuseCard(card,
+                               "*INCLUDE: a mesh that another program wrote includes no file");
                 cards.push_back(std::move(card));
             }
         }
@@ -174,6 +178,7 @@ private:
     const ProgressCallback& m_progress;
     IncludeLimit m_includes;
 };
+    const bool m_areIncludesRead;
 
 /** Inserts blanks as in manuals. **/
 std::string writtenOut(const std::string& parameter) {
@@ -213,8 +218,9 @@ const std::string& DeckCard::get(const std::string& parameter) const {
     return found->second;
 }
 
-std::vector<DeckCard> readDeckCards(const std::string& path, const ProgressCallback& progress) {
-    CardReader reader(progress);
+std::vector<DeckCard> readDeckCards(const std::string& path, const ProgressCallback& progress,
+                                    DeckIncludes includes) {
+    CardReader reader(progress, includes);
     reader.read(path, "", 0);
     return std::move(reader.cards);
 }

@@ -46,14 +46,22 @@ struct DeckCard {
     std::string where(int atLine) const;
 };
 
+/** What *INCLUDE does: in a deck that another program wrote, which may do what a stranger's script
+wants, it is refused, since it would read files that the script may not. **/
+enum class DeckIncludes { Read, Refused };
+
 /** Reads all cards of a deck and of the files it includes, in order.
 @throws std::runtime_error for a file that cannot be read or a recursive include.
+@throws std::invalid_argument for an include that is refused.
 @throws Cancelled if progress requests it. **/
-std::vector<DeckCard> readDeckCards(const std::string& path, const ProgressCallback& progress = {});
+std::vector<DeckCard> readDeckCards(const std::string& path, const ProgressCallback& progress = {},
+                                    DeckIncludes includes = DeckIncludes::Read);
 
-/** Phase of reading decks, and the share of it spent on reading their cards. **/
+/** Phase of reading decks, the share of it spent on reading their cards, and how often it is
+reported. **/
 constexpr const char* ReadingDeck = "reading the deck";
 constexpr double ReadingCards = 0.6;
+constexpr int DeckLinesPerReport = 20000;
 
 /** Keyword of a card that holds text before the first card. **/
 constexpr const char* TextBeforeCards = "TEXTBEFORECARDS";
