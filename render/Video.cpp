@@ -12,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
@@ -151,17 +152,12 @@ public:
         if (!isVideoAvailable())
             throw std::runtime_error("cannot write the video '" + file +
                                      "': there is no program ffmpeg (Debian package ffmpeg)");
-        // Detects an unwritable folder before anything is drawn.
         const std::filesystem::path path(file);
         removeUnfinishedFiles(path.parent_path(), path.filename().string() + ".");
-        std::FILE* test = std::fopen(partial.c_str(), "wb");
-        if (!test) throw std::runtime_error("cannot write '" + file + "': " + std::strerror(errno));
-        std::fclose(test);
     }
 
     ~Impl() {
-        coder.reset();
-        std::remove(lossless.c_str());
+        coder.reset();  // before its files are removed
     }
 
     void write(const Image& image) {
@@ -236,14 +232,14 @@ private:
                  url(partial)});
         } else {
             // The palette depends on all frames, so they are stored in a file first.
-            lossless = partial + ".nut";
-            add({"-c:v", "huffyuv", "-pix_fmt", "bgra", "-f", "nut", url(lossless)});
+            lossless.emplace(partial + ".nut");
+            add({"-c:v", "huffyuv", "-pix_fmt", "bgra", "-f", "nut", url(lossless->getPath())});
         }
         coder = std::make_unique<Coder>(arguments, true);
     }
 
     void codeGif() {
-        const std::string palette = partial + ".png";
+        const UnfinishedFile palette(partial + ".png");
         const auto run = [&](const std::vector<std::string>& arguments) {
             coder = std::make_unique<Coder>(arguments, false);
             return coder->finish();
@@ -253,20 +249,20 @@ private:
                          : options.numRepeats == 1 ? -1
                                                    : options.numRepeats - 1;
         const bool ok =
-            run({"-y", "-xerror", "-loglevel", "error", "-f", "nut", "-i", url(lossless), "-vf",
-                 "palettegen=stats_mode=full", "-f", "image2", "-update", "1", url(palette)}) &&
-            run({"-y", "-xerror", "-loglevel", "error", "-f", "nut", "-i", url(lossless), "-f",
-                 "png_pipe", "-i", url(palette), "-lavfi", "paletteuse=dither=bayer:bayer_scale=3",
-                 "-loop", std::to_string(loop), "-f", "gif", url(partial)});
-        std::remove(palette.c_str());
-        std::remove(lossless.c_str());
+            run({"-y", "-xerror", "-loglevel", "error", "-f", "nut", "-i", url(lossless->getPath()),
+                 "-vf", "palettegen=stats_mode=full", "-c:v", "png", "-f", "image2", "-update", "1",
+                 url(palette.getPath())}) &&
+            run({"-y", "-xerror", "-loglevel", "error", "-f", "nut", "-i", url(lossless->getPath()),
+                 "-f", "png_pipe", "-i", url(palette.getPath()), "-lavfi",
+                 "paletteuse=dither=bayer:bayer_scale=3", "-loop", std::to_string(loop), "-f",
+                 "gif", url(partial)});
+        lossless.reset();
         if (!ok) fail(coder->readMessages());
     }
 
     [[noreturn]] void fail(std::string text) {
         isFinished = true;
         while (!text.empty() && text.back() == '\n') text.pop_back();
-        std::remove(partial.c_str());
         throw std::runtime_error("ffmpeg could not write '" + file + "': " + text);
     }
 
@@ -274,7 +270,7 @@ private:
     const Format format;
     UnfinishedFile unfinished{file};
     const std::string partial = unfinished.getPath();
-    std::string lossless;
+    std::optional<UnfinishedFile> lossless;
     std::unique_ptr<Coder> coder;
     int width = 0, height = 0;
     bool isFinished = false;

@@ -19,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr char Ending[] = ".part-";  // followed by the process number
+constexpr int MostNames = 1000;      // tried for one unfinished file
 
 [[noreturn]] void refuse(const fs::path& path, int error) {
     throw std::runtime_error(
@@ -97,6 +98,23 @@ std::vector<fs::path> listLeftovers(const fs::path& folder, const std::string& b
     return left;
 }
 
+/** Creates an empty file next to `path`, under a name that nothing has: what has it may be a link
+that others have put there. @return its path **/
+fs::path createBeside(const fs::path& path) {
+    const std::string first = path.string() + Ending + std::to_string(getpid());
+    std::string name = first;
+    for (int k = 1; k <= MostNames; ++k) {
+        const Descriptor file{
+            open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666)};
+        if (file.number >= 0) return name;
+        if (errno != EEXIST) refuse(path, errno);
+        name = first + "-" + std::to_string(k);
+    }
+    throw std::runtime_error("cannot write '" + path.string() + "': there are " +
+                             std::to_string(MostNames) + " files '" + first +
+                             "-…' next to it; remove them");
+}
+
 /** Removes the leftovers of one file. Each folder is listed only once, since thousands of pictures
 may be written to one. **/
 void removeLeftovers(const fs::path& folder, const std::string& begin) {
@@ -113,8 +131,7 @@ void removeLeftovers(const fs::path& folder, const std::string& begin) {
 }  // namespace
 
 UnfinishedFile::UnfinishedFile(const fs::path& path)
-    : m_path(followLinks(path)),
-      m_unfinished(m_path.string() + Ending + std::to_string(getpid())) {}
+    : m_path(followLinks(path)), m_unfinished(createBeside(m_path)) {}
 
 UnfinishedFile::~UnfinishedFile() {
     std::error_code ignored;
@@ -134,8 +151,7 @@ void UnfinishedFile::finish(Durability durability) {
 void replaceFile(const fs::path& path, std::string_view bytes, Durability durability) {
     UnfinishedFile unfinished(path);
     {
-        Descriptor file{
-            open(unfinished.getPath().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
+        Descriptor file{open(unfinished.getPath().c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC)};
         if (file.number < 0) refuse(path, errno);
         writeAll(file, bytes, path);
         // Network file systems may report a full disk only on close.
@@ -145,7 +161,7 @@ void replaceFile(const fs::path& path, std::string_view bytes, Durability durabi
 }
 
 void appendToFile(const fs::path& path, std::uint64_t size, std::string_view bytes) {
-    const Descriptor file{open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666)};
+    const Descriptor file{open(path.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666)};
     if (file.number < 0 || ftruncate(file.number, off_t(size)) != 0 ||
         lseek(file.number, 0, SEEK_END) < 0)
         refuse(path, errno);

@@ -1,8 +1,9 @@
 #pragma once
 /** @file
 Files that appear under their final name only when they are complete: each is written next to its
-destination, under a name unique to this process, and renamed at the end. A symbolic link is kept
-and its target replaced. Devices, pipes and write-protected files are refused. Internal.
+destination, under a name of this process that nothing else has, and renamed at the end. A symbolic
+link is kept and its target replaced. Devices, pipes and write-protected files are refused.
+Internal.
 
     UnfinishedFile file("crank.h5");
     write(file.getPath());   // crank.h5.part-4711
@@ -26,7 +27,8 @@ enum class Durability {
 
 class UnfinishedFile {
 public:
-    /** Opens no file yet. @param path  the final name **/
+    /** Creates the empty file, never through a link. @param path  the final name
+    @throws std::runtime_error "cannot write 'PATH': CAUSE". **/
     explicit UnfinishedFile(const std::filesystem::path& path);
     /** Removes the file unless it is finished. **/
     ~UnfinishedFile();
@@ -57,8 +59,8 @@ inline void replaceFile(const std::filesystem::path& path, const std::vector<std
     replaceFile(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, durability);
 }
 
-/** Truncates a file to its first `size` bytes, creating it if necessary, appends `bytes` and waits
-for the disk. @throws std::runtime_error "cannot write 'PATH': CAUSE". **/
+/** Truncates a file, which is no link, to its first `size` bytes, creating it if necessary, appends
+`bytes` and waits for the disk. @throws std::runtime_error "cannot write 'PATH': CAUSE". **/
 void appendToFile(const std::filesystem::path& path, std::uint64_t size, std::string_view bytes);
 
 /** Checks that a file can be created at this path, before there are results to lose.

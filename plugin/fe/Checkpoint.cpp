@@ -95,9 +95,9 @@ void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, doubl
     const std::string path = pathOf(name);
     std::error_code ignored;
     fs::create_directory(m_folder, ignored);
-    removeUnfinishedFiles(m_folder, name + ".");
-    UnfinishedFile unfinished(path);
     try {
+        removeUnfinishedFiles(m_folder, name + ".");
+        UnfinishedFile unfinished(path);
         File file(std::fopen(unfinished.getPath().c_str(), "wbe"));
         if (!file) throw std::runtime_error(std::strerror(errno));
         FileArchive archive(file.get());

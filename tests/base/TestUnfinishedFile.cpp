@@ -102,6 +102,31 @@ TEST_F(UnfinishedFileTest, SymbolicLinksStayAndTheirTargetsAreReplaced) {
     EXPECT_THAT(listFiles(disk.string()), ElementsAre("new.txt"));
 }
 
+/** Those who may write to the folder know the name of the unfinished file beforehand. **/
+TEST_F(UnfinishedFileTest, LinksInItsPlaceAreNotWrittenThrough) {
+    namespace fs = std::filesystem;
+    const fs::path victim = folder / "victim";
+    writeText(victim.string(), "precious");
+    const std::string planted = path + ".part-" + std::to_string(getpid());
+    fs::create_symlink("victim", planted);
+    replaceFile(path, "new");
+    EXPECT_EQ(readText(path), "new");
+    {
+        UnfinishedFile first(path), second(path);
+        EXPECT_NE(first.getPath(), second.getPath());
+        writeText(first.getPath(), "first");
+        writeText(second.getPath(), "second");
+        first.finish();
+        EXPECT_EQ(readText(path), "first");
+        second.finish();
+    }
+    EXPECT_EQ(readText(path), "second");
+    EXPECT_EQ(readText(victim.string()), "precious");
+    fs::create_symlink("victim", folder / "journal");
+    EXPECT_THROW(appendToFile(folder / "journal", 0, "new"), std::runtime_error);
+    EXPECT_EQ(readText(victim.string()), "precious");
+}
+
 TEST_F(UnfinishedFileTest, WhatIsNoRegularFileIsNotReplaced) {
     ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
     std::filesystem::create_symlink("/dev/full", folder / "full");

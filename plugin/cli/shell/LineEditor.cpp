@@ -181,15 +181,15 @@ public:
         if (historyFile.empty()) return;
         std::error_code ignored;  // the prompt also works without a history
         fs::create_directories(fs::path(historyFile).parent_path(), ignored);
-        UnfinishedFile file(historyFile);
         const mode_t mask = umask(0077);
-        HistEvent event;
-        const bool isWritten = history(past, &event, H_SAVE, file.getPath().c_str()) >= 0;
-        umask(mask);
         try {
-            if (isWritten) file.finish(Durability::ProcessEnd);
+            UnfinishedFile file(historyFile);
+            HistEvent event;
+            if (history(past, &event, H_SAVE, file.getPath().c_str()) >= 0)
+                file.finish(Durability::ProcessEnd);
         } catch (const std::runtime_error&) {
         }
+        umask(mask);
     }
 
     static char* getPrompt(EditLine* editor) { return get(editor).prompt.data(); }

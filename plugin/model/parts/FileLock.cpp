@@ -32,7 +32,7 @@ FileLock::~FileLock() {
 FileLock::State FileLock::tryToHold() {
     if (m_file >= 0) return State::Held;
     for (;;) {
-        const int file = open(m_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        const int file = open(m_path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
         if (file < 0) return State::Impossible;
         if (flock(file, LOCK_EX | LOCK_NB) != 0) {
             const bool isBusy = errno == EWOULDBLOCK || errno == EINTR;

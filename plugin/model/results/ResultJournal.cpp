@@ -111,7 +111,7 @@ std::string pack(Values... values) {
 ResultJournal::ResultJournal(const std::string& path, Access access) : m_path(path) {
     const int flags = access == Access::Read     ? O_RDONLY
                       : access == Access::Append ? O_RDWR
-                                                 : O_RDWR | O_CREAT;
+                                                 : O_RDWR | O_CREAT | O_NOFOLLOW;
     if (std::filesystem::exists(path) && !isInputFile(path))
         throw std::runtime_error("'" + path +
                                  "' is no file on a disk, and the journal of a run is kept there; "

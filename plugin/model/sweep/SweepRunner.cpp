@@ -133,7 +133,7 @@ std::string findMissing(const std::string& path, const std::vector<std::string>&
 /** Opens and locks the log; −1 if another process holds it. **/
 int claim(const std::string& folder) {
     const std::string path = folder + "/log.txt";
-    const int file = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    const int file = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (file < 0) throw std::runtime_error("cannot write '" + path + "': " + std::strerror(errno));
     if (flock(file, LOCK_EX | LOCK_NB) == 0) return file;
     close(file);
@@ -154,10 +154,8 @@ public:
         m_numJobs = std::min(m_numJobs, numCases);
         m_numThreads =
             options.numThreads > 0 ? options.numThreads : std::max(1, numCores / m_numJobs);
-        const std::string mark = options.folder + "/started-" + std::to_string(getpid());
-        std::ofstream(mark) << '\n';
-        m_started = fs::last_write_time(mark);
-        fs::remove(mark);
+        // The time by the clock of the folder's disk.
+        m_started = fs::last_write_time(UnfinishedFile(options.folder + "/started").getPath());
         // Ranks start at different places, to avoid contention for the same case.
         const SweepShare& share = options.share;
         for (int k = 0; k < numCases; ++k) {
