@@ -194,6 +194,14 @@ void refuseReplacing(const fs::path& path, const std::string& kind) {
                              ", so it is not replaced: give another name, or remove it");
 }
 
+void refuseLinkedFolder(const fs::path& folder) {
+    std::error_code none;
+    if (fs::is_symlink(fs::symlink_status(folder, none)))
+        throw std::runtime_error(
+            "'" + folder.string() + "' is a link to '" + fs::read_symlink(folder, none).string() +
+            "', where files would be replaced: remove the link, or name another folder");
+}
+
 void removeUnfinishedFiles(const fs::path& folder, const std::string& begin) {
     std::error_code ignored;
     for (const fs::path& file : listLeftovers(folder, begin)) fs::remove(file, ignored);

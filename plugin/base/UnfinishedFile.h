@@ -74,6 +74,10 @@ void checkReplaceable(const std::filesystem::path& path, std::string_view begin,
 /** @throws std::runtime_error that the existing file is not replaced **/
 [[noreturn]] void refuseReplacing(const std::filesystem::path& path, const std::string& kind);
 
+/** Refuses a folder of this program's own choice that is a link: files of another place would be
+replaced or removed. @throws std::runtime_error naming the link **/
+void refuseLinkedFolder(const std::filesystem::path& folder);
+
 /** Removes unfinished files that ended processes have left in a folder, if their names start with
 `begin`. **/
 void removeUnfinishedFiles(const std::filesystem::path& folder, const std::string& begin);

@@ -13,6 +13,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/body/FlexibleBody.h"
 #include "simflex/body/ReportInterval.h"
 #include "simflex/part/VtuFile.h"
@@ -144,6 +145,7 @@ void VtkReporter::start() const {
     if (error || !fs::is_directory(folder))
         throw std::runtime_error("VtkReporter: cannot make the folder '" + folder.string() +
                                  "' for frames: " + error.message());
+    refuseLinkedFolder(folder);
     for (const auto& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
         for (const std::string& body : m_names) {

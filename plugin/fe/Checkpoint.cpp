@@ -96,6 +96,7 @@ void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, doubl
     std::error_code ignored;
     fs::create_directory(m_folder, ignored);
     try {
+        refuseLinkedFolder(m_folder);
         removeUnfinishedFiles(m_folder, name + ".");
         UnfinishedFile unfinished(path);
         File file(std::fopen(unfinished.getPath().c_str(), "wbe"));
@@ -116,7 +117,7 @@ void ReductionCheckpoint::save(const std::string& name, std::uint64_t key, doubl
 
 void ReductionCheckpoint::remove() const {
     std::error_code ignored;
-    if (!fs::is_directory(m_folder, ignored)) return;
+    if (!fs::is_directory(fs::symlink_status(m_folder, ignored))) return;
     // Remove only a checkpoint's own files: the folder may have other contents.
     for (const std::string name : {"matrices", "factor", "constraint modes", "normal modes"}) {
         fs::remove(pathOf(name), ignored);

@@ -143,7 +143,7 @@ void FrameOutput::prepareFolder() {
     if (failure || !fs::is_directory(folder))
         throw std::runtime_error("cannot make the folder '" + folder +
                                  "' for frames: " + failure.message());
-    removeUnfinishedFiles(folder, "frame_");
+    if (!fs::is_symlink(folder)) removeUnfinishedFiles(folder, "frame_");
     if (oldFrames == OldFrames::Remove) removeFramesFrom(0);
     isFolderReady = true;
 }
@@ -157,6 +157,7 @@ void FrameOutput::removeFramesFrom(int first) {
         if (isFrameFile(entry.path().filename().string(), number) && number >= first)
             old.push_back(entry.path());
     }
+    if (!old.empty()) refuseLinkedFolder(folder);
     for (const fs::path& file : old) fs::remove(file, failure);
 }
 

@@ -40,7 +40,7 @@ std::set<int> findFolders(const std::string& path) {
         const std::string found = entry.path().filename().string();
         int number = 0;
         if (found.compare(0, name.size(), name) == 0 &&
-            readInteger(found.substr(name.size()), number) && number > 0)
+            readInteger(found.substr(name.size()), number) && number > 0 && !entry.is_symlink())
             numbers.insert(number);
     }
     return numbers;

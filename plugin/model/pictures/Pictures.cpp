@@ -327,6 +327,15 @@ void addReactions(const Model& model, OffscreenVisualizer& viz) {
         });
 }
 
+/** Refuses a folder of the model's choice that is a link, or behind one. **/
+void refuseLinks(const fs::path& folder) {
+    fs::path way;
+    for (const fs::path& step : folder) {
+        way /= step;
+        if (folder.is_relative() || way == folder) refuseLinkedFolder(way);
+    }
+}
+
 /** Folder of pictures whose names include their analysis. **/
 std::string findFolder(const Model& model, const std::string& usual) {
     const ModelValue folder = model.getFile().get("pictures").get("folder");
@@ -460,6 +469,7 @@ std::string drawFrames(const Model& model, const std::vector<RunCheckpoint::Fram
             model,
             pictures.get("folder").isGiven() ? pictures.get("folder").getText() : usualFolder,
             rows.name);
+        refuseLinks(folder);
         viz->setOutputFolder(folder);
         places = std::to_string(frames.size()) + " in " + folder;
     }
@@ -509,6 +519,7 @@ std::string drawState(const Model& model, const State& state, const std::string&
     motion.record(state);
     fitTo(model, motion, *viz);
     const fs::path folder = findFolder(model, usualFolder);
+    refuseLinks(folder);
     fs::create_directories(folder);
     const std::string file = (folder / (analysis + ".png")).string();
     viz->drawFrame(state).writePng(file);
@@ -585,6 +596,7 @@ std::string drawPeriods(const Model& model, const State& about, const std::vecto
                         const std::string& analysis, const std::string& usualFolder,
                         const Listener& listener) {
     const fs::path folder = findFolder(model, usualFolder);
+    refuseLinks(folder);
     fs::create_directories(folder);
     Linearization linear;
     copyState(about, linear.state);

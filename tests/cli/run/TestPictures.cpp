@@ -2,6 +2,8 @@
 Pictures requested by a model. **/
 
 #include <algorithm>
+#include <filesystem>
+#include <tuple>
 
 #include "cli/run/RunTest.h"
 #include "simflex/render/Image.h"
@@ -170,6 +172,24 @@ pictures: {size: [160, 120], rate: 10, shadows: false}
     EXPECT_EQ(testing::listFiles(folder / "model.frames"),
               (std::vector<std::string>{"frame_00000.png", "frame_00001.png"}));
     EXPECT_EQ(testing::readText(folder / "frames/frame_00000.png"), "another model's");
+}
+
+TEST_F(RunPicturesTest, FoldersThatAreLinksAreRefused) {
+    ASSERT_EQ(runProgram("mkdir", "others"), 0);
+    testing::writeText(folder / "others/frame_99999.png", "another model's");
+    for (const auto& [link, target, key] : {std::tuple("model.frames", "others", ""),
+                                            std::tuple("way", ".", ", folder: way/others")}) {
+        std::filesystem::create_directory_symlink(target, folder / link);
+        writeModel(makePendulum("1", R"(analyses: {run: {type: transient, duration: 0.1}}
+pictures: {size: [160, 120], rate: 10, shadows: false)" +
+                                         std::string(key) + "}\n"));
+        EXPECT_EQ(runModel(), 1);
+        EXPECT_THAT(err, HasSubstr("'" + std::string(link) + "' is a link to '" + target + "'"));
+        EXPECT_EQ(testing::listFiles(folder / "others"),
+                  std::vector<std::string>{"frame_99999.png"});
+        EXPECT_TRUE(isThere("model.results.h5"));
+        std::filesystem::remove(folder / link);
+    }
 }
 
 TEST_F(RunPicturesTest, InsetsLieOverAPictureThatStaysAsItIs) {
