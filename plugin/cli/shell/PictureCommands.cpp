@@ -7,6 +7,7 @@ Commands of the prompt for pictures and plots, in the terminal and in files. **/
 #include <stdexcept>
 
 #include "simflex/base/Progress.h"
+#include "simflex/base/UnfinishedFile.h"
 #include "simflex/cli/Format.h"
 #include "simflex/cli/Messages.h"
 #include "simflex/cli/ProgressBar.h"
@@ -41,6 +42,7 @@ void show(Shell& shell, const Words&) {
 
 void save(Shell& shell, const Words& words) {
     checkPng(words[0]);
+    checkReplaceable(words[0], "\x89PNG", "picture");
     const SimTK::State& state = shell.updSession().getState();
     const Image image = shell.makeVisualizer()->drawFrame(state);
     image.writePng(words[0]);

@@ -93,6 +93,7 @@ void visitSaved(Archive& archive, const Model& model, SavedState& saved) {
 }
 
 void writeKeptState(const std::string& path, const Model& model, const State& state) {
+    checkReplaceable(path, StateTitle, "kept state");
     const std::vector<std::string> controllers = model.getFile().get("controllers").getKeys();
     if (!controllers.empty())
         throw std::runtime_error("a file of a state does not have what controller '" +

@@ -532,6 +532,19 @@ solver: {accuracy: 1e-8}
     EXPECT_THAT(err, HasSubstr("none.state"));
 }
 
+TEST_F(ShellTest, WhatIsOfAnotherKindIsNotReplaced) {
+    writePendulum();
+    testing::writeText(folder / "notes.txt", "mine");
+    testing::writeText(folder / "notes.png", "mine");
+    for (const std::string command : {"keep notes.txt", "save notes.png"}) {
+        EXPECT_EQ(shell(command + "\n"), 1);
+        EXPECT_THAT(err, HasSubstr("is there and is no "));
+    }
+    EXPECT_EQ(testing::readText(folder / "notes.txt"), "mine");
+    EXPECT_EQ(testing::readText(folder / "notes.png"), "mine");
+    ASSERT_EQ(shell("keep a.state\nkeep a.state\n"), 0) << err;
+}
+
 TEST_F(ShellTest, ListsNameWhatTheModelHas) {
     writePendulum(
         "frames: {tip: {on: rod, position: [0, -L/2, 0]}}\n"
