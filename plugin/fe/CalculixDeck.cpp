@@ -101,7 +101,8 @@ FeModel readCalculixDeck(const std::string& path, const CalculixOptions& options
         return buildDeckModel(
             path, std::move(some),
             options.leavesContactOut ? ContactUse::LeftOut : ContactUse::Refused,
-            options.hasCalculixShells ? ShellUse::CalculixSolids : ShellUse::Shells);
+            options.hasCalculixShells ? ShellUse::CalculixSolids : ShellUse::Shells,
+            options.progress);
     };
     DeckModel deck = build(std::move(cards));
     if (options.hasCalculixShells) hash.add(std::string("CalculiX's shells"));

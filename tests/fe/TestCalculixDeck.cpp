@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <ctime>
 #include <functional>
 #include <iomanip>
 #include <sstream>
@@ -879,6 +880,33 @@ TEST_F(CalculixDeckTest, ReadingTellsHowFarItIs) {
     EXPECT_NEAR(fractions[2] - fractions[1], fractions[3] - fractions[2], 0.01);
     options.progress = [](const std::string&, double fraction) { return fraction < 0.2; };
     EXPECT_THROW(read(text, options), Cancelled);
+}
+
+/** Seconds of computing. **/
+double calcSeconds(const std::function<void()>& work) {
+    const std::clock_t start = std::clock();
+    work();
+    return double(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+TEST_F(CalculixDeckTest, ContinuedKeywordLinesTakeAsLongAsLinesOfData) {
+    constexpr int NumLines = 60000;
+    std::string keyword = "*NODE, NSET=ALL,\n", data = "*NODE, NSET=ALL\n";
+    for (int k = 1; k <= NumLines; ++k) {
+        keyword += "NSET=ALL,\n";
+        data += std::to_string(100000 + k) + ",0,0,0\n";
+    }
+    int numReports = 0;
+    CalculixOptions options;
+    options.progress = [&](const std::string&, double fraction) {
+        numReports += fraction > 0 && fraction < 0.6;
+        return true;
+    };
+    const double ofKeyword =
+        calcSeconds([&] { read(keyword + "NSET=ALL\n" + brick.text(), options); });
+    EXPECT_EQ(numReports, 3);
+    const double ofData = calcSeconds([&] { read(data + brick.text()); });
+    EXPECT_LT(ofKeyword, 5 * ofData + 0.5);
 }
 
 TEST_F(CalculixDeckTest, ProgressCanStopTheWork) {

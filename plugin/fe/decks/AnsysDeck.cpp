@@ -45,10 +45,12 @@ struct FixedColumns {
 
 class AnsysReader {
 public:
-    explicit AnsysReader(const std::string& path) : m_path(path), m_lines(path, "Ansys model") {}
+    AnsysReader(const std::string& path, const ProgressCallback& progress)
+        : m_progress(progress), m_path(path), m_lines(path, "Ansys model") {}
 
     std::vector<DeckCard> read() {
         while (m_lines.next()) {
+            report();
             const std::string line = upperCase(trimBlanks(m_lines.line()));
             if (line.empty() || line[0] == '!' || line[0] == '(') continue;
             std::vector<std::string> words = splitAt(line, ',');
@@ -212,8 +214,14 @@ private:
                text[0] == '*';
     }
 
+    void report() {
+        if (m_lines.number() % DeckLinesPerReport == 0)
+            reportProgress(m_progress, ReadingDeck, ReadingCards * m_lines.fraction());
+    }
+
     bool nextInBlock() {
         if (!m_lines.next()) return false;
+        report();
         if (!isBlockEnd()) return true;
         if (trimBlanks(m_lines.line()) != "-1") m_lines.stepBack();
         return false;
@@ -725,6 +733,7 @@ private:
         }
     }
 
+    const ProgressCallback& m_progress;
     std::string m_path;
     TextLines m_lines;
     std::map<int, std::array<double, 3>> m_nodes;
@@ -742,8 +751,8 @@ private:
 
 }  // namespace
 
-std::vector<DeckCard> readAnsysCards(const std::string& path) {
-    return AnsysReader(path).read();
+std::vector<DeckCard> readAnsysCards(const std::string& path, const ProgressCallback& progress) {
+    return AnsysReader(path, progress).read();
 }
 
 }  // namespace simflex

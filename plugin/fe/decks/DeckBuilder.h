@@ -17,7 +17,7 @@ enum class ContactUse { LeftOut, Refused };
 have. **/
 DeckModel buildDeckModel(const std::string& path, std::vector<DeckCard> cards,
                          ContactUse contact = ContactUse::LeftOut,
-                         ShellUse shells = ShellUse::Shells);
+                         ShellUse shells = ShellUse::Shells, const ProgressCallback& progress = {});
 
 /** Reads the cards of a deck (.inp), or the equivalent ones of Nastran bulk data (.bdf, .nas, .dat)
 or an Ansys model (.cdb).

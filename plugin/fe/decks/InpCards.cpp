@@ -19,7 +19,6 @@ namespace simflex {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int CardLinesPerReport = 20000;
 
 std::string withoutBlanks(std::string text) {
     text.erase(std::remove_if(text.begin(), text.end(), isBlank), text.end());
@@ -113,8 +112,7 @@ public:
         if (!mistake.empty()) throw std::runtime_error(includedFrom + "*" + mistake);
         Lines lines(readPlainText(in));
         while (lines.next()) {
-            if (lines.number() % CardLinesPerReport == 0)
-                reportProgress(m_progress, ReadingDeck, ReadingCards * lines.share());
+            report(lines);
             std::string_view text = trimBlanks(lines.line());
             if (text.empty() || text.substr(0, 2) == "**") continue;
             if (text[0] != '*') {
@@ -123,24 +121,28 @@ public:
             }
             const int keywordLine = lines.number();
             std::string keyword(text);
-            while (keyword.back() == ',' && isKeywordOpen(keyword) && lines.nextUnlessKeyword())
+            // A keyword line that ends in a comma is continued only if it has parameters.
+            const bool hasParameters = std::count(keyword.begin(), keyword.end(), ',') > 1;
+            while (keyword.back() == ',' && hasParameters && lines.nextUnlessKeyword()) {
+                report(lines);
                 keyword += trimBlanks(lines.line());
+            }
             DeckCard card = parseKeyword(keyword, path.string(), keywordLine);
             if (card.keyword == "INCLUDE") {
-                read(resolve(card, path), card.where(), depth + 1);
-            } else {
                 if (!m_areIncludesRead)
                     refuseCard(card,
                                "*INCLUDE: a mesh that another program wrote includes no file");
+                read(resolve(card, path), card.where(), depth + 1);
+            } else {
                 cards.push_back(std::move(card));
             }
         }
     }
 
 private:
-    /** A keyword line that ends in a comma is continued only if it has parameters. **/
-    static bool isKeywordOpen(const std::string& text) {
-        return std::count(text.begin(), text.end(), ',') > 1;
+    void report(const Lines& lines) {
+        if (++m_numLines % DeckLinesPerReport == 0)
+            reportProgress(m_progress, ReadingDeck, ReadingCards * lines.share());
     }
 
     void addData(std::string_view text, const std::string& file, int line) {
@@ -176,9 +178,10 @@ private:
     }
 
     const ProgressCallback& m_progress;
-    IncludeLimit m_includes;
-};
     const bool m_areIncludesRead;
+    IncludeLimit m_includes;
+    long m_numLines = 0;  ///< of all files
+};
 
 /** Inserts blanks as in manuals. **/
 std::string writtenOut(const std::string& parameter) {

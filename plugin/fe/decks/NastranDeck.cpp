@@ -141,7 +141,10 @@ struct BulkEntry {
 
 class NastranReader {
 public:
-    explicit NastranReader(const std::string& path) : m_path(path) { readFile(path, 0); }
+    NastranReader(const std::string& path, const ProgressCallback& progress)
+        : m_progress(progress), m_path(path) {
+        readFile(path, 0);
+    }
 
     std::vector<DeckCard> read() {
         for (const BulkEntry& entry : m_entries) sort(entry);
@@ -199,7 +202,10 @@ private:
         const std::string mistake = m_includes.enter(depth);
         if (!mistake.empty()) throw std::invalid_argument(path + ": " + mistake);
         BulkCards cards(path, "bulk data file", {});
+        long numRead = 0;
         for (BulkCard card; cards.next(card);) {
+            if (++numRead % DeckLinesPerReport == 0)
+                reportProgress(m_progress, ReadingDeck, ReadingCards * cards.lines().fraction());
             if (card.name == "ENDDATA") break;
             if (card.name == "INCLUDE") {
                 std::string name;
@@ -965,6 +971,7 @@ private:
              writeGeneral(turned[0][1]), writeGeneral(turned[0][2]), writeGeneral(turned[1][2])});
     }
 
+    const ProgressCallback& m_progress;
     std::string m_path;
     std::vector<BulkEntry> m_entries;
     IncludeLimit m_includes;
@@ -988,8 +995,8 @@ private:
 
 }  // namespace
 
-std::vector<DeckCard> readNastranCards(const std::string& path) {
-    return NastranReader(path).read();
+std::vector<DeckCard> readNastranCards(const std::string& path, const ProgressCallback& progress) {
+    return NastranReader(path, progress).read();
 }
 
 }  // namespace simflex

@@ -24,6 +24,6 @@ namespace simflex {
 
 /** @throws std::runtime_error if a file cannot be read.
 @throws std::invalid_argument for unsupported features. **/
-std::vector<DeckCard> readNastranCards(const std::string& path);
+std::vector<DeckCard> readNastranCards(const std::string& path, const ProgressCallback& progress);
 
 }  // namespace simflex
