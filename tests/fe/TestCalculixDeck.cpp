@@ -909,6 +909,38 @@ TEST_F(CalculixDeckTest, ContinuedKeywordLinesTakeAsLongAsLinesOfData) {
     EXPECT_LT(ofKeyword, 5 * ofData + 0.5);
 }
 
+/** Cards of an assembly of many bricks of one element. **/
+std::string makeInstances(int number) {
+    std::string text =
+        "*PART,NAME=P\n*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4,ELSET=V\n"
+        "1,1,2,3,4\n*SOLID SECTION,ELSET=V,MATERIAL=S\n*END PART\n*MATERIAL,NAME=S\n*ELASTIC\n"
+        "2e11,0.3\n*DENSITY\n7850\n*ASSEMBLY,NAME=A\n";
+    for (int k = 0; k < number; ++k)
+        text += "*INSTANCE,NAME=I" + std::to_string(k) + ",PART=P\n*END INSTANCE\n";
+    return text + "*NSET,NSET=ENDS\nI0.1\n*END ASSEMBLY\n";
+}
+
+TEST_F(CalculixDeckTest, AnInstanceTakesAsLongAmongManyAsAmongFew) {
+    constexpr int Few = 4000, Many = 32000;
+    // It is stopped when its cards have been taken together.
+    CalculixOptions options;
+    const auto calcTime = [&](int number) {
+        return calcSeconds([&] {
+            options.progress = [](const std::string& phase, double) { return phase != "K and M"; };
+            EXPECT_THROW(read(makeInstances(number), options), Cancelled);
+        });
+    };
+    const double ofFew = calcTime(Few);
+    EXPECT_LT(calcTime(Many), 2.5 * Many / Few * ofFew);
+    int numReports = 0;
+    options.progress = [&](const std::string& phase, double) {
+        numReports += phase == "reading the deck";
+        return phase != "K and M";
+    };
+    EXPECT_THROW(read(makeInstances(Many), options), Cancelled);
+    EXPECT_GT(numReports, 8);
+}
+
 TEST_F(CalculixDeckTest, ProgressCanStopTheWork) {
     CalculixOptions options;
     options.progress = [](const std::string& phase, double) { return phase != "K and M"; };

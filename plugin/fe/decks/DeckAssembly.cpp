@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -80,8 +81,9 @@ enum class NumberKind { Node, Element, Name };
 
 class Flattener {
 public:
-    Flattener(std::vector<DeckCard> cards, std::vector<std::string>& notes)
-        : m_cards(std::move(cards)), m_notes(notes) {}
+    Flattener(std::vector<DeckCard> cards, std::vector<std::string>& notes,
+              const std::function<void()>& report)
+        : m_cards(std::move(cards)), m_notes(notes), m_report(report) {}
 
     std::vector<DeckCard> flatten() {
         divide();
@@ -99,11 +101,13 @@ public:
         m_assembly.elementOffset = elements;
         for (const Scope& instance : m_instances)
             for (DeckCard card : instance.cards) {
+                m_report();
                 adapt(card, instance, &instance);
                 m_result.push_back(std::move(card));
             }
         bool isInStep = false;  // steps are left out
         for (DeckCard& card : m_assembly.cards) {
+            m_report();
             const Scope* scope = &m_assembly;
             isInStep |= card.keyword == "STEP";
             if (isInStep) {
@@ -145,7 +149,10 @@ private:
                 isInAssembly = false;
                 instance = nullptr;
             } else if (keyword == "INSTANCE") {
+                m_report();
                 m_instances.push_back(makeInstance(card, parts));
+                if (!m_indexOf.emplace(m_instances.back().name, m_instances.size() - 1).second)
+                    refuseCard(card, "instance " + m_instances.back().name + " is given twice");
                 instance = &m_instances.back();
             } else if (keyword == "ENDINSTANCE") {
                 instance = nullptr;
@@ -165,9 +172,10 @@ private:
                                         "the deck has part " + name +
                                         ", but no *INSTANCE of it in an *ASSEMBLY");
         }
+        std::set<std::string> used;
+        for (const Scope& scope : m_instances) used.insert(scope.part);
         for (const auto& [name, cards] : parts)
-            if (std::none_of(m_instances.begin(), m_instances.end(),
-                             [&name = name](const Scope& s) { return s.part == name; }))
+            if (!used.count(name))
                 m_notes.push_back("left out part " + name + ", of which there is no instance");
         for (const DeckCard& card : m_assembly.cards)
             for (const char* parameter : {"NSET", "ELSET", "NAME"})
@@ -183,9 +191,6 @@ private:
         Scope instance;
         instance.name = card.get("NAME");
         instance.part = card.get("PART");
-        for (const Scope& other : m_instances)
-            if (other.name == instance.name)
-                refuseCard(card, "instance " + instance.name + " is given twice");
         instance.placement = readPlacement(card);
         const auto part = parts.find(instance.part);
         if (part == parts.end())
@@ -195,8 +200,8 @@ private:
     }
 
     const Scope& findInstance(const DeckCard& card, const std::string& name) const {
-        for (const Scope& instance : m_instances)
-            if (instance.name == name) return instance;
+        const auto found = m_indexOf.find(name);
+        if (found != m_indexOf.end()) return m_instances[found->second];
         refuseCard(card, card.title + " names instance " + name + ", which the deck does not have");
     }
 
@@ -258,10 +263,8 @@ private:
         const size_t dot = field.find('.');
         if (dot != std::string::npos && &scope == &m_assembly && isLetter(field[0])) {
             const std::string before = field.substr(0, dot);
-            const auto instance =
-                std::find_if(m_instances.begin(), m_instances.end(),
-                             [&](const Scope& other) { return other.name == before; });
-            if (instance != m_instances.end()) at = &*instance;
+            const auto instance = m_indexOf.find(before);
+            if (instance != m_indexOf.end()) at = &m_instances[instance->second];
             if (at != &scope || before == m_assembly.name) field = field.substr(dot + 1);
         }
         if (kind == NumberKind::Name || !isDeckNumber(field)) {
@@ -389,7 +392,9 @@ private:
 
     std::vector<DeckCard> m_cards, m_result;
     std::vector<std::string>& m_notes;
+    const std::function<void()>& m_report;
     std::vector<Scope> m_instances;
+    std::map<std::string, size_t> m_indexOf;  ///< of an instance, by name
     Scope m_assembly;
     std::set<std::string> m_assemblyNames;
 };
@@ -484,13 +489,13 @@ std::vector<DeckCard> placeSystems(std::vector<DeckCard> cards) {
 
 }  // namespace
 
-std::vector<DeckCard> flattenAssembly(std::vector<DeckCard> given,
-                                      std::vector<std::string>& notes) {
+std::vector<DeckCard> flattenAssembly(std::vector<DeckCard> given, std::vector<std::string>& notes,
+                                      const std::function<void()>& report) {
     std::vector<DeckCard> cards = placeSystems(std::move(given));
     const bool isFlat = std::none_of(cards.begin(), cards.end(), [](const DeckCard& card) {
         return card.keyword == "PART" || card.keyword == "INSTANCE" || card.keyword == "ASSEMBLY";
     });
-    return isFlat ? std::move(cards) : Flattener(std::move(cards), notes).flatten();
+    return isFlat ? std::move(cards) : Flattener(std::move(cards), notes, report).flatten();
 }
 
 }  // namespace simflex

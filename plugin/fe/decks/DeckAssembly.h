@@ -20,6 +20,7 @@ with a single instance they are unchanged, unless the assembly uses the same nam
 the origin, b on the x axis, then c in the x-y plane. Without c, z is the deck's; without b all axes
 are. *NODE, SYSTEM=C gives r, θ [°], z in these axes. **/
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,10 @@ namespace simflex {
 /** Returns the cards without parts, instances and node systems; those of a plain deck are
 unchanged.
 @param notes  receives the numbering of instances' nodes and elements
+@param report  called for each instance and card; may throw Cancelled
 @throws std::invalid_argument naming file and line. **/
-std::vector<DeckCard> flattenAssembly(std::vector<DeckCard> cards, std::vector<std::string>& notes);
+std::vector<DeckCard> flattenAssembly(
+    std::vector<DeckCard> cards, std::vector<std::string>& notes,
+    const std::function<void()>& report = [] {});
 
 }  // namespace simflex

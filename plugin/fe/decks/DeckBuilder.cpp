@@ -79,7 +79,7 @@ public:
             ShellUse shells, const ProgressCallback& progress)
         : m_progress(progress), m_contact(contact), m_shells(shells) {
         m_model.path = path;
-        m_cards = flattenAssembly(std::move(cards), m_model.notes);
+        m_cards = flattenAssembly(std::move(cards), m_model.notes, [this] { report(); });
     }
 
     DeckModel build() {
