@@ -84,6 +84,8 @@ int runCommand(CLI::App& app, int argc, char** argv) {
         return reportError(
             "the machine gives no more threads: is memory short, or a limit (ulimit -u, "
             "-v) reached?");
+    } catch (const std::bad_alloc&) {
+        return reportError("there is not enough memory for this command");
     } catch (const std::exception& error) {
         return reportError(error.what());
     }

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <stdexcept>
 
 #include "simflex/base/AsciiText.h"
@@ -124,7 +125,12 @@ FeModel readModelSource(const SourceOptions& options) {
     const Kind kind = findKind(options.path);
     checkOptions(options, kind);
     const UnitSystem& units = findUnitSystem(options.units);
-    FeModel model = readKind(options, kind);
+    FeModel model;
+    try {
+        model = readKind(options, kind);
+    } catch (const std::bad_alloc&) {
+        throw std::runtime_error("there is not enough memory for the part '" + options.path + "'");
+    }
     // Decks have already reported their notes.
     const bool isTold = kind == Kind::Deck || kind == Kind::Gmsh;
     const size_t numNotes = isTold ? model.notes.size() : 0,

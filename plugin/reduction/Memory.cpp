@@ -1,5 +1,7 @@
 #include "Memory.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -54,8 +56,10 @@ std::int64_t calcGroupMemory() {
 
 std::int64_t calcAvailableMemory() {
     const std::int64_t kilobytes = readNumber("/proc/meminfo", "MemAvailable:");
-    return std::min(kilobytes == UnknownMemory ? UnknownMemory : 1024 * kilobytes,
-                    calcGroupMemory());
+    rlimit limit{};
+    const bool isLimited = getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+    return std::min({kilobytes == UnknownMemory ? UnknownMemory : 1024 * kilobytes,
+                     calcGroupMemory(), isLimited ? std::int64_t(limit.rlim_cur) : UnknownMemory});
 }
 
 std::string formatMemory(double bytes) {

@@ -1,4 +1,5 @@
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 
 #include <cmath>
 #include <ctime>
@@ -939,6 +940,27 @@ TEST_F(CalculixDeckTest, AnInstanceTakesAsLongAmongManyAsAmongFew) {
     };
     EXPECT_THROW(read(makeInstances(Many), options), Cancelled);
     EXPECT_GT(numReports, 8);
+}
+
+TEST_F(CalculixDeckTest, GeneratorsMakeNoMoreThanALimitTogether) {
+    const std::string ranges =
+        "*NSET,NSET=A,GENERATE\n1,15000000\n*NSET,NSET=B,GENERATE\n1,15000000\n";
+    EXPECT_THAT(errorOf(brick.text() + ranges),
+                AllOf(HasSubstr("GENERATE makes more than 20000000 numbers, together with those "
+                                "made before it 30000000; is a digit too many?"),
+                      HasSubstr("deck.inp:")));
+    EXPECT_THAT(errorOf(brick.text() + "*ELGEN,ELSET=BODY\n1,6000000,0,100,4,0,1000000000\n"),
+                HasSubstr("*ELGEN makes more than 20000000 of them; is a digit too many?"));
+    // What the memory cannot hold is refused before it is made.
+    rlimit before{};
+    getrlimit(RLIMIT_AS, &before);
+    const rlimit small{rlim_t(4000000000), before.rlim_max};
+    setrlimit(RLIMIT_AS, &small);
+    const std::string message = errorOf(brick.text() + "*ELGEN,ELSET=BODY\n1,15000000,0,100\n");
+    setrlimit(RLIMIT_AS, &before);
+    EXPECT_THAT(message,
+                ContainsRegex("[*]ELGEN makes 15000000 of them, for which there is not enough "
+                              "memory: about 7.0 GiB, of which .* are available"));
 }
 
 TEST_F(CalculixDeckTest, ProgressCanStopTheWork) {

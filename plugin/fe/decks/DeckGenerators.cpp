@@ -1,6 +1,8 @@
 #include "DeckGenerators.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -8,8 +10,6 @@
 
 namespace simflex {
 namespace {
-
-constexpr long MostMade = 20000000;  // nodes or elements per card
 
 const std::map<std::string, std::set<std::string>> GeneratorParameters = {
     {"NGEN", {"NSET", "LINE"}},
@@ -43,14 +43,6 @@ private:
         return parseDeckInteger(data.fields[field], m_card, data);
     }
 
-    void checkCount(long count, int line) const {
-        if (count > MostMade)
-            refuseCard(m_card,
-                       m_card.title + " makes more than " + std::to_string(MostMade) +
-                           " of them; is a digit too many?",
-                       line);
-    }
-
     DeckCard& add(const char* title) {
         DeckCard card;
         card.setTitle(title);
@@ -71,6 +63,7 @@ private:
         addLine(card,
                 {std::to_string(node), writeGeneral(x[0]), writeGeneral(x[1]), writeGeneral(x[2])},
                 line);
+        m_model.report();
     }
 
     /** Adds evenly spaced nodes between two existing ones. **/
@@ -105,7 +98,7 @@ private:
                                "number of steps behind the first",
                            data.line);
             const long count = (long(last) - first) / step;
-            checkCount(count, data.line);
+            m_model.claim(count, data.line);
             DeckCard& nodes = add("*NODE");
             addBetween(nodes, first, last, int(count), step, data.line);
             std::vector<int> all;
@@ -132,7 +125,7 @@ private:
             if (count < 1 || step == 0)
                 refuseCard(m_card, "*NFILL needs at least one interval and a step of numbers",
                            data.line);
-            checkCount(long(count) * long(from.size()), data.line);
+            m_model.claim(long(count) * long(from.size()), data.line);
             DeckCard& nodes = add("*NODE");
             std::vector<int> all = from;
             for (size_t k = 0; k < from.size(); ++k) {
@@ -173,7 +166,9 @@ private:
         }
         DeckCard& nodes = add("*NODE");
         if (m_card.has("NEWSET")) nodes.parameters["NSET"] = m_card.get("NEWSET");
-        for (const int node : m_model.nodesOf(m_card.get("OLDSET"), m_card.line)) {
+        const std::vector<int> originals = m_model.nodesOf(m_card.get("OLDSET"), m_card.line);
+        m_model.claim(long(originals.size()), m_card.line);
+        for (const int node : originals) {
             Vec3d x = sumOf(m_model.positionOf(node), 1, move);
             const Vec3d r = minus(x, point), side = cross(axis, r);
             if (angle != 0)
@@ -187,12 +182,15 @@ private:
     void addElement(int element, int elementShift, int nodeShift, const std::string& set,
                     int line) {
         const auto [type, nodes] = m_model.findElement(element);
-        DeckCard& card = add("*ELEMENT");
+        const bool isNext = !m_made.empty() && m_made.back().keyword == "ELEMENT" &&
+                            m_made.back().get("TYPE") == type;
+        DeckCard& card = isNext ? m_made.back() : add("*ELEMENT");
         card.parameters["TYPE"] = type;
         if (!set.empty()) card.parameters["ELSET"] = set;
         std::vector<std::string> fields = {std::to_string(element + elementShift)};
         for (const int node : nodes) fields.push_back(std::to_string(node + nodeShift));
         addLine(card, std::move(fields), line);
+        m_model.report();
     }
 
     void repeatElements() {
@@ -208,8 +206,10 @@ private:
                 if (count[d] < 1)
                     refuseCard(m_card, "*ELGEN needs at least one element in each direction",
                                data.line);
-                checkCount(all *= count[d], data.line);
+                // Within a limit, so that the product stays in range.
+                all = std::min(all, long(std::numeric_limits<int>::max())) * count[d];
             }
+            m_model.claim(all, data.line);
             for (int k = 0; k < count[2]; ++k)
                 for (int j = 0; j < count[1]; ++j)
                     for (int i = 0; i < count[0]; ++i)
@@ -229,8 +229,9 @@ private:
         const int elements = parseDeckInteger(m_card.get("ELEMENTSHIFT"), m_card.where()),
                   nodes = parseDeckInteger(m_card.get("SHIFTNODES"), m_card.where());
         const std::string set = m_card.has("NEWSET") ? m_card.get("NEWSET") : "";
-        for (const int element : m_model.elementsOf(m_card.get("OLDSET")))
-            addElement(element, elements, nodes, set, m_card.line);
+        const std::vector<int> originals = m_model.elementsOf(m_card.get("OLDSET"));
+        m_model.claim(long(originals.size()), m_card.line);
+        for (const int element : originals) addElement(element, elements, nodes, set, m_card.line);
     }
 
     const DeckCard& m_card;

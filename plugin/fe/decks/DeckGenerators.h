@@ -27,6 +27,10 @@ struct GeneratorModel {
     std::function<std::vector<int>(const std::string& set)> elementsOf;
     /** Returns type and nodes. **/
     std::function<std::pair<std::string, std::vector<int>>(int element)> findElement;
+    /** Called before so many nodes or elements are made. @throws std::invalid_argument if that is
+    too many. **/
+    std::function<void(long count, int line)> claim;
+    std::function<void()> report;  ///< called from time to time; throws Cancelled
 };
 
 /** Returns whether the keyword is one of these cards. **/
