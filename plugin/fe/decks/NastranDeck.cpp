@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "BulkCards.h"
 #include "IncludeLimit.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/DependencyOrder.h"
 #include "simflex/base/InputFile.h"
 #include "simflex/base/NameDistance.h"
 #include "simflex/base/NumberText.h"
@@ -293,15 +295,48 @@ private:
     /** Coordinate system 0 is the basic one. **/
     Vec3d toBasic(const BulkEntry& entry, int system, const Vec3d& x) {
         if (system <= 0) return x;
-        const auto known = m_systems.find(system);
-        if (known != m_systems.end()) return known->second.toBasic(x);
-        const auto found = m_systemEntries.find(system);
-        if (found == m_systemEntries.end())
-            refuse(entry, "names coordinate system " + std::to_string(system) +
+        if (!m_systems.count(system)) {
+            needSystem(entry, system);
+            finishInOrder(
+                system, [&](int number) { return findOpenSystem(number); },
+                [&](int number) { m_systems.emplace(number, makeSystem(number)); },
+                [&](const std::vector<int>& circle) {
+                    const int first = circle.front();
+                    refuse(*m_systemEntries.at(first).first,
+                           "coordinate system " + std::to_string(first) + " goes back to itself");
+                });
+        }
+        return m_systems.at(system).toBasic(x);
+    }
+
+    void needSystem(const BulkEntry& asker, int system) const {
+        if (!m_systemEntries.count(system))
+            refuse(asker, "names coordinate system " + std::to_string(system) +
                               ", which the bulk data do not have");
-        if (!m_systemsAtWork.insert(system).second)
-            refuse(entry, "coordinate system " + std::to_string(system) + " goes back to itself");
-        const auto& [of, first] = found->second;
+    }
+
+    /** Returns a system that another one is defined in and that has not been made yet. **/
+    std::optional<int> findOpenSystem(int number) const {
+        const auto& [of, first] = m_systemEntries.at(number);
+        const auto isOpen = [&, of = of](const BulkEntry& asker, int system) {
+            if (system <= 0 || m_systems.count(system)) return false;
+            needSystem(asker, system);
+            return true;
+        };
+        if (of->card.name[4] != '1') {
+            const int system = integer(*of, 1, "RID");
+            return isOpen(*of, system) ? std::optional<int>(system) : std::nullopt;
+        }
+        for (size_t k = 0; k < 3; ++k) {
+            const BulkEntry& grid = getGrid(*of, positive(*of, first + 1 + k, "a grid"));
+            const int system = systemOf(grid, 1);
+            if (isOpen(grid, system)) return system;
+        }
+        return {};
+    }
+
+    CoordinateSystem makeSystem(int system) {
+        const auto& [of, first] = m_systemEntries.at(system);
         std::array<Vec3d, 3> p;
         for (size_t k = 0; k < 3; ++k) {
             if (of->card.name[4] == '1') {
@@ -319,8 +354,7 @@ private:
         made.e3 = scaled(made.e3, 1 / normOf(made.e3));
         made.e2 = scaled(side, 1 / normOf(side));
         made.e1 = cross(made.e2, made.e3);
-        m_systemsAtWork.erase(system);
-        return m_systems.emplace(system, made).first->second.toBasic(x);
+        return made;
     }
 
     /** Returns the position system of a grid, or its displacement system (field 5). **/
@@ -329,14 +363,19 @@ private:
         return m_gridDefaults ? integer(*m_gridDefaults, place, "a system of GRDSET") : 0;
     }
 
-    Vec3d positionOf(const BulkEntry& asker, int number_) {
+    const BulkEntry& getGrid(const BulkEntry& asker, int number_) const {
         const auto grid = m_grids.find(number_);
         if (grid == m_grids.end())
             refuse(asker,
                    "names grid " + std::to_string(number_) + ", which the bulk data do not have");
+        return *grid->second;
+    }
+
+    Vec3d positionOf(const BulkEntry& asker, int number_) {
+        const BulkEntry& grid = getGrid(asker, number_);
         Vec3d x{};
-        for (size_t a = 0; a < 3; ++a) x[a] = number(*grid->second, 2 + a, "a coordinate");
-        return toBasic(*grid->second, systemOf(*grid->second, 1), x);
+        for (size_t a = 0; a < 3; ++a) x[a] = number(grid, 2 + a, "a coordinate");
+        return toBasic(grid, systemOf(grid, 1), x);
     }
 
     DeckCard& addCard(const BulkEntry* of, const std::string& title,
@@ -979,7 +1018,6 @@ private:
     const BulkEntry* m_gridDefaults = nullptr;
     std::map<int, std::pair<const BulkEntry*, size_t>> m_systemEntries;
     std::map<int, CoordinateSystem> m_systems;
-    std::set<int> m_systemsAtWork;
     std::map<std::pair<int, double>, std::string> m_sets;  ///< by property and offset
     std::set<int> m_elementGrids, m_shellGrids;
     /** Axes of the elements in each set. **/

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "simflex/base/DependencyOrder.h"
 #include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
@@ -10,8 +11,6 @@ namespace model {
 using namespace SimTK;
 
 namespace {
-
-constexpr size_t MostOnEachOther = 1000;  // limits the recursion
 
 Vec3 toVec3(const std::array<double, 3>& a) {
     return Vec3(a[0], a[1], a[2]);
@@ -40,6 +39,7 @@ FrameOnBody FrameOnBody::moved(const Transform& X) const {
 ModelFrames::ModelFrames(const ModelValue& file, const Parts& parts) : m_file(file) {
     const ModelValue bodies = file.get("bodies");
     for (const std::string& name : bodies.getKeys()) {
+        m_numbers[name] = int(m_names.size());
         m_names.push_back(name);
         const ModelValue part = bodies.get(name).get("part");
         if (!part.isGiven()) {
@@ -52,14 +52,14 @@ ModelFrames::ModelFrames(const ModelValue& file, const Parts& parts) : m_file(fi
         m_parts.push_back(found->second);
     }
     for (const std::string& name : file.get("frames").getKeys())
-        if (std::find(m_names.begin(), m_names.end(), name) != m_names.end())
+        if (m_numbers.count(name))
             file.get("frames").get(name).fail("there is a body of this name too");
 }
 
 int ModelFrames::findBody(const ModelValue& name) const {
-    const auto found = std::find(m_names.begin(), m_names.end(), name.getText());
-    if (found == m_names.end()) name.failUnknown("body", name.getText(), m_names);
-    return int(found - m_names.begin());
+    const auto found = m_numbers.find(name.getText());
+    if (found == m_numbers.end()) name.failUnknown("body", name.getText(), m_names);
+    return found->second;
 }
 
 std::vector<std::string> ModelFrames::listKnown(int own) const {
@@ -85,38 +85,40 @@ FrameOnBody ModelFrames::find(const std::string& name, const Unknown& fail, int 
         frame.interface = name;
         return frame;
     }
-    const auto resolved = m_resolved.find(name);
-    if (resolved != m_resolved.end()) return resolved->second;
     if (m_file.get("frames").has(name)) {
-        const ModelValue value = m_file.get("frames").get(name);
-        if (std::find(m_open.begin(), m_open.end(), name) != m_open.end()) {
-            std::string cycle;
-            for (const std::string& open : m_open) cycle += open + " -> ";
-            m_open.clear();
-            value.fail("frames are on each other: " + cycle + name);
-        }
-        if (m_open.size() >= MostOnEachOther) {
-            m_open.clear();
-            value.fail("more than " + std::to_string(MostOnEachOther) +
-                       " frames are on each other");
-        }
-        m_open.push_back(name);
-        frame = find(value);
-        m_open.pop_back();
-        m_resolved[name] = frame;
-        return frame;
+        resolve(name);
+        return m_resolved.at(name);
     }
     const size_t dot = name.find('.');
-    const auto body = std::find(m_names.begin(), m_names.end(), name.substr(0, dot));
-    if (body == m_names.end()) fail("frame", name, listKnown(own));
-    frame.body = int(body - m_names.begin());
+    const auto body = m_numbers.find(name.substr(0, dot));
+    if (body == m_numbers.end()) fail("frame", name, listKnown(own));
+    frame.body = body->second;
     if (dot == std::string::npos) return frame;
     frame.interface = name.substr(dot + 1);
     const ReducedBody* part = getPart(frame.body);
-    if (!part) fail("frame of the rigid body '" + *body + "' called", name, listKnown(own));
+    if (!part) fail("frame of the rigid body '" + body->first + "' called", name, listKnown(own));
     if (!hasInterface(*part, frame.interface))
-        fail("interface of '" + *body + "' called", frame.interface, listInterfaces(*part));
+        fail("interface of '" + body->first + "' called", frame.interface, listInterfaces(*part));
     return frame;
+}
+
+void ModelFrames::resolve(const std::string& frame) const {
+    if (m_resolved.count(frame)) return;
+    const ModelValue frames = m_file.get("frames");
+    const auto findOpen = [&](const std::string& name) -> std::optional<std::string> {
+        ModelValue on = frames.get(name);
+        while (on.isMap()) on = on.get("on");
+        const std::string other = on.getText();
+        if (other == "ground" || !frames.has(other) || m_resolved.count(other)) return {};
+        return other;
+    };
+    const auto finish = [&](const std::string& name) { m_resolved[name] = find(frames.get(name)); };
+    const auto failCircle = [&](const std::vector<std::string>& circle) {
+        std::string text;
+        for (const std::string& name : circle) text += name + " -> ";
+        frames.get(circle.front()).fail("frames are on each other: " + text + circle.front());
+    };
+    finishInOrder(frame, findOpen, finish, failCircle);
 }
 
 FrameOnBody ModelFrames::findMap(const ModelValue& value, int own) const {

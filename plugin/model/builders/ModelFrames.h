@@ -58,13 +58,15 @@ public:
     static constexpr int NoBody = -2;
 
 private:
+    /** Adds an entry of `frames` to m_resolved, and those that it is on. **/
+    void resolve(const std::string& frame) const;
     FrameOnBody findMap(const ModelValue& frame, int own) const;
     std::vector<std::string> listKnown(int own) const;
 
     ModelValue m_file;
     std::vector<std::string> m_names;
+    std::map<std::string, int> m_numbers;  ///< of bodies, by name
     std::vector<std::shared_ptr<const ReducedBody>> m_parts;
-    mutable std::vector<std::string> m_open;  ///< frames under `frames` being resolved
     mutable std::map<std::string, FrameOnBody> m_resolved;
 };
 

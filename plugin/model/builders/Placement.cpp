@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "simflex/base/DependencyOrder.h"
 #include "simflex/model/builders/ModelGeometry.h"
 
 namespace simflex {
@@ -14,7 +15,7 @@ Placement::Placement(const ModelValue& file, const ModelFrames& frames)
     const size_t count = frames.getBodyNames().size();
     m_poses.resize(count);
     m_mobilizers.resize(count);
-    m_marks.resize(count, Mark::Open);
+    m_places.resize(count);
     for (size_t i = 0; i < count; ++i) {
         const ModelValue body = m_bodies.get(frames.getBodyNames()[i]);
         if (!frames.getPart(int(i))) m_mobilizers[i] = readMobilizer(body.get("mobilizer"), frames);
@@ -23,59 +24,62 @@ Placement::Placement(const ModelValue& file, const ModelFrames& frames)
 }
 
 void Placement::place(int body) {
-    if (m_marks[size_t(body)] == Mark::Placed) return;
-    const std::string& name = m_frames.getBodyNames()[size_t(body)];
-    if (m_marks[size_t(body)] == Mark::Placing) {
-        std::string circle;
-        for (auto i = std::find(m_path.begin(), m_path.end(), body); i != m_path.end(); ++i)
-            circle += m_frames.getBodyNames()[size_t(*i)] + " -> ";
-        const ModelValue value = m_bodies.get(name);
+    if (isPlaced(body)) return;
+    const auto findOpen = [&](int i) -> std::optional<int> {
+        if (!m_places[size_t(i)]) m_places[size_t(i)] = readPlace(i);
+        for (const int other : {m_mobilizers[size_t(i)].parent.body, m_places[size_t(i)]->at.body})
+            if (other >= 0 && !isPlaced(other)) return other;
+        return {};
+    };
+    const auto finish = [&](int i) {
+        Mobilizer& mobilizer = m_mobilizers[size_t(i)];
+        m_poses[size_t(i)] = calcPlace(i);
+        if (m_places[size_t(i)]->isGiven)
+            countFromPlace(mobilizer, calcPose(mobilizer.parent), *m_poses[size_t(i)]);
+        m_order.push_back(i);
+    };
+    const auto failCircle = [&](const std::vector<int>& circle) {
+        const std::vector<std::string>& names = m_frames.getBodyNames();
+        const std::string& first = names[size_t(circle.front())];
+        std::string text;
+        for (const int i : circle) text += names[size_t(i)] + " -> ";
+        const ModelValue value = m_bodies.get(first);
         const ModelValue place = value.get("place");
         (place.isGiven() ? place : value)
-            .fail("the places of bodies refer to each other in a circle: " + circle + name +
+            .fail("the places of bodies refer to each other in a circle: " + text + first +
                   "; give one of them a position");
-    }
-    m_marks[size_t(body)] = Mark::Placing;
-    m_path.push_back(body);
-    m_poses[size_t(body)] = calcPlace(body);
-    if (m_bodies.get(name).get("place").isGiven())
-        countFromPlace(m_mobilizers[size_t(body)], calcPose(m_mobilizers[size_t(body)].parent),
-                       m_poses[size_t(body)]);
-    m_path.pop_back();
-    m_marks[size_t(body)] = Mark::Placed;
-    m_order.push_back(body);
+    };
+    finishInOrder(body, findOpen, finish, failCircle);
 }
 
-Transform Placement::follow(const FrameOnBody& frame) {
-    if (frame.body >= 0) place(frame.body);
-    return calcPose(frame);
-}
-
-Transform Placement::calcPlace(int body) {
-    const ModelValue value = m_bodies.get(m_frames.getBodyNames()[size_t(body)]);
-    const ModelValue place = value.get("place");
-    const Mobilizer& mobilizer = m_mobilizers[size_t(body)];
-    const Transform X_GP = follow(mobilizer.parent);  // also places the parent first
-    if (!place.isGiven())
-        return mobilizer.isFree() ? Transform() : X_GP * mobilizer.X_PF * ~mobilizer.X_BM;
-    const Transform offset = readPose(place);
-    const bool hasFrame = place.has("frame"), hasAt = place.has("at");
-    if (!hasFrame && !hasAt) return offset;
-    FrameOnBody own;
-    own.body = body;
-    if (hasFrame) own = m_frames.find(place.get("frame"), body);
-    if (own.body != body)
-        place.get("frame").fail("it is on " + m_frames.describe(own) +
+Placement::Place Placement::readPlace(int body) const {
+    const ModelValue place = m_bodies.get(m_frames.getBodyNames()[size_t(body)]).get("place");
+    Place result;
+    result.own.body = body;
+    if (!place.isGiven()) return result;
+    result.isGiven = true;
+    result.offset = readPose(place);
+    if (place.has("frame")) result.own = m_frames.find(place.get("frame"), body);
+    if (result.own.body != body)
+        place.get("frame").fail("it is on " + m_frames.describe(result.own) +
                                 "; `frame` is one of the body's own, `at` the other");
-    FrameOnBody other;
-    if (hasAt) other = m_frames.find(place.get("at"));
-    if (other.body == body) place.get("at").fail("a body cannot be placed at a frame of its own");
-    return follow(other) * offset * ~m_frames.calcPose(own);
+    if (place.has("at")) result.at = m_frames.find(place.get("at"));
+    if (result.at.body == body)
+        place.get("at").fail("a body cannot be placed at a frame of its own");
+    return result;
+}
+
+Transform Placement::calcPlace(int body) const {
+    const Place& place = *m_places[size_t(body)];
+    if (place.isGiven) return calcPose(place.at) * place.offset * ~m_frames.calcPose(place.own);
+    const Mobilizer& mobilizer = m_mobilizers[size_t(body)];
+    if (mobilizer.isFree()) return Transform();
+    return calcPose(mobilizer.parent) * mobilizer.X_PF * ~mobilizer.X_BM;
 }
 
 Transform Placement::calcPose(const FrameOnBody& frame) const {
     const Transform X = m_frames.calcPose(frame);
-    return frame.body < 0 ? X : m_poses[size_t(frame.body)] * X;
+    return frame.body < 0 ? X : getPose(frame.body) * X;
 }
 
 double Placement::calcSize() const {
@@ -85,7 +89,7 @@ double Placement::calcSize() const {
             low[a] = std::min(low[a], p[a]), high[a] = std::max(high[a], p[a]);
     };
     for (size_t i = 0; i < m_poses.size(); ++i) {
-        add(m_poses[i] * m_frames.calcBodyFrame(int(i)).p());
+        add(getPose(int(i)) * m_frames.calcBodyFrame(int(i)).p());
         if (!m_frames.getPart(int(i))) continue;
         for (const ReducedBody::Interface& interface : m_frames.getPart(int(i))->interfaces) {
             FrameOnBody frame;

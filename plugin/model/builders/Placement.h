@@ -3,6 +3,9 @@
 Places the bodies of a model file, by position or by mating one of their frames with a frame placed
 already. Bodies may be in any order. **/
 
+#include <optional>
+#include <vector>
+
 #include "simflex/model/builders/Mobilizer.h"
 
 namespace simflex {
@@ -14,7 +17,7 @@ public:
     Placement(const ModelValue& file, const ModelFrames& frames);
 
     /** Pose of the body's own coordinates D in Ground. **/
-    const SimTK::Transform& getPose(int body) const { return m_poses[size_t(body)]; }
+    const SimTK::Transform& getPose(int body) const { return *m_poses[size_t(body)]; }
     /** Pose of a frame in Ground, undeformed. **/
     SimTK::Transform calcPose(const FrameOnBody& frame) const;
     /** Mobilizer of a rigid body. **/
@@ -27,17 +30,23 @@ public:
     double calcSize() const;
 
 private:
+    /** Where the file puts a body: its frame `own` at frame `at`, moved by `offset`. **/
+    struct Place {
+        bool isGiven = false;
+        SimTK::Transform offset;
+        FrameOnBody own, at;
+    };
+    /** Places the body, and first those that it depends on. **/
     void place(int body);
-    SimTK::Transform calcPlace(int body);
-    SimTK::Transform follow(const FrameOnBody& frame);
+    bool isPlaced(int body) const { return m_poses[size_t(body)].has_value(); }
+    Place readPlace(int body) const;
+    SimTK::Transform calcPlace(int body) const;
 
-    enum class Mark { Open, Placing, Placed };
     ModelValue m_bodies;
     const ModelFrames& m_frames;
-    std::vector<SimTK::Transform> m_poses;
+    std::vector<std::optional<SimTK::Transform>> m_poses;
     std::vector<Mobilizer> m_mobilizers;
-    std::vector<Mark> m_marks;
-    std::vector<int> m_path;  ///< bodies being placed
+    std::vector<std::optional<Place>> m_places;  ///< read when they are needed
     std::vector<int> m_order;
 };
 

@@ -398,13 +398,15 @@ void SignalBuilder::checkNewName(const ModelValue& entry) const {
         entry.fail("a probe has the name '" + name +
                    "' already, and laws would not know which is meant");
     if (m_system.states.count(name)) entry.fail("an input has the name '" + name + "' already");
-    for (const auto& other : m_states)
-        if (other->getName() == name) entry.fail("a state has the name '" + name + "' already");
+    if (m_ofNames.count(name)) entry.fail("a state has the name '" + name + "' already");
 }
 
 void SignalBuilder::addEntry(const ModelValue& entry) {
     checkNewName(entry);
     m_states.push_back(std::make_unique<StateEntry>(m_system, m_options, entry));
+    m_ofNames[entry.getName()] = m_states.back().get();
+    for (const std::string& output : m_states.back()->listOutputs())
+        m_ofOutputs.emplace(output, m_states.back().get());
 }
 
 void SignalBuilder::addEventStates(const ModelValue& event) {
@@ -413,11 +415,12 @@ void SignalBuilder::addEventStates(const ModelValue& event) {
 
 int SignalBuilder::findState(const ModelValue& name) const {
     const std::string wanted = name.isMap() ? name.getName() : name.getText();
+    const auto found = m_ofNames.find(wanted);
+    if (found != m_ofNames.end() && found->second->getSettable() >= 0)
+        return found->second->getSettable();
     std::vector<std::string> known;
-    for (const auto& state : m_states) {
-        if (state->getName() == wanted && state->getSettable() >= 0) return state->getSettable();
+    for (const auto& state : m_states)
         if (state->getSettable() >= 0) known.push_back(state->getName());
-    }
     name.failUnknown("state with a rate", wanted, known);
 }
 
@@ -579,22 +582,12 @@ void SignalBuilder::noteSharedWords(const VariableFormula& formula, const ModelV
 Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
     const size_t dot = name.find('.');
     const std::string owner = name.substr(0, dot);
-    if (std::find(m_open.begin(), m_open.end(), owner) != m_open.end()) {
-        std::string ring;
-        for (auto link = std::find(m_open.begin(), m_open.end(), owner); link != m_open.end();
-             ++link)
-            ring += "'" + *link + "' → ";
-        law.fail("it depends on itself: " + ring + "'" + owner +
-                 "'; a state in the loop, such as a low_pass, breaks it");
-    }
-    const auto state = std::find_if(m_states.begin(), m_states.end(), [&](const auto& entry) {
-        const std::vector<std::string> outputs = entry->listOutputs();
-        return std::find(outputs.begin(), outputs.end(), name) != outputs.end();
-    });
+    const auto failChain = [&](const std::string& mistake) { law.fail(mistake); };
+    const auto state = m_ofOutputs.find(name);
     const ModelValue probes = m_file.get("probes");
     const ModelValue inputs = m_file.get("inputs");
     if (inputs.has(name)) return m_system.states.at(name);
-    if (state == m_states.end() && !probes.has(owner)) {
+    if (state == m_ofOutputs.end() && !probes.has(owner)) {
         std::vector<std::string> known = probes.getKeys();
         for (const std::string& input : inputs.getKeys()) known.push_back(input);
         for (const auto& entry : m_states)
@@ -604,18 +597,18 @@ Signal SignalBuilder::find(const std::string& name, const ModelValue& law) {
     }
     const auto known = m_ofProbes.find(name);
     if (known != m_ofProbes.end()) {
+        m_chain.repeat(owner, failChain);
         m_numFormulas = known->second.numFormulas;
         return known->second.signal;
     }
-    m_open.push_back(owner);
+    const ReferenceChain::Link link(m_chain, owner, failChain);
     const auto makeOfColumn = [&](const ModelValue& probe) {
         const std::vector<std::string> columns = listColumns(probe);
         return makeOfProbe(probe, columns.empty() ? 0 : int(chooseColumn(law, name, columns)));
     };
-    const Signal signal = state != m_states.end() ? (*state)->getOutput(name, *this)
-                                                  : makeOfColumn(probes.get(owner));
-    m_open.pop_back();
-    if (state == m_states.end()) m_ofProbes[name] = {signal, m_numFormulas};
+    const Signal signal = state != m_ofOutputs.end() ? state->second->getOutput(name, *this)
+                                                     : makeOfColumn(probes.get(owner));
+    if (state == m_ofOutputs.end()) m_ofProbes[name] = {signal, m_numFormulas};
     return signal;
 }
 

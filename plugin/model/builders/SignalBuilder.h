@@ -13,6 +13,7 @@ motion with their derivatives. Adds the states' equations to the system.
 #include <utility>
 #include <vector>
 
+#include "simflex/base/ReferenceChain.h"
 #include "simflex/forces/Signal.h"
 #include "simflex/model/builders/HeldStates.h"
 #include "simflex/model/builders/ModelFrames.h"
@@ -88,8 +89,11 @@ private:
     const ModelOptions& m_options;
     ModelSystem& m_system;
     std::vector<std::unique_ptr<StateEntry>> m_states;
+    std::map<std::string, StateEntry*> m_ofNames, m_ofOutputs;  ///< those of m_states
     std::vector<Sampling> m_samplings;
-    std::vector<std::string> m_open;  ///< probes and states under construction
+    /** Probes and states under construction. **/
+    ReferenceChain m_chain{"probes and states", "it depends on itself",
+                           "; a state in the loop, such as a low_pass, breaks it"};
     std::vector<std::string> m_notes;
 
     struct OfProbe {

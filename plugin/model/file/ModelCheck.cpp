@@ -177,8 +177,7 @@ private:
         if (!key) failUnknownKey(node, entry);
         const std::string path = (node.path.empty() ? "" : node.path + ".") + entry.key;
         if (isGiven(entry.value)) {
-            node.entries.emplace_back(entry.key,
-                                      check(entry.value, key->forms, key, path, entry.key));
+            node.add(entry.key, check(entry.value, key->forms, key, path, entry.key));
             return;
         }
         const bool canBeEmpty = std::any_of(
@@ -287,7 +286,7 @@ private:
         const std::size_t numMistakes = m_mistakes.size();
         const NodePointer child = check(isGiven(entry.value) ? entry.value : nothing, form.items,
                                         nullptr, path, entry.key);
-        node.entries.emplace_back(entry.key, child);
+        node.add(entry.key, child);
         if (!m_newFile || m_mistakes.size() > numMistakes) return;
         if (node.path == "parameters")
             m_newFile->scope.constants[entry.key] =
@@ -385,10 +384,14 @@ private:
 
 }  // namespace
 
+void ModelValue::Node::add(const std::string& entry, NodePointer value) {
+    numbers.emplace(entry, entries.size());
+    entries.emplace_back(entry, std::move(value));
+}
+
 NodePointer ModelValue::Node::find(const std::string& wanted) const {
-    for (const auto& entry : entries)
-        if (entry.first == wanted) return entry.second;
-    return nullptr;
+    const auto found = numbers.find(wanted);
+    return found == numbers.end() ? nullptr : entries[found->second].second;
 }
 
 void ModelValue::Node::fail(const std::string& message) const {

@@ -5,6 +5,7 @@ The data behind a ModelValue. Only for the files of this folder. **/
 #include <map>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -40,7 +41,9 @@ struct ModelValue::Node {
     mutable bool isRead = false;  ///< the scalar has been used
     std::vector<std::shared_ptr<const Node>> items;
     std::vector<std::pair<std::string, std::shared_ptr<const Node>>> entries;
+    std::unordered_map<std::string, std::size_t> numbers;  ///< in `entries`, by key
 
+    void add(const std::string& key, std::shared_ptr<const Node> value);
     std::shared_ptr<const Node> find(const std::string& name) const;
     [[noreturn]] void fail(const std::string& message) const;
     [[noreturn]] void failAt(int position, const std::string& message) const;

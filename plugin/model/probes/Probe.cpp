@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 
+#include "simflex/base/ReferenceChain.h"
 #include "simflex/model/probes/ProbeKinds.h"
 
 namespace simflex {
@@ -40,13 +40,16 @@ public:
         : m_model(std::move(model)), m_entries(entries) {}
 
     Probe make(const std::string& name) {
-        const auto made = m_made.find(name);
-        if (made != m_made.end()) return made->second;
         const ModelValue entry = m_entries.get(name);
-        if (!m_beingMade.insert(name).second) entry.fail("the expression depends on itself");
+        const auto failChain = [&](const std::string& mistake) { entry.fail(mistake); };
+        const auto made = m_made.find(name);
+        if (made != m_made.end()) {
+            m_chain.repeat(name, failChain);
+            return made->second;
+        }
+        const ReferenceChain::Link link(m_chain, name, failChain);
         Probe probe = makeNew({m_model, entry});
         probe.name = name;
-        m_beingMade.erase(name);
         m_made[name] = probe;
         return probe;
     }
@@ -70,7 +73,7 @@ private:
     std::shared_ptr<const Model> m_model;
     ModelValue m_entries;
     std::map<std::string, Probe> m_made;
-    std::set<std::string> m_beingMade;
+    ReferenceChain m_chain{"probes", "the expression depends on itself"};
 };
 
 /** Default probes, for models without `probes`. **/
