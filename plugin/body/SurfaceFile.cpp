@@ -84,11 +84,19 @@ void forEachLine(std::string_view text, const Take& take) {
     }
 }
 
+/** Limits the time of programs that take a face as a whole: CAD programs write some thousands. **/
+constexpr std::size_t MostCorners = 10000;
+
 void addFace(SimTK::PolygonalMesh& mesh, const std::vector<int>& vertices) {
     if (vertices.size() < 3)
         throw std::runtime_error("face " + std::to_string(mesh.getNumFaces() + 1) + " has " +
                                  std::to_string(vertices.size()) +
                                  " vertices; a face has three or more");
+    if (vertices.size() > MostCorners)
+        throw std::runtime_error("face " + std::to_string(mesh.getNumFaces() + 1) + " has " +
+                                 std::to_string(vertices.size()) + " vertices, more than " +
+                                 std::to_string(MostCorners) +
+                                 ": split it into smaller faces, such as triangles");
     for (const int vertex : vertices)
         if (vertex < 0 || vertex >= mesh.getNumVertices())
             throw std::runtime_error("face " + std::to_string(mesh.getNumFaces() + 1) +
