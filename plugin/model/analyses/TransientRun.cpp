@@ -12,6 +12,7 @@
 #include "simflex/model/file/KnownTimes.h"
 #include "simflex/model/pictures/Pictures.h"
 #include "simflex/model/probes/ProbeKinds.h"
+#include "simflex/model/results/ResultLayout.h"
 
 namespace simflex {
 namespace model {
@@ -92,6 +93,15 @@ TransientRun::TransientRun(ModelRun& run, const ModelValue& analysis)
 void TransientRun::start(const State& state) {
     m_progress.analysis = m_name;
     m_startTime = state.getTime();
+    const double end = m_startTime + m_duration;
+    if (!(std::abs(m_startTime) <= LargestTime && std::abs(end) <= LargestTime))
+        m_analysis.fail("goes from " + writeGeneral(m_startTime, 6) + " s to " +
+                        writeGeneral(end, 6) + " s; times are at most " +
+                        writeGeneral(LargestTime, 6) + " s");
+    if (!(m_startTime + m_interval > m_startTime && end - m_interval < end))
+        m_analysis.fail("its interval of " + writeGeneral(m_interval, 6) +
+                        " s is lost in the round-off of times from " +
+                        writeGeneral(m_startTime, 6) + " s to " + writeGeneral(end, 6) + " s");
     checkMotions(m_run.m_model->getFile(), m_startTime, m_startTime + m_duration);
     m_run.m_model->forgetLawFailure();
     try {

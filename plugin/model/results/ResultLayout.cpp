@@ -372,10 +372,7 @@ Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStat
     hsize_t numRows = 1;
     if (analysis.type == "transient") {
         analysis.time = hdf5::readNumbers(group, "time", {0});
-        for (size_t k = 0; k < analysis.time.size(); ++k)
-            if (!std::isfinite(analysis.time[k]) ||
-                (k > 0 && analysis.time[k] < analysis.time[k - 1]))
-                throw std::runtime_error("'time' decreases at row " + std::to_string(k));
+        checkTimes(analysis.time);
         readProbes(group, analysis.time.size(), analysis);
     } else if (analysis.type == "static") {
         if (hdf5::hasLink(group, "path")) {
@@ -420,6 +417,15 @@ Results::Analysis readAnalysis(hid_t analyses, const std::string& name, ReadStat
 }
 
 }  // namespace
+
+void checkTimes(const std::vector<double>& times) {
+    for (size_t k = 0; k < times.size(); ++k) {
+        if (!(std::abs(times[k]) <= LargestTime))
+            throw std::runtime_error("'time' is out of range at row " + std::to_string(k));
+        if (k > 0 && !(times[k] > times[k - 1]))
+            throw std::runtime_error("'time' does not increase at row " + std::to_string(k));
+    }
+}
 
 std::string getJournalPath(const std::string& path) {
     return path + ".rows";

@@ -3,6 +3,7 @@
 The HDF5 file of Results.h, written from a journal. Internal to results. **/
 
 #include <string>
+#include <vector>
 
 #include "simflex/model/results/ResultJournal.h"
 
@@ -10,6 +11,10 @@ namespace simflex {
 namespace model {
 
 constexpr int ResultFormat = 1;
+
+constexpr double LargestTime = 1e20;  ///< of a row [s]
+/** @throws std::runtime_error if the times of rows do not increase, or exceed LargestTime. **/
+void checkTimes(const std::vector<double>& times);
 
 std::string getJournalPath(const std::string& path);
 

@@ -60,6 +60,7 @@ void fillRows(const ResultJournal& journal, const ResultJournal::Analysis& analy
                     (result.*state.rows).push_back(take(width));
         }
     }
+    checkTimes(result.time);
 }
 
 Results readJournal(const ResultJournal& journal, ReadStates states) {
