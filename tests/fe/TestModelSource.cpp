@@ -1077,6 +1077,27 @@ TEST_F(ModelSource, AGeneralBeamSectionMayHaveItsMaterialInItself) {
     EXPECT_EQ(a.m.values, b.m.values);
 }
 
+/** Each system lies in the next one, 1 m above or below it in turn. **/
+TEST_F(ModelSource, BulkCoordinateSystemsMayBeInEachOtherWithoutLimit) {
+    const std::string plain = bulkPlate("PSHELL,7,1,0.004,1\nMAT1,1,2.1+11,,.3,7850.\n");
+    std::string chained = plain;
+    chained.replace(chained.find("GRID,1,,"), 8, "GRID,1,1,");
+    constexpr int Count = 20000;
+    for (int i = 1; i <= Count; ++i) {
+        const std::string z = i % 2 ? "1." : "-1.", above = i % 2 ? "2." : "0.";
+        chained += "CORD2R," + std::to_string(i) + "," + std::to_string(i < Count ? i + 1 : 0) +
+                   ",0.,0.," + z + ",0.,0.," + above + "\n,1.,0.," + z + "\n";
+    }
+    SourceOptions options;
+    options.path = write("plain.bdf", plain);
+    const FeModel expected = readModelSource(options);
+    options.path = write("chained.bdf", chained);
+    const FeModel found = readModelSource(options);
+    ASSERT_EQ(found.mesh.positions.size(), expected.mesh.positions.size());
+    for (size_t i = 0; i < expected.mesh.positions.size(); ++i)
+        EXPECT_NEAR(found.mesh.positions[i], expected.mesh.positions[i], 1e-12);
+}
+
 struct BadBulk {
     const char *name, *text, *message;
 };

@@ -262,7 +262,10 @@ bodies:
     EXPECT_THAT(messageOf("bodies: {a: {shape: {mesh: none.obj}, density: 1}}"),
                 HasSubstr("no file"));
     const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-    const std::pair<const char*, const char*> faces[] = {
+    std::string large = "f";
+    for (int k = 0; k < 10001; ++k) large += ' ' + std::to_string(k % 3 + 1);
+    const std::pair<std::string, const char*> faces[] = {
+        {large + "\n", "face 1 has 10001 vertices, more than 10000: split it"},
         {"f 1 2 9\n", "face 1 names vertex 9; there are 3"},
         {"f 1 2 3\nf 0 1 2\n", "face 2 names vertex 0; there are 3"},
         {"f 1 2\n", "face 1 has 2 vertices; a face has three or more"},

@@ -1,7 +1,10 @@
 /** @file
 Places, rotations and frames of models. **/
 
+#include <algorithm>
+
 #include "BuiltModel.h"
+#include "simflex/model/builders/Placement.h"
 
 namespace simflex::test {
 namespace {
@@ -128,6 +131,33 @@ TEST_F(ModelPlaces, FramesTypedAtAPromptAreFoundOrProposed) {
     } catch (const std::invalid_argument& error) {
         EXPECT_THAT(error.what(), AllOf(HasSubstr("'bom.A'"), HasSubstr("boom.A")));
     }
+}
+
+/** Each body stands 1 m along x from the next one of the file. **/
+TEST_F(ModelPlaces, ChainsMayBeAsLongAsTheFileInEitherOrder) {
+    constexpr int Count = 8000;
+    for (const bool isForward : {true, false})
+        for (const std::string kind : {"place: {position: [1, 0, 0], at: ",
+                                       "mobilizer: {type: weld, inboard: {position: [1, 0, 0]}, "
+                                       "parent: "}) {
+            std::string bodies = "bodies:\n";
+            for (int k = 0; k < Count; ++k) {
+                const int i = isForward ? k : Count - 1 - k;
+                bodies += "  b" + std::to_string(i) + ": {" + brick;
+                if (i > 0) bodies += ", " + kind + "b" + std::to_string(i - 1) + "}";
+                bodies += "}\n";
+            }
+            ModelText text;
+            text.text += bodies;
+            const model::ModelValue file = readModel(text);
+            const model::ModelFrames frames(file, {});
+            const model::Placement placement(file, frames);
+            const int last = isForward ? Count - 1 : 0;
+            EXPECT_EQ(placement.getPose(last).p(), Vec3(Count - 1, 0, 0)) << kind;
+            std::vector<int> order = placement.getOrder();
+            if (!isForward) std::reverse(order.begin(), order.end());
+            EXPECT_TRUE(std::is_sorted(order.begin(), order.end())) << kind;
+        }
 }
 
 TEST_F(ModelPlaces, AnglesBeyondAWholeTurnAreWarnedOfAsDegrees) {

@@ -12,6 +12,7 @@ Result files: written data can be read back, however the writer ends. **/
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
+#include <numeric>
 
 #include "TestResults.h"
 #include "support/Await.h"
@@ -307,21 +308,51 @@ TEST_F(ResultFileTest, ANewerFormatIsRefused) {
                 AllOf(HasSubstr(path), HasSubstr("is 2"), HasSubstr("newer simflex")));
 }
 
-TEST_F(ResultFileTest, AProbeOfAnotherLengthIsRefusedByName) {
-    writeRun(path);
+/** Replaces the times of the transient analysis of writeRun(), of 100 rows. **/
+void replaceTimes(const std::string& path, const std::vector<double>& times) {
     const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
     H5Ldelete(file, "analyses/run/time", H5P_DEFAULT);
-    const hsize_t count = 99;
+    const hsize_t count = times.size();
     const hid_t space = H5Screate_simple(1, &count, nullptr);
     const hid_t data = H5Dcreate2(file, "analyses/run/time", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT,
                                   H5P_DEFAULT, H5P_DEFAULT);
-    const std::vector<double> zeros(99, 0.0);
-    H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, zeros.data());
+    H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, times.data());
     H5Dclose(data);
     H5Sclose(space);
     H5Fclose(file);
+}
+
+TEST_F(ResultFileTest, AProbeOfAnotherLengthIsRefusedByName) {
+    writeRun(path);
+    std::vector<double> times(99);
+    std::iota(times.begin(), times.end(), 0.0);
+    replaceTimes(path, times);
     EXPECT_THAT(readError(path),
                 AllOf(HasSubstr(path), HasSubstr("'run'"), HasSubstr("'swing' has extent 100")));
+}
+
+TEST_F(ResultFileTest, TimesThatDoNotIncreaseOrAreTooLargeAreRefusedByName) {
+    writeRun(path);
+    std::vector<double> rising(100);
+    std::iota(rising.begin(), rising.end(), -50.0);
+    const auto errorOf = [&](int row, double time) {
+        std::vector<double> times = rising;
+        times[size_t(row)] = time;
+        replaceTimes(path, times);
+        return readError(path);
+    };
+    replaceTimes(path, rising);
+    EXPECT_EQ(readResults(path).analyses[1].time, rising);
+    for (const double same : {0.0, 1e308}) {
+        replaceTimes(path, std::vector<double>(100, same));
+        EXPECT_THAT(readError(path),
+                    AllOf(HasSubstr(path), HasSubstr("'run'"), HasSubstr("'time'")));
+    }
+    EXPECT_THAT(errorOf(7, rising[6]), HasSubstr("'time' does not increase at row 7"));
+    EXPECT_THAT(errorOf(7, 0), HasSubstr("'time' does not increase at row 8"));
+    for (const double wrong : {1e300, double(INFINITY), double(NAN)})
+        EXPECT_THAT(errorOf(99, wrong), HasSubstr("'time' is out of range at row 99"));
+    EXPECT_THAT(errorOf(0, -1e300), HasSubstr("'time' is out of range at row 0"));
 }
 
 TEST_F(ResultFileTest, AJournalOfAnotherRunIsNotMistakenForThisOnes) {

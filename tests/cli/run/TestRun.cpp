@@ -1188,7 +1188,7 @@ TEST_F(RunTest, TextsThatATerminalWouldObeyAreRefusedOrChanged) {
     }
 }
 
-TEST_F(RunTest, FramesMayBeOnManyOthersAndChainsHaveALimit) {
+TEST_F(RunTest, FramesMayBeOnManyOthersInEitherOrder) {
     const int numFrames = 3000;
     const auto write = [&](bool isForward) {
         std::string frames;
@@ -1202,12 +1202,43 @@ TEST_F(RunTest, FramesMayBeOnManyOthersAndChainsHaveALimit) {
                    "probes: {x: {position: f2999, component: x}}\n"
                    "analyses: {fall: {type: transient, duration: 0.1}}\n");
     };
-    write(true);
-    ASSERT_EQ(runModel(), 0) << err;
-    EXPECT_EQ(find(read("fall"), "x").rows.at(0).at(0), numFrames);
-    write(false);
-    EXPECT_EQ(runModel("--check"), 1);
-    EXPECT_THAT(err, HasSubstr("more than 1000 frames are on each other"));
+    for (const bool isForward : {true, false}) {
+        write(isForward);
+        ASSERT_EQ(runModel(), 0) << err;
+        EXPECT_EQ(find(read("fall"), "x").rows.at(0).at(0), numFrames);
+    }
+}
+
+/** Each adds 1 to the one before it; 999 of them and the time are 1000 entries. **/
+TEST_F(RunTest, ChainsOfProbesHaveOneLimitInEitherOrder) {
+    const auto write = [&](int numProbes, bool isForward, const std::string& more = "") {
+        std::string probes;
+        for (int k = 0; k < numProbes; ++k) {
+            const int at = isForward ? k : numProbes - 1 - k;
+            probes += "  p" + std::to_string(at) +
+                      ": {expression: " + (at ? "1 + p" + std::to_string(at - 1) : "t") + "}\n";
+        }
+        writeModel("simflex: 1\nbodies: {ball: {mass: 1, inertia: [1, 1, 1]}}\nprobes:\n" + probes +
+                   more + "analyses: {fall: {type: transient, duration: 0.1}}\n");
+    };
+    for (const bool isForward : {true, false}) {
+        write(1000, isForward);
+        ASSERT_EQ(runModel(), 0) << err;
+        EXPECT_EQ(find(read("fall"), "p999").rows.at(0).at(0), 999);
+        write(1001, isForward);
+        EXPECT_EQ(runModel("--check"), 1);
+        EXPECT_THAT(err, AllOf(::testing::ContainsRegex("model.yaml:[0-9]+:"),
+                               HasSubstr("more than 1000 probes refer to each other in a row: "
+                                         "'p1000' → 'p999' → 'p998' → 'p997' → …")));
+        write(30000, isForward);
+        EXPECT_EQ(runModel("--check"), 1);
+        EXPECT_THAT(err, HasSubstr("more than 1000 probes refer to each other in a row"));
+        write(1000, isForward, "loads: {push: {type: force, at: ball, force: [p999, 0, 0]}}\n");
+        EXPECT_EQ(runModel("--check"), 0) << err;
+        write(1001, isForward, "loads: {push: {type: force, at: ball, force: [p1000, 0, 0]}}\n");
+        EXPECT_EQ(runModel("--check"), 1);
+        EXPECT_THAT(err, HasSubstr("more than 1000 probes and states refer to each other"));
+    }
 }
 
 }  // namespace
