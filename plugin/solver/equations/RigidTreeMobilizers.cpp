@@ -1,6 +1,8 @@
 // Bodies and mobilizers of a rigid tree: which it evaluates itself, compared with Simbody.
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "simflex/body/FlexibleBodySubsystemGuts.h"
 #include "simflex/body/StateCopy.h"
@@ -103,30 +105,36 @@ RigidTree::Mobilizer RigidTree::classify(const MobilizedBody& mobod) {
 
 void RigidTree::addBody(const SimbodyMatterSubsystem& matter, MobilizedBodyIndex index, int parent,
                         const State& state) {
-    const MobilizedBody& mobod = matter.getMobilizedBody(index);
-    RigidBody body;
-    body.index = index;
-    body.parent = parent;
-    body.mobilizer = classify(mobod);
-    if (body.mobilizer == Mobilizer::Screw)
-        body.pitch = MobilizedBody::Screw::downcast(mobod).getDefaultPitch();
-    body.X_PF = mobod.getInboardFrame(state);
-    body.X_MB = ~mobod.getOutboardFrame(state);
-    body.mass = mobod.getBodyMassProperties(state);
-    body.nq = mobod.getNumQ(state);
-    body.nu = mobod.getNumU(state);
-    body.q0 = numQ;
-    body.u0 = numU;
-    body.stateQ0 = body.nq ? int(mobod.getFirstQIndex(state)) : 0;
-    body.stateU0 = body.nu ? int(mobod.getFirstUIndex(state)) : 0;
-    numQ += body.nq;
-    numU += body.nu;
-    const int self = int(m_bodies.size());
-    m_bodies.push_back(body);
-    for (MobilizedBodyIndex child(index + 1); child < matter.getNumBodies(); ++child)
-        if (matter.getMobilizedBody(child).getParentMobilizedBody().getMobilizedBodyIndex() ==
-            index)
-            addBody(matter, child, self, state);
+    // Depth first, but not recursive: chains may be long.
+    std::vector<std::pair<MobilizedBodyIndex, int>> open{{index, parent}};
+    while (!open.empty()) {
+        const auto [current, inboard] = open.back();
+        open.pop_back();
+        const MobilizedBody& mobod = matter.getMobilizedBody(current);
+        RigidBody body;
+        body.index = current;
+        body.parent = inboard;
+        body.mobilizer = classify(mobod);
+        if (body.mobilizer == Mobilizer::Screw)
+            body.pitch = MobilizedBody::Screw::downcast(mobod).getDefaultPitch();
+        body.X_PF = mobod.getInboardFrame(state);
+        body.X_MB = ~mobod.getOutboardFrame(state);
+        body.mass = mobod.getBodyMassProperties(state);
+        body.nq = mobod.getNumQ(state);
+        body.nu = mobod.getNumU(state);
+        body.q0 = numQ;
+        body.u0 = numU;
+        body.stateQ0 = body.nq ? int(mobod.getFirstQIndex(state)) : 0;
+        body.stateU0 = body.nu ? int(mobod.getFirstUIndex(state)) : 0;
+        numQ += body.nq;
+        numU += body.nu;
+        const int self = int(m_bodies.size());
+        m_bodies.push_back(body);
+        for (MobilizedBodyIndex child(matter.getNumBodies() - 1); child > current; --child)
+            if (matter.getMobilizedBody(child).getParentMobilizedBody().getMobilizedBodyIndex() ==
+                current)
+                open.emplace_back(child, self);
+    }
 }
 
 bool RigidTree::agreesWithSimbody(const SimbodyMatterSubsystem& matter, const State& state) {
