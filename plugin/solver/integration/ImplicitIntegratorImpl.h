@@ -167,7 +167,7 @@ private:
 
     // start
     /** Runs `work`, which makes an integration ready to step. **/
-    void runStart(const char* method, const std::function<void()>& work);
+    void runStart(const std::function<void()>& work);
     /** @throws std::invalid_argument if no steps of this order can begin with it. **/
     void checkHistory(const SimTK::Array_<SimTK::State>& history, int order) const;
     void setUp(const SimTK::State& state);

@@ -215,7 +215,8 @@ void ImplicitIntegrator::Implementation::writeCheckpoint(std::ostream& stream) {
 }
 
 void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, const State& start) {
-    runStart("readCheckpoint", [&] {
+    requireNotRunning("readCheckpoint");
+    runAlone([&] {
         Checkpoint checkpoint(stream);
         requireTopology(m_system, start, name + "::readCheckpoint()");
         visitModel(checkpoint);
@@ -241,6 +242,8 @@ void ImplicitIntegrator::Implementation::readCheckpoint(std::istream& stream, co
         m_isBalanced = true;
         noteFinalTime();
         if (m_pending == Pending::HandledTrigger) noteTriggeredEvents();
+        m_isInitialized = true;
+        refreshAdvancedState();
     });
 }
 

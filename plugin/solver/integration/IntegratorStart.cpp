@@ -91,9 +91,8 @@ void ImplicitIntegrator::Implementation::noteStart() {
     if (m_events.hasTriggers()) m_events.calcTriggers(getState(), m_triggersBefore);
 }
 
-void ImplicitIntegrator::Implementation::runStart(const char* method,
-                                                  const std::function<void()>& work) {
-    requireNotRunning(method);
+void ImplicitIntegrator::Implementation::runStart(const std::function<void()>& work) {
+    requireNotRunning("initialize");
     runAlone([&] {
         const auto start_ = Clock::now();
         work();
@@ -104,7 +103,7 @@ void ImplicitIntegrator::Implementation::runStart(const char* method,
 }
 
 void ImplicitIntegrator::Implementation::initialize(const State& state) {
-    runStart("initialize", [&] {
+    runStart([&] {
         setUp(state);
         const FlexibleBodySubsystem* flexible = FlexibleBodySubsystem::find(m_system);
         if (flexible && projectInitialState)
@@ -256,7 +255,7 @@ void ImplicitIntegrator::Implementation::checkHistory(const Array_<State>& histo
 }
 
 void ImplicitIntegrator::Implementation::initialize(const Array_<State>& history, int wantedOrder) {
-    runStart("initialize", [&] {
+    runStart([&] {
         checkHistory(history, wantedOrder);
         setUp(history.back());
         takePoint(m_state, m_visible);
