@@ -1233,9 +1233,9 @@ TEST_F(RunTest, ChainsOfProbesHaveOneLimitInEitherOrder) {
         write(30000, isForward);
         EXPECT_EQ(runModel("--check"), 1);
         EXPECT_THAT(err, HasSubstr("more than 1000 probes refer to each other in a row"));
-        write(1000, isForward, "loads: {push: {type: force, at: ball, force: [p999, 0, 0]}}\n");
+        write(1000, isForward, "loads: {push: {on: ball, force: [p999, 0, 0]}}\n");
         EXPECT_EQ(runModel("--check"), 0) << err;
-        write(1001, isForward, "loads: {push: {type: force, at: ball, force: [p1000, 0, 0]}}\n");
+        write(1001, isForward, "loads: {push: {on: ball, force: [p1000, 0, 0]}}\n");
         EXPECT_EQ(runModel("--check"), 1);
         EXPECT_THAT(err, HasSubstr("more than 1000 probes and states refer to each other"));
     }
