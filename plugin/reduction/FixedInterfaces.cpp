@@ -10,12 +10,12 @@
 
 #include "BlockLanczos.h"
 #include "Coordinates.h"
-#include "Memory.h"
 #include "SparseCholesky.h"
 #include "StiffnessSolver.h"
 #include "simflex/base/Chunk.h"
 #include "simflex/base/DenseAlgebra.h"
 #include "simflex/base/Hash.h"
+#include "simflex/base/Memory.h"
 
 namespace simflex {
 namespace {

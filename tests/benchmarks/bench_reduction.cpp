@@ -26,9 +26,9 @@ for the last size. **/
 #include <string>
 #include <vector>
 
+#include "simflex/base/Memory.h"
 #include "simflex/fe/CalculixDeck.h"
 #include "simflex/part/ReducedBodyFile.h"
-#include "simflex/reduction/Memory.h"
 #include "simflex/reduction/Reduction.h"
 #include "simflex/reduction/SparseCholesky.h"
 

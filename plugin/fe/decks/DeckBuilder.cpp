@@ -31,9 +31,9 @@
 #include "PointElements.h"
 #include "ThinSections.h"
 #include "simflex/base/AsciiText.h"
+#include "simflex/base/Memory.h"
 #include "simflex/base/NameDistance.h"
 #include "simflex/base/NumberText.h"
-#include "simflex/reduction/Memory.h"
 
 namespace simflex {
 namespace {

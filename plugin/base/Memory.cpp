@@ -1,4 +1,4 @@
-#include "Memory.h"
+#include "simflex/base/Memory.h"
 
 #include <sys/resource.h>
 

@@ -1,6 +1,6 @@
 #pragma once
 /** @file
-Memory available to this process. Internal to fe and reduction. **/
+Memory available to this process. **/
 
 #include <cstdint>
 #include <string>
@@ -8,7 +8,8 @@ Memory available to this process. Internal to fe and reduction. **/
 namespace simflex {
 
 /** Returns the bytes available without swapping: the kernel's estimate, or less if a control group
-(a container, a batch job) or `ulimit -v` allows less; the largest number if the system does not report it. **/
+(a container, a batch job) or `ulimit -v` allows less; the largest number if the system does not
+report it. **/
 std::int64_t calcAvailableMemory();
 
 /** "12.3 GiB", "456 MiB". **/
