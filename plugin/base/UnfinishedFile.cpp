@@ -141,11 +141,12 @@ UnfinishedFile::~UnfinishedFile() {
 void UnfinishedFile::finish(Durability durability) {
     if (durability == Durability::PowerFailure) sync(m_unfinished, m_path);
     if (const int obstacle = findObstacle(m_path)) refuse(m_path, obstacle);
+    const fs::path folder = m_path.has_parent_path() ? m_path.parent_path() : ".";
+    // Before the file is there: afterwards, nobody may write it again.
+    removeLeftovers(folder, m_path.filename().string() + Ending);
     if (rename(m_unfinished.c_str(), m_path.c_str()) != 0) refuse(m_path, errno);
     m_isFinished = true;
-    const fs::path folder = m_path.has_parent_path() ? m_path.parent_path() : ".";
     if (durability == Durability::PowerFailure) sync(folder, m_path);
-    removeLeftovers(folder, m_path.filename().string() + Ending);
 }
 
 void replaceFile(const fs::path& path, std::string_view bytes, Durability durability) {

@@ -154,6 +154,7 @@ public:
         m_numJobs = std::min(m_numJobs, numCases);
         m_numThreads =
             options.numThreads > 0 ? options.numThreads : std::max(1, numCores / m_numJobs);
+        removeUnfinishedFiles(options.folder, "started");
         // The time by the clock of the folder's disk.
         m_started = fs::last_write_time(UnfinishedFile(options.folder + "/started").getPath());
         // Ranks start at different places, to avoid contention for the same case.
