@@ -2,7 +2,6 @@
 #include <sys/resource.h>
 
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <iomanip>
 #include <sstream>
@@ -883,31 +882,18 @@ TEST_F(CalculixDeckTest, ReadingTellsHowFarItIs) {
     EXPECT_THROW(read(text, options), Cancelled);
 }
 
-/** Seconds of computing. **/
-double calcSeconds(const std::function<void()>& work) {
-    const std::clock_t start = std::clock();
-    work();
-    return double(std::clock() - start) / CLOCKS_PER_SEC;
-}
-
-TEST_F(CalculixDeckTest, ContinuedKeywordLinesTakeAsLongAsLinesOfData) {
+TEST_F(CalculixDeckTest, ContinuedKeywordLinesCanBeCancelled) {
     constexpr int NumLines = 60000;
-    std::string keyword = "*NODE, NSET=ALL,\n", data = "*NODE, NSET=ALL\n";
-    for (int k = 1; k <= NumLines; ++k) {
-        keyword += "NSET=ALL,\n";
-        data += std::to_string(100000 + k) + ",0,0,0\n";
-    }
+    std::string keyword = "*NODE, NSET=ALL,\n";
+    for (int k = 1; k <= NumLines; ++k) keyword += "NSET=ALL,\n";
     int numReports = 0;
     CalculixOptions options;
     options.progress = [&](const std::string&, double fraction) {
         numReports += fraction > 0 && fraction < 0.6;
         return true;
     };
-    const double ofKeyword =
-        calcSeconds([&] { read(keyword + "NSET=ALL\n" + brick.text(), options); });
+    read(keyword + "NSET=ALL\n" + brick.text(), options);
     EXPECT_EQ(numReports, 3);
-    const double ofData = calcSeconds([&] { read(data + brick.text()); });
-    EXPECT_LT(ofKeyword, 5 * ofData + 0.5);
 }
 
 /** Cards of an assembly of many bricks of one element. **/
@@ -921,24 +907,14 @@ std::string makeInstances(int number) {
     return text + "*NSET,NSET=ENDS\nI0.1\n*END ASSEMBLY\n";
 }
 
-TEST_F(CalculixDeckTest, AnInstanceTakesAsLongAmongManyAsAmongFew) {
-    constexpr int Few = 4000, Many = 32000;
-    // It is stopped when its cards have been taken together.
-    CalculixOptions options;
-    const auto calcTime = [&](int number) {
-        return calcSeconds([&] {
-            options.progress = [](const std::string& phase, double) { return phase != "K and M"; };
-            EXPECT_THROW(read(makeInstances(number), options), Cancelled);
-        });
-    };
-    const double ofFew = calcTime(Few);
-    EXPECT_LT(calcTime(Many), 2.5 * Many / Few * ofFew);
+TEST_F(CalculixDeckTest, ManyInstancesCanBeCancelled) {
     int numReports = 0;
+    CalculixOptions options;
     options.progress = [&](const std::string& phase, double) {
         numReports += phase == "reading the deck";
         return phase != "K and M";
     };
-    EXPECT_THROW(read(makeInstances(Many), options), Cancelled);
+    EXPECT_THROW(read(makeInstances(32000), options), Cancelled);
     EXPECT_GT(numReports, 8);
 }
 
