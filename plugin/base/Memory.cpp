@@ -1,6 +1,7 @@
 #include "simflex/base/Memory.h"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -52,14 +53,21 @@ std::int64_t calcGroupMemory() {
     return std::max<std::int64_t>(least, 0);
 }
 
+/** Returns what the limit of this process's address space still allows. **/
+std::int64_t calcProcessMemory() {
+    rlimit limit{};
+    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return UnknownMemory;
+    const std::int64_t pages = readNumber("/proc/self/statm");
+    const std::int64_t used = pages == UnknownMemory ? 0 : pages * sysconf(_SC_PAGESIZE);
+    return std::max<std::int64_t>(std::int64_t(limit.rlim_cur) - used, 0);
+}
+
 }  // namespace
 
 std::int64_t calcAvailableMemory() {
     const std::int64_t kilobytes = readNumber("/proc/meminfo", "MemAvailable:");
-    rlimit limit{};
-    const bool isLimited = getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
     return std::min({kilobytes == UnknownMemory ? UnknownMemory : 1024 * kilobytes,
-                     calcGroupMemory(), isLimited ? std::int64_t(limit.rlim_cur) : UnknownMemory});
+                     calcGroupMemory(), calcProcessMemory()});
 }
 
 std::string formatMemory(double bytes) {
