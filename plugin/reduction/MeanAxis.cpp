@@ -65,7 +65,9 @@ Modes solvePencil(const std::string& part, const Eigen::MatrixXd& K, const Eigen
 [[noreturn]] void refuseFree(const std::string& part, const RigidMotion& rigid,
                              Eigen::Index count) {
     throw LoosePieces(
-        "part '" + part + "': the stiffness matrix has " + std::to_string(6 + count) +
+        "part '" + part +
+        "': the stiffness matrix is singular beyond the six rigid motions: it has " +
+        std::to_string(6 + count) +
         " rigid modes; it must have 6. Pieces of the part move against each other without "
         "stiffness: look for hinges, where elements share only a node or an edge" +
         describeSlenderness(rigid));

@@ -163,14 +163,14 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
     return body;
 }
 
-std::string describeTwin(const ReducedBody& body, const ReductionOptions& options) {
+std::string describeEqualModes(const ReducedBody& body, const ReductionOptions& options) {
     const int wanted = options.numModes - 6;
     if (options.highestFrequency || body.numModes == wanted) return "";
     const std::string counts =
         ": " + std::to_string(body.numModes) + " modes instead of " + std::to_string(wanted);
     if (body.numModes < wanted)
-        return "the mesh has no more normal modes, or so many of the same frequency, as those of "
-               "equal bays, that a few of them would be an arbitrary choice and none is kept" +
+        return "the next normal modes have one frequency, as those of equal bays, and are so many "
+               "that a few of them would be an arbitrary choice: none is kept" +
                counts;
     return "the next normal mode has the frequency of the last one, as in round parts or those of "
            "equal bays, and is kept with it" +

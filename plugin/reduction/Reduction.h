@@ -137,7 +137,7 @@ ReducedBody reduce(const FeModel& model, const ReductionOptions& options,
 
 /** Reports modes added or left out to keep equal frequencies together, see
 ReductionOptions::numModes; "" if there are none. **/
-std::string describeTwin(const ReducedBody& body, const ReductionOptions& options);
+std::string describeEqualModes(const ReducedBody& body, const ReductionOptions& options);
 
 /** Returns warnings about input that reduce() accepts but is probably unintended: a master point
 far from its nodes.

@@ -232,12 +232,10 @@ TEST_F(ReductionTest, AHingeInsideThePartIsRefused) {
         ReductionOptions one = both;
         one.interfaces.pop_back();
         // Found by the factorization or by a mode, as round-off decides.
-        const auto isNamed = ::testing::AnyOf(HasSubstr("singular beyond the six rigid motions"),
-                                              HasSubstr("rigid modes; it must have 6"));
-        EXPECT_THAT(errorOf(one, hinged), isNamed);
+        EXPECT_THAT(errorOf(one, hinged), HasSubstr("singular beyond the six rigid motions"));
         ReductionOptions none = both;
         none.interfaces.clear();
-        EXPECT_THAT(errorOf(none, hinged), isNamed);
+        EXPECT_THAT(errorOf(none, hinged), HasSubstr("singular beyond the six rigid motions"));
     }
 }
 
@@ -256,9 +254,7 @@ TEST_F(ReductionTest, AHingeIsNamedHoweverManyModesAreAskedFor) {
     for (const int numModes : {10, 20, 30}) {
         ReductionOptions options;
         options.numModes = numModes;
-        EXPECT_THAT(errorOf(options, cubes),
-                    ::testing::AnyOf(HasSubstr("rigid modes; it must have 6"),
-                                     HasSubstr("singular beyond the six rigid motions")))
+        EXPECT_THAT(errorOf(options, cubes), HasSubstr("singular beyond the six rigid motions"))
             << numModes;
     }
 }
@@ -300,7 +296,7 @@ TEST(Reduction, KeepsModesOfEqualFrequencyTogether) {
         options.numModes = 12 + wanted;
         const ReducedBody body = reduce(model, options);
         EXPECT_EQ(body.numModes, 6 + kept);
-        EXPECT_EQ(describeTwin(body, options).empty(), wanted == kept);
+        EXPECT_EQ(describeEqualModes(body, options).empty(), wanted == kept);
     }
 }
 

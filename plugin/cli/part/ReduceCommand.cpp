@@ -109,8 +109,8 @@ void runReduce(const ReduceArguments& arguments, const std::shared_ptr<Stiffness
     }
     const ReducedBody body = reduce(model, options, progress);
     if (wasInterrupted()) throw Cancelled();
-    if (const std::string twin = describeTwin(body, options); !twin.empty())
-        listener.tellNote(twin);
+    if (const std::string equal = describeEqualModes(body, options); !equal.empty())
+        listener.tellNote(equal);
     writeReducedBody(output, body, model.warnings);
     if (!arguments.picture.empty()) draw(body, arguments.picture);
     if (arguments.resume) checkpoint.remove();

@@ -250,7 +250,7 @@ PartCache::Kept reduceModel(const FeModel& model, const ReductionOptions& option
     for (const std::string& warning : listInterfaceWarnings(model, options))
         warnings.push_back(warning);
     ReducedBody body = reduce(model, options, progress);
-    if (const std::string twin = describeTwin(body, options); !twin.empty()) note(twin);
+    if (const std::string equal = describeEqualModes(body, options); !equal.empty()) note(equal);
     return {std::move(body), warnings};
 }
 
