@@ -49,6 +49,7 @@ struct SparseCholesky::Data {
     template <class Solve>
     void solve(Vectors& X, const SuiteSparse_long* order, const Solve& solveBlock) {
         if (!solver) prepareSolves();  // after a factor was loaded and found intact
+        static_assert(alignof(Chunk) <= EIGEN_MAX_ALIGN_BYTES, "Vectors are aligned as Chunks");
         if (!order && X.cols() == ChunkSize) return solveBlock(reinterpret_cast<Chunk*>(X.data()));
         const Eigen::Index size = X.rows();
         block.resize(size_t(size));
